@@ -1,0 +1,183 @@
+"""A user's mistakes: one message each, with what is wrong, where, and what would be right."""
+
+import difflib
+import json
+import pathlib
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+Path = tuple[str | int, ...]  # of keys into a document: ("balls", 2, "radius")
+Finding = tuple[Path, str]  # a path and what is wrong there, which reads on from it: "must be ..."
+
+MAX_BYTES: Final = 2_000_000  # of a file that a person writes: room for 20,000 balls one by one
+
+
+class Mistake(Exception):
+    """Something the user can put right; its text is the whole message, one line a mistake."""
+
+
+def findings(*found: Finding) -> PydanticCustomError:
+    """Make the error a validator raises where it found several (path from here, message) at once."""
+    return PydanticCustomError("findings", "{found}", {"found": list(found)})
+
+
+def shown(value: object) -> str:
+    """Show a value in a message the way TOML writes it: short, on one line, printable.
+
+    >>> shown([1.5, True]), shown(float("nan"))
+    ('[1.5, true]', 'nan')
+    """
+    text = json.dumps(value, default=str).replace("NaN", "nan").replace("Infinity", "inf")
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def dotted(path: Path) -> str:
+    """Spell a path as the messages do.
+
+    >>> dotted(("balls", 2, "radius"))
+    'balls[2].radius'
+    """
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).lstrip(".")
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Name the known word a mistyped one is nearest to, or all that are known.
+
+    >>> nearest("radios", ["mass", "radius"]), nearest("x", ["mass", "radius"])
+    ('did you mean radius?', 'known are mass, radius')
+    """
+    known = sorted(known)
+    close = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+
+
+_SAYS: Final[Mapping[str, str]] = {
+    "greater_than": "must be greater than {gt:g}, got {got}",
+    "greater_than_equal": "must be at least {ge:g}, got {got}",
+    "less_than": "must be less than {lt:g}, got {got}",
+    "less_than_equal": "must be at most {le:g}, got {got}",
+    "finite_number": "must be a finite number, got {got}",
+    "float_type": "must be a number, got {got}",
+    "int_type": "must be a whole number, got {got}",
+    "string_type": "must be text in quotes, got {got}",
+    "tuple_type": "must be a list in brackets, got {got}",
+    "too_short": "must have at least {min_length} entries, got {actual_length}",
+    "too_long": "must have at most {max_length} entries, got {actual_length}",
+    "model_type": "must be a table of keys, got {got}",
+    "union_tag_invalid": "must be one of {expected_tags}, got {got}",
+    "union_tag_not_found": "needs the key {discriminator}",
+}
+
+
+def explain(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]:
+    """Put each error pydantic found in a `model` in the words of a person who writes the file."""
+    for detail in error.errors(include_url=False):
+        path = detail["loc"]
+        if detail["type"] == "findings":
+            for inner, message in detail["ctx"]["found"]:
+                yield (*path, *inner), message
+        elif detail["type"] == "extra_forbidden":
+            yield path, f"is not a key here; {nearest(str(path[-1]), _keys_at(model, path[:-1]))}"
+        elif detail["type"] == "missing" and isinstance(path[-1], int):
+            yield path[:-1], f"must be a list of two, got {shown(detail['input'])}"
+        elif detail["type"] == "missing":
+            meaning = _keys_at(model, path[:-1])[str(path[-1])].get("description", "").rstrip(".")
+            yield path, f"is missing ({meaning})" if meaning else "is missing"
+        else:
+            yield path, _message(detail)
+
+
+def _message(detail: ErrorDetails) -> str:
+    template = _SAYS.get(detail["type"])
+    if template is None:
+        return detail["msg"]
+    return template.format(got=shown(detail["input"]), **detail.get("ctx", {}))
+
+
+def _keys_at(model: type[BaseModel], path: Path) -> dict[str, Any]:
+    """Return the keys of the table that `path` names, and the JSON Schema of each."""
+    schema = model.model_json_schema()
+    node: dict[str, Any] = schema
+    for key in path:
+        node = node["items"] if isinstance(key, int) else node["properties"][key]
+        node = next((kind for kind in node.get("anyOf", []) if kind.get("type") != "null"), node)
+        if "$ref" in node:
+            node = schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
+    properties: dict[str, Any] = node["properties"]
+    return properties
+
+
+def read_text(file: pathlib.Path) -> str:
+    """Read a file that a person names, with one message for all that can be wrong with it."""
+    try:
+        with file.open("rb") as opened:
+            raw = opened.read(MAX_BYTES + 1)
+        if len(raw) > MAX_BYTES:
+            raise Mistake(f"{file}: is larger than {MAX_BYTES:,} bytes")
+        return raw.decode()
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise Mistake(f"{file}:{line}: is not UTF-8 text: byte {raw[error.start]:#04x}") from None
+    except OSError as error:
+        raise Mistake(f"{file}: cannot be read: {error.strerror}") from None
+
+
+# What ends or nests a TOML statement: strings and comments are passed over whole.
+_TOKEN: Final = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|\#[^\n]*|[\[\]{}\n]',
+    re.DOTALL,
+)
+
+
+def _statements(text: str) -> Iterator[tuple[int, str]]:
+    """Split valid TOML into its headers and assignments, each with the number of its line."""
+    depth = start = 0
+    line = first_line = 1
+    for token in _TOKEN.finditer(text + "\n"):
+        if token[0] in "[{":
+            depth += 1
+        elif token[0] in "]}":
+            depth -= 1
+        line += token[0].count("\n")
+        if token[0] == "\n" and depth == 0:
+            yield first_line, text[start : token.start()]
+            start, first_line = token.end(), line
+
+
+def lines_of_keys(text: str) -> dict[Path, int]:
+    """Map each key and table that a valid TOML document writes to its line (from 1).
+
+    >>> lines_of_keys('rate = 60\\n[[balls]]\\nradius = 5\\n[[balls]]\\nx.to = 1')[("balls", 1, "x", "to")]
+    5
+    """
+    lines: dict[Path, int] = {}
+    lengths: dict[Path, int] = {}  # of the arrays of tables so far
+    table: Path = ()
+    for line, statement in _statements(text):
+        parsed = tomllib.loads(statement)
+        header = statement.lstrip().startswith("[")
+        path = () if header else table
+        while isinstance(parsed, dict) and parsed:
+            key, parsed = next(iter(parsed.items()))
+            path = (*path, key)
+            if header and isinstance(parsed, list):
+                parsed = parsed[0]
+                lengths[path] = lengths.get(path, 0) + 1
+            if path in lengths:
+                path = (*path, lengths[path] - 1)
+            lines.setdefault(path, line)
+        if header:
+            table = path
+    return lines
+
+
+def line_of(path: Path, lines: Mapping[Path, int]) -> int | None:
+    """Return the line of a key, or of the nearest table round it that the document writes."""
+    while path and path not in lines:
+        path = path[:-1]
+    return lines.get(path)

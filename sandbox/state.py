@@ -1,0 +1,55 @@
+"""What an engine shows of itself: a snapshot of the balls, and the contacts it resolved."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Contacts = NDArray[np.void]
+
+CONTACT: Final = np.dtype(
+    [
+        ("time", "f8"),  # s
+        ("first", "i8"),  # ball
+        ("second", "i8"),  # ball, or ~wall (so walls are the negative numbers)
+        ("normal", "f8", (2,)),  # unit vector from first to second
+        ("impulse", "f8"),  # kg px/s along the normal, positive where it drives the two apart
+        ("depth", "f8"),  # px of overlap when the contact was found
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """A snapshot of every ball, in scene order.
+
+    time: s; position: (n, 2) px; velocity: (n, 2) px/s.
+    """
+
+    time: float
+    position: Floats
+    velocity: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """What does not change while a scene runs, one entry a ball: (n,) each.
+
+    radius: px; mass: kg; elasticity and friction: the ball's own factor of the product a pair uses.
+    """
+
+    radius: Floats
+    mass: Floats
+    elasticity: Floats
+    friction: Floats
+
+    def __len__(self) -> int:
+        return len(self.radius)
+
+
+def no_contacts() -> Contacts:
+    """Return an empty array of contacts."""
+    return np.empty(0, CONTACT)
