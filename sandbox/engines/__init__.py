@@ -1,0 +1,73 @@
+"""The engines: what each must offer, and the one registry that finds them by name.
+
+An engine is a class built from a scene and its initial state. A package outside adds one with an entry point
+in the group `sandbox.engines`:
+
+    [project.entry-points."sandbox.engines"]
+    mine = "my_package:MyEngine"
+"""
+
+from collections.abc import Callable
+from importlib.metadata import EntryPoint, entry_points
+from typing import Final, Protocol, cast
+
+from sandbox.mistakes import Mistake, nearest
+from sandbox.scene import Scene, Vector
+from sandbox.state import Contacts, State
+
+GROUP: Final = "sandbox.engines"
+_BUILT_IN: Final = {
+    "pymunk": "sandbox.engines.pymunk:PymunkEngine",
+    "article": "sandbox.engines.article:ArticleEngine",
+}
+REFERENCES: Final = ("article",)  # what Pymunk is compared with where nothing is named: the first that can
+
+
+class Engine(Protocol):
+    """One solver running one scene. The same scene and the same kicks give the same bytes, in any process."""
+
+    def step(self) -> None:
+        """Advance by one step of 1/rate seconds."""
+
+    def state(self) -> State:
+        """Return a snapshot, which later steps leave alone."""
+
+    def contacts(self) -> Contacts:
+        """Return the contacts resolved since the last call, in order of time, first, second.
+
+        The first call returns none and begins the collecting, so that who never asks pays nothing.
+        """
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Add dv (px/s) to a ball's velocity."""
+
+
+class Refused(Mistake):
+    """An engine cannot honour a scene; the text says why, and what can."""
+
+
+def registry() -> dict[str, EntryPoint]:
+    """Find every engine there is: the built-in ones first, then those of installed packages."""
+    built_in = {name: EntryPoint(name, value, GROUP) for name, value in _BUILT_IN.items()}
+    installed = {entry.name: entry for entry in entry_points(group=GROUP)}
+    return built_in | {name: installed[name] for name in sorted(installed) if name not in built_in}
+
+
+def create(name: str, scene: Scene, initial: State) -> Engine:
+    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour."""
+    engines = registry()
+    if name not in engines:
+        raise Mistake(f"no engine {name!r}; {nearest(name, engines)}")
+    build = cast("Callable[[Scene, State], Engine]", engines[name].load())
+    return build(scene, initial)
+
+
+def default_engines(scene: Scene, initial: State) -> list[str]:
+    """Name the engines to run where the user names none: Pymunk, and the reference that can honour the scene."""
+    for name in REFERENCES:
+        try:
+            create(name, scene, initial)
+        except Refused:
+            continue
+        return ["pymunk", name]
+    return ["pymunk"]

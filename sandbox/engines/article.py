@@ -1,0 +1,161 @@
+"""The rule of "Simulating Bouncing Balls with Collisions in Python using Pygame", bit for bit.
+
+One radius, equal masses, a box, nothing else. Dividing the impulse by the diameter, where the textbook divides
+by the sum of the inverse masses, makes it a rule of restitution 2/r - 1: right only at r = 1 px.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from sandbox.engines import Refused
+from sandbox.scene import Scene, Vector
+from sandbox.state import CONTACT, Contacts, State, no_contacts
+
+LEFT, TOP, RIGHT, BOTTOM = range(4)  # the arena's walls
+SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
+CLEAR: Final = 1 + 1e-9  # two balls this many diameters apart on one axis are apart, whatever pow and sqrt round
+
+
+@njit(cache=True)
+def _note(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-untyped-def]
+    if count == len(log):
+        longer = np.empty(2 * count, log.dtype)
+        longer[:count] = log
+        log = longer
+    log[count].first = first
+    log[count].second = second
+    log[count].normal[0] = nx
+    log[count].normal[1] = ny
+    log[count].impulse = impulse
+    log[count].depth = depth
+    return log, count + 1
+
+
+@njit(cache=True)
+def frame(position, velocity, radius, width, height, square, log):  # type: ignore[no-untyped-def]
+    """Play one frame of the article, in place.
+
+    position: (n, 2) px; velocity: (n, 2) px per frame; log: (capacity,) CONTACT, which gets a row per contact
+    without its time and with the impulse per mass (px per frame). Returns the log, longer where it had to be,
+    and how many rows of it are filled.
+
+    `x**2` goes through the C library's pow, as in Python, and not always rounds as x*x does.
+    """
+    n = len(position)
+    count = 0
+
+    # Update positions, and bounce off the walls.
+    for i in range(n):
+        position[i, 0] += velocity[i, 0]
+        position[i, 1] += velocity[i, 1]
+        x, y = position[i, 0], position[i, 1]
+        if x <= radius:
+            velocity[i, 0] = -velocity[i, 0]
+            position[i, 0] = radius
+            log, count = _note(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
+        elif x >= width - radius:
+            velocity[i, 0] = -velocity[i, 0]
+            position[i, 0] = width - radius
+            log, count = _note(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
+        if y <= radius:
+            velocity[i, 1] = -velocity[i, 1]
+            position[i, 1] = radius
+            log, count = _note(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
+        elif y >= height - radius:
+            velocity[i, 1] = -velocity[i, 1]
+            position[i, 1] = height - radius
+            log, count = _note(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
+
+    # Collide every pair, on the positions as they are by now.
+    for i in range(n):
+        for j in range(i + 1, n):
+            dx = position[i, 0] - position[j, 0]
+            dy = position[i, 1] - position[j, 1]
+            if max(abs(dx), abs(dy)) > 2 * radius * CLEAR:
+                continue
+            distance = math.sqrt(dx**square + dy**square)
+            if distance < 2 * radius:
+                length = math.sqrt(dx * dx + dy * dy)
+                nx, ny = (dx / length, dy / length) if length > 0 else (1.0, 0.0)  # the article stops at length 0
+
+                # Leave balls alone that move apart.
+                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+                if v_n > 0:
+                    continue
+
+                impulse = 2 * v_n / (2 * radius)
+                velocity[i, 0] -= impulse * nx
+                velocity[i, 1] -= impulse * ny
+                velocity[j, 0] += impulse * nx
+                velocity[j, 1] += impulse * ny
+
+                # Push the two apart, each by half of the overlap.
+                overlap = 2 * radius - distance
+                position[i, 0] += nx * overlap / 2
+                position[i, 1] += ny * overlap / 2
+                position[j, 0] -= nx * overlap / 2
+                position[j, 1] -= ny * overlap / 2
+                log, count = _note(log, count, i, j, -nx, -ny, -impulse, overlap)
+    return log, count
+
+
+class ArticleEngine:
+    """The article's loop. It holds velocities in px per frame, as the article does, and shows them in px/s.
+
+    Two balls on exactly one spot have no normal: the article stops with an error there, here it is (1, 0).
+    """
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        unknown = _beyond_the_rule(scene)
+        if unknown:
+            raise Refused(f"article: {' and '.join(unknown)} not part of the article's rule; use --engines pymunk")
+        self._rate = scene.rate
+        self._size = scene.arena.size
+        self._radius = float(scene.bodies.radius[0])
+        self._mass = float(scene.bodies.mass[0])
+        self._position = initial.position.copy()
+        self._velocity = initial.velocity / scene.rate
+        self._frames = 0
+        self._log = np.empty(64, CONTACT)
+        self._found: list[Contacts] | None = None
+
+    def step(self) -> None:
+        """Play one frame."""
+        self._log, count = frame(self._position, self._velocity, self._radius, *self._size, SQUARE, self._log)
+        self._frames += 1
+        if self._found is not None and count:
+            found = self._log[:count][np.lexsort((self._log["second"][:count], self._log["first"][:count]))]
+            found["time"] = self._frames / self._rate
+            found["impulse"] *= self._rate * self._mass
+            self._found.append(found)
+
+    def state(self) -> State:
+        """Return a snapshot."""
+        return State(self._frames / self._rate, self._position.copy(), self._velocity * self._rate)
+
+    def contacts(self) -> Contacts:
+        """Return the contacts since the last call."""
+        found, self._found = self._found, []
+        return np.concatenate(found) if found else no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Add dv (px/s) to a ball's velocity."""
+        self._velocity[ball] += np.divide(dv, self._rate)
+
+
+def _beyond_the_rule(scene: Scene) -> list[str]:
+    """Name what a scene has and the article does not know."""
+    bodies, arena = scene.bodies, scene.arena
+    beyond = {
+        "gravity": scene.gravity != (0, 0),
+        "balls of several radii": np.ptp(bodies.radius) > 0,
+        "balls of several masses": np.ptp(bodies.mass) > 0,
+        "inner walls": len(scene.walls) > 0,
+        "elasticity below 1": bodies.elasticity.min() < 1 or arena.elasticity < 1,
+        "friction": bodies.friction.max() > 0,
+    }
+    names = [name for name, there in beyond.items() if there]
+    return [*names[:-1], f"{names[-1]} {'are' if len(names) > 1 or names[-1].endswith('s') else 'is'}"] if names else []

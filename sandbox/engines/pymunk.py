@@ -1,0 +1,151 @@
+"""Pymunk: a `pymunk.Space` of circle bodies and static segment walls. Pymunk finds and solves the contacts."""
+
+from typing import Final
+
+import numpy as np
+import pymunk
+from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+
+from sandbox.scene import Scene, Vector
+from sandbox.state import CONTACT, Bools, Contacts, Floats, State, no_contacts
+
+# Half the thickness of an arena wall, px. The wall stands outside, its inner face on the arena's edge; a ball
+# escapes only where its centre passes the wall's centre line, which at 60 Hz takes 1.2 million px/s.
+ARENA_WALL: Final = 20_000.0
+
+_CONTACT_FIELDS: Final = (
+    ArbiterFields.BODY_A_ID
+    | ArbiterFields.BODY_B_ID
+    | ArbiterFields.TOTAL_IMPULSE
+    | ArbiterFields.NORMAL
+    | ArbiterFields.DISTANCE_1
+)
+
+
+class PymunkEngine:
+    """A scene in a `pymunk.Space`, which is open to look at as `space`: body k is ball k."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.space = pymunk.Space()
+        self.space.gravity = scene.gravity
+        for setting in ("iterations", "collision_slop", "collision_bias", "collision_persistence"):
+            value = getattr(scene.pymunk, setting)
+            if value is not None:
+                setattr(self.space, setting, value)
+        self._substeps = scene.pymunk.substeps
+        self._dt = 1 / scene.rate / self._substeps
+        self._rate = scene.rate
+        self._steps = 0
+        self._radius = scene.bodies.radius
+        self._bodies = _add_balls(self.space, scene, initial)
+        segments = _add_walls(self.space, scene)
+        # To read contacts: the bodies' ids, sorted, and what contacts call each (balls from 0, walls ~wall).
+        ids = np.array([body.id for body in self.space.bodies], np.uintp)
+        order = np.argsort(ids)
+        self._ids = ids[order]
+        self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in range(len(segments)))])[order]
+        self._segments = tuple(np.array([getattr(wall, end) for wall in segments]) for end in ("a", "b", "radius"))
+        self._buffer = Buffer()
+        self._found: list[Contacts] | None = None
+
+    def step(self) -> None:
+        """Call `Space.step` once for each substep."""
+        for substep in range(self._substeps):
+            self.space.step(self._dt)
+            if self._found is not None:
+                self._collect((self._steps + (substep + 1) / self._substeps) / self._rate)
+        self._steps += 1
+
+    def state(self) -> State:
+        """Return a snapshot, read in one batch."""
+        self._buffer.clear()
+        get_space_bodies(self.space, BodyFields.POSITION | BodyFields.VELOCITY, self._buffer)
+        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 4)[: len(self._bodies)]
+        return State(self._steps / self._rate, rows[:, :2].copy(), rows[:, 2:].copy())
+
+    def contacts(self) -> Contacts:
+        """Return the contacts since the last call."""
+        found, self._found = self._found, []
+        return np.concatenate(found) if found else no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Add dv (px/s) to a ball's velocity."""
+        self._bodies[ball].velocity += dv
+
+    def _collect(self, time: float) -> None:
+        """Read the contacts that the last `Space.step` solved."""
+        self._buffer.clear()
+        get_space_arbiters(self.space, _CONTACT_FIELDS, self._buffer)
+        ids = np.frombuffer(self._buffer.int_buf(), np.uintp).reshape(-1, 2)
+        if not len(ids):
+            return
+        values = np.frombuffer(self._buffer.float_buf()).reshape(-1, 5)
+        a, b = self._numbers[np.searchsorted(self._ids, ids)].T
+        swapped = (a < 0) | ((b >= 0) & (b < a))
+        contacts = np.empty(len(ids), CONTACT)
+        contacts["time"] = time
+        contacts["first"], contacts["second"] = np.where(swapped, b, a), np.where(swapped, a, b)
+        contacts["normal"] = np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4]
+        contacts["impulse"] = np.abs(_dot(values[:, 0:2], values[:, 2:4]))
+        contacts["depth"] = -values[:, 4]
+        solved = contacts[(contacts["impulse"] > 0) & self._touching(contacts)]
+        assert self._found is not None
+        self._found.append(solved[np.lexsort((solved["second"], solved["first"]))])
+
+    def _touching(self, contacts: Contacts) -> Bools:
+        """Tell which pairs overlap now, with Chipmunk's own arithmetic.
+
+        Pymunk lists a cached contact for some steps after the two have parted, with the impulse it had.
+        """
+        first, second = contacts["first"], contacts["second"]
+        of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
+        position = self.state().position
+        a, b, thick = (part[wall] for part in self._segments)
+        along = b - a
+        share = np.clip(_dot(along, position[first] - a) / _dot(along, along), 0.0, 1.0)
+        nearest = np.where(of_wall[:, None], a + along * share[:, None], position[ball])
+        reach = self._radius[first] + np.where(of_wall, thick, self._radius[ball])
+        away = nearest - position[first]
+        return _dot(away, away) < reach * reach
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+
+
+def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
+    bodies = scene.bodies
+    added = []
+    for ball in range(len(bodies)):
+        radius, mass = float(bodies.radius[ball]), float(bodies.mass[ball])
+        body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, radius))
+        body.position = tuple(initial.position[ball].tolist())
+        body.velocity = tuple(initial.velocity[ball].tolist())
+        shape = pymunk.Circle(body, radius)
+        shape.elasticity = float(bodies.elasticity[ball])
+        shape.friction = float(bodies.friction[ball])
+        space.add(body, shape)
+        added.append(body)
+    return added
+
+
+def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
+    """Add the arena's walls (left, top, right, bottom) and the scene's own, each on a static body of its own."""
+    (width, height), far = scene.arena.size, ARENA_WALL
+    arena = scene.arena
+    ends = [
+        ((-far, -far), (-far, height + far)),
+        ((-far, -far), (width + far, -far)),
+        ((width + far, -far), (width + far, height + far)),
+        ((-far, height + far), (width + far, height + far)),
+    ]
+    walls = [(a, b, far, arena.elasticity, arena.friction) for a, b in ends]
+    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
+    added = []
+    for a, b, radius, elasticity, friction in walls:
+        body = pymunk.Body(body_type=pymunk.Body.STATIC)
+        segment = pymunk.Segment(body, a, b, radius)
+        segment.elasticity, segment.friction = elasticity, friction
+        space.add(body, segment)
+        added.append(segment)
+    return added

@@ -1,0 +1,160 @@
+"""What a person does to a running scene: the inputs, their file, and the hand that pulls a ball.
+
+Inputs belong to steps, not to clocks, so that the same inputs give the same run. A file of them is JSON lines:
+
+    {"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}
+    {"step": 12, "do": "grab", "ball": 1, "at": [400.0, 300.0]}
+    {"step": 13, "do": "move", "at": [410.0, 300.0]}
+    {"step": 40, "do": "release"}
+    {"step": 95, "do": "end"}
+"""
+
+import json
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Final, Literal
+
+from pydantic import ValidationError
+
+from sandbox.mistakes import Mistake, dotted, explain, read_text, shown
+from sandbox.output import whole_file
+from sandbox.scene import Count, Index, Model, Scene, Vector
+
+PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
+MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
+
+
+class Start(Model):
+    """What the inputs were recorded on."""
+
+    step: Literal[0] = 0
+    do: Literal["start"] = "start"
+    scene: str
+    seed: Index
+    rate: Count
+
+
+class Grab(Model):
+    """The hand takes hold of a ball, and pulls it to a point (px)."""
+
+    step: Index
+    do: Literal["grab"] = "grab"
+    ball: Index
+    at: Vector
+
+
+class Move(Model):
+    """The point that the held ball is pulled to (px) is another one from this step on."""
+
+    step: Index
+    do: Literal["move"] = "move"
+    at: Vector
+
+
+class Release(Model):
+    """The hand lets go."""
+
+    step: Index
+    do: Literal["release"] = "release"
+
+
+class End(Model):
+    """The recording ended before this step."""
+
+    step: Index
+    do: Literal["end"] = "end"
+
+
+Input = Start | Grab | Move | Release | End
+_KINDS: Final[dict[str, type[Input]]] = {
+    "start": Start, "grab": Grab, "move": Move, "release": Release, "end": End
+}  # fmt: skip
+
+
+class Hand:
+    """The mouse in every engine: a critically damped pull of one ball to a point inside the arena.
+
+    The pull is backward Euler's step of x'' = -w² (x - target) - 2 w x', which neither overshoots nor blows up at
+    any rate. Its acceleration is finite, and it moves a ball by at most the ball's radius a step, so that walls
+    and other balls stay solid to it.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._radius = scene.bodies.radius
+        self._size = scene.arena.size
+        self._dt = 1 / scene.rate
+        self.ball: int | None = None
+        self.target: Vector = (0.0, 0.0)
+
+    def obey(self, given: Input) -> None:
+        """Take, move or release as an input says."""
+        match given:
+            case Grab(ball=ball, at=at):
+                self.ball = ball
+                self._aim(at)
+            case Move(at=at) if self.ball is not None:
+                self._aim(at)
+            case Release() | End():
+                self.ball = None
+
+    def _aim(self, at: Vector) -> None:
+        assert self.ball is not None
+        radius = float(self._radius[self.ball])
+        x, y = (min(max(to, radius), size - radius) for to, size in zip(at, self._size, strict=True))
+        self.target = x, y
+
+    def pull(self, position: Sequence[float], velocity: Sequence[float]) -> Vector:
+        """Return the change of the held ball's velocity for one step, px/s, from where it is and how it moves."""
+        assert self.ball is not None
+        h, w = self._dt, PULL
+        vx, vy = (
+            (v - h * w * w * (x - to)) / (1 + h * w) ** 2
+            for x, v, to in zip(position, velocity, self.target, strict=True)
+        )
+        vx, vy = _at_most(float(self._radius[self.ball]) / h, vx, vy)
+        return _at_most(MOST_PULL * h, vx - velocity[0], vy - velocity[1])
+
+
+def _at_most(length: float, x: float, y: float) -> Vector:
+    norm = math.hypot(x, y)
+    return (x, y) if norm <= length else (x * length / norm, y * length / norm)
+
+
+def load_inputs(path: Path, scene: Scene) -> list[Input]:
+    """Read a file of inputs to be replayed on a scene. Raises Mistake with every mistake in it."""
+    inputs: list[Input] = []
+    found: list[str] = []
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        try:
+            given = _parse(line)
+            if inputs and given.step < inputs[-1].step:
+                raise Mistake(f"step must be at least {inputs[-1].step}, got {given.step}")
+            if isinstance(given, Grab) and given.ball >= len(scene.bodies):
+                raise Mistake(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
+            inputs.append(given)
+        except Mistake as mistake:
+            found += [f"{path}:{number}: {what}" for what in str(mistake).splitlines()]
+    if found:
+        raise Mistake("\n".join(found))
+    return inputs
+
+
+def _parse(line: str) -> Input:
+    try:
+        document = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise Mistake(f"is not JSON: {error}") from None
+    kind = _KINDS.get(str(document.get("do"))) if isinstance(document, dict) else None
+    if kind is None:
+        raise Mistake(f'must be an object with "do" as one of {", ".join(_KINDS)}, got {shown(document)}')
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        raise Mistake("\n".join(f"{dotted(where)} {what}" for where, what in explain(error, kind))) from None
+
+
+def write_inputs(inputs: Iterable[Input], path: Path) -> None:
+    """Write inputs as the lines that `load_inputs` reads."""
+    with whole_file(path) as file:
+        file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)
