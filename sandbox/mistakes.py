@@ -150,9 +150,9 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
 
 
 def lines_of_keys(text: str) -> dict[Path, int]:
-    """Map each key and table that a valid TOML document writes to its line (from 1).
+    r"""Map each key and table that a valid TOML document writes to its line (from 1).
 
-    >>> lines_of_keys('rate = 60\\n[[balls]]\\nradius = 5\\n[[balls]]\\nx.to = 1')[("balls", 1, "x", "to")]
+    >>> lines_of_keys('rate = 60\n[[balls]]\nradius = 5\n[[balls]]\nx.to = 1')[("balls", 1, "x", "to")]
     5
     """
     lines: dict[Path, int] = {}

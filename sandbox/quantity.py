@@ -4,11 +4,13 @@ Arrays may have axes before the balls' (a whole trajectory at once): position an
 in px and px/s, mass and radius (n,) in kg and px.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
+from sandbox.scene import Scene
 from sandbox.state import Floats
 
 
@@ -24,36 +26,47 @@ def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], s
     return np.einsum("...nk,k,n->...", lowest - position, field, mass)
 
 
+def energy(scene: Scene, position: Floats, velocity: Floats) -> Floats:
+    """Return kinetic and potential energy of a scene's balls, kg px²/s²: (...)."""
+    mass = scene.bodies.mass
+    return kinetic_energy(velocity, mass) + potential_energy(position, mass, scene.gravity, scene.arena.size)
+
+
 def momentum(velocity: Floats, mass: Floats) -> Floats:
     """Return the total momentum, kg px/s: (..., 2)."""
     return np.einsum("...nk,n->...k", velocity, mass)
 
 
-def speed(velocity: Floats) -> Floats:
-    """Return the speed of each ball, px/s: (..., n)."""
-    return np.hypot(velocity[..., 0], velocity[..., 1])
+def length(vector: Floats) -> Floats:
+    """Return the length of each vector: (..., 2) -> (...). Of velocities it is the speed."""
+    return np.hypot(vector[..., 0], vector[..., 1])
 
 
-@njit(cache=True)
 def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
     """Find the pair of balls that overlap most: (px, first, second), (0.0, -1, -1) where none do.
 
     Sweep and prune along the axis on which the balls are spread further (Cohen et al. 1995).
     """
-    axis = 0 if np.ptp(position[:, 0]) >= np.ptp(position[:, 1]) else 1
+    axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
-    reach = 2.0 * radius.max()
+    overlap, first, second = _sweep(position[order], radius[order], axis, 2 * float(radius.max()))
+    if overlap == 0:
+        return 0.0, -1, -1
+    first, second = sorted((int(order[first]), int(order[second])))
+    return overlap, first, second
+
+
+@njit(cache=True)
+def _sweep(position, radius, axis, reach):  # type: ignore[no-untyped-def]
     deepest, first, second = 0.0, -1, -1
-    for k in range(len(order)):
-        i = order[k]
-        for m in range(k + 1, len(order)):
-            j = order[m]
+    for i in range(len(position)):
+        for j in range(i + 1, len(position)):
             if position[j, axis] - position[i, axis] >= reach:
                 break
-            distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
+            distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
             overlap = radius[i] + radius[j] - distance
             if overlap > deepest:
-                deepest, first, second = overlap, min(i, j), max(i, j)
+                deepest, first, second = overlap, i, j
     return deepest, first, second
 
 
@@ -61,5 +74,4 @@ def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]
     """Return how far each point (..., 2) is from a segment, px: (...)."""
     a, along = np.asarray(start, float), np.subtract(end, start)
     share = np.clip((point - a) @ along / (along @ along), 0.0, 1.0)
-    away = point - a - share[..., None] * along
-    return np.hypot(away[..., 0], away[..., 1])
+    return length(point - a - share[..., None] * along)

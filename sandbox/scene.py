@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
 from PIL import ImageColor
@@ -36,9 +36,15 @@ MAX_BALLS: Final = 200_000
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
 
 
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return the red, green and blue of a CSS colour name or #rrggbb, 0 to 255. Raises ValueError for any other."""
+    red, green, blue, *_ = ImageColor.getrgb(colour)
+    return red, green, blue
+
+
 def _colour(name: str) -> str:
     try:
-        ImageColor.getrgb(name)
+        rgb(name)
     except ValueError:
         known = nearest(name, ImageColor.colormap) if name.isalpha() else "write a CSS name or #rrggbb"
         raise findings(((), f"is no colour: {json.dumps(name[:40])}; {known}")) from None

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.mistakes import Mistake
-from sandbox.quantity import deepest_overlap, segment_distance, speed
+from sandbox.quantity import deepest_overlap, length, segment_distance
 from sandbox.scene import BallGroup, Range, Scene, Vector
 from sandbox.state import Floats, State
 
@@ -47,7 +47,7 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
         depth = radius + wall.thickness / 2 - segment_distance(state.position, wall.start, wall.to)
         if (ball := int(depth.argmax())) >= 0 and depth[ball] > 0:
             yield scene.at(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
-    moved = speed(state.velocity) / scene.rate  # px a step
+    moved = length(state.velocity) / scene.rate  # px a step
     ball = int((moved / radius).argmax())
     if moved[ball] > radius[ball]:
         enough = math.ceil(moved[ball] * scene.rate / radius[ball])

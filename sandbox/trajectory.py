@@ -25,12 +25,18 @@ class Lockstep:
         self.engines = {name: create(name, scene, self.initial) for name in names}
         self.steps = 0
         self.hand = Hand(scene)
-        self._inputs = list(reversed(inputs))
+        self.given: list[Input] = []  # all inputs obeyed so far
+        self._to_come = list(reversed(inputs))
+
+    def obey(self, given: Input) -> None:
+        """Take an input, which is to belong to the next step."""
+        self.given.append(given)
+        self.hand.obey(given)
 
     def step(self) -> None:
         """Obey the inputs that are due, let the hand pull, and advance every engine by one step."""
-        while self._inputs and self._inputs[-1].step <= self.steps:
-            self.hand.obey(self._inputs.pop())
+        while self._to_come and self._to_come[-1].step <= self.steps:
+            self.obey(self._to_come.pop())
         ball = self.hand.ball
         if ball is not None:
             for engine in self.engines.values():
@@ -61,16 +67,19 @@ class Trajectory:
     size: tuple[float, float]
 
 
-def simulate(scene: Scene, engine: str, *, steps: int | None = None, inputs: Sequence[Input] = ()) -> Trajectory:
-    """Run a scene in one engine, for the scene's seconds or a number of steps.
+def simulate(
+    scene: Scene,
+    engine: str,
+    *,
+    seconds: float | None = None,
+    steps: int | None = None,
+    inputs: Sequence[Input] = (),
+) -> Trajectory:
+    """Run a scene in one engine: for a number of steps, or for some seconds (the scene's where left out).
 
     Raises Mistake for an engine that is none, Refused where the engine cannot honour the scene.
-
-    >>> from sandbox.scene import load
-    >>> simulate(load("article"), "article", steps=60).position.shape
-    (61, 3, 2)
     """
-    steps = scene.steps if steps is None else steps
+    steps = round((scene.seconds if seconds is None else seconds) * scene.rate) if steps is None else steps
     lockstep = Lockstep(scene, [engine], inputs)
     position = np.empty((steps + 1, *lockstep.initial.position.shape))
     velocity = np.empty_like(position)

@@ -1,0 +1,270 @@
+"""The command line: it parses and prints, and adds nothing else.
+
+What is slow to import is imported by the commands that need it.
+"""
+
+import json
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from sandbox.mistakes import Mistake
+from sandbox.output import whole_file
+
+if TYPE_CHECKING:
+    from sandbox.comparison import Comparison
+    from sandbox.inputs import Input
+    from sandbox.scene import Scene
+
+app = typer.Typer(
+    help="Run a scene in several physics engines side by side, and be told how far they are apart.",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
+Engines = Annotated[
+    str | None, typer.Option(metavar="A,B,...", help="Engines to run; Pymunk and its reference if left out.")
+]
+Seed = Annotated[int | None, typer.Option(min=0, help="Begin with another seed than the scene's.")]
+Rate = Annotated[int | None, typer.Option(min=1, help="Steps per second, instead of the scene's.")]
+Seconds = Annotated[float | None, typer.Option(min=0, help="Run for so long, instead of the scene's seconds.")]
+Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay a mouse recorded with --save-inputs.")]
+
+
+def main() -> None:
+    """Run the command line. A user's mistake is told in one message, and the exit code is 2."""
+    try:
+        app()
+    except Mistake as mistake:
+        print(mistake, file=sys.stderr)
+        sys.exit(2)
+
+
+@app.callback(invoke_without_command=True)
+def _article_by_default(
+    context: typer.Context,
+    show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if show_version:
+        print(version("pymunk-sandbox"))
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        run()
+
+
+@app.command()
+def run(
+    scene: SceneArgument = "article",
+    engines: Engines = None,
+    seed: Seed = None,
+    inputs: Inputs = None,
+    save_inputs: Annotated[Path | None, typer.Option(metavar="FILE", help="Record the mouse, as JSON lines.")] = None,
+) -> None:
+    """Open a scene in the window.
+
+    Without a display: compare it, and save a picture of the end.
+    """
+    from sandbox.inputs import End, Start, write_inputs
+    from sandbox.view.window import Window, has_display
+
+    chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed)
+    if not has_display():
+        print("No display: comparing instead of opening the window.")
+        _compare_and_draw(chosen, _names(engines), replayed)
+        return
+    window = Window(chosen, _names(engines), replayed)
+    window.run()
+    if save_inputs:
+        ran = window.lockstep
+        start = Start(scene=window.scene.name, seed=window.scene.seed, rate=window.scene.rate)
+        write_inputs([start, *ran.given, End(step=ran.steps)], save_inputs)
+
+
+@app.command()
+def compare(
+    scene: SceneArgument,
+    engines: Engines = None,
+    against: Annotated[str | None, typer.Option(help="The engine that the others are measured against.")] = None,
+    seconds: Seconds = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
+    csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
+    max_gap: Annotated[float | None, typer.Option(metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
+    max_drift: Annotated[float | None, typer.Option(metavar="X", help="Exit with 1 if energy changes more.")] = None,
+) -> None:
+    """Tell how far engines are apart.
+
+    FILE may be -, for standard output. Exit code 1 says that a limit was passed.
+    """
+    from sandbox.comparison import compare as compare_engines
+
+    chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    comparison = compare_engines(chosen, _names(engines), against=against, inputs=replayed)
+    texts = {json_file: _json(comparison.as_json()), csv_file: comparison.as_csv()}
+    for file, text in texts.items():
+        if file:
+            with whole_file(file) as opened:
+                opened.write(text.encode())
+    if "-" not in texts:
+        _print_comparison(comparison)
+    beyond = list(comparison.beyond(max_gap, max_drift))
+    for limit in beyond:
+        print(limit, file=sys.stderr)
+    if beyond:
+        raise typer.Exit(1)
+
+
+@app.command()
+def trace(
+    scene: SceneArgument,
+    engine: Annotated[str, typer.Option(help="The engine that runs it.")],
+    seconds: Seconds = None,
+    steps: Annotated[int | None, typer.Option(min=0, help="Run for so many steps, instead of seconds.")] = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    inputs: Inputs = None,
+    out: Annotated[str, typer.Option(metavar="FILE", help="A .npz, .csv or extended .xyz file; - prints csv.")] = "-",
+) -> None:
+    """Write positions and velocities at every step."""
+    from sandbox.trajectory import simulate, trace_writer
+
+    write = trace_writer(out)
+    chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
+    with whole_file(out) as file:
+        write(trajectory, file)
+
+
+@app.command()
+def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Files, or bundled scenes.")]) -> None:
+    """Tell the mistakes in scene files.
+
+    Warnings are what the author may not have meant: overlaps, and balls faster than a step can follow.
+    """
+    from sandbox.scene import load
+    from sandbox.spawn import spawn, warnings
+
+    mistakes = []
+    for name in scenes:
+        try:
+            scene = load(name)
+            initial = spawn(scene)
+        except Mistake as mistake:
+            mistakes.append(str(mistake))
+            continue
+        print(f"{name}: {_counted(len(scene.bodies), 'ball')}, no mistakes")
+        for warning in warnings(scene, initial):
+            print(warning)
+    if mistakes:
+        raise Mistake("\n".join(mistakes))
+
+
+@app.command()
+def scenes() -> None:
+    """List the bundled scenes."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from sandbox.scene import bundled, load
+
+    table = Table(box=None, pad_edge=False)
+    for column in ("scene", "balls", "about"):
+        table.add_column(column)
+    for name in bundled():
+        scene = load(name)
+        table.add_row(name, str(len(scene.bodies)), scene.about)
+    Console().print(table)
+
+
+@app.command(name="schema")
+def print_schema() -> None:
+    """Print the JSON Schema of scene files."""
+    from sandbox.scene import schema
+
+    print(_json(schema()), end="")
+
+
+def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[Scene, Sequence[Input]]":
+    """Load a scene with what the command line changes of it; recorded inputs bring their seed and rate."""
+    from sandbox.inputs import Start, load_inputs
+    from sandbox.scene import load
+    from sandbox.spawn import spawn, warnings
+
+    chosen = load(scene)
+    recorded = load_inputs(inputs, chosen) if inputs else []
+    for given in recorded:
+        if isinstance(given, Start):
+            chosen = chosen.model_copy(update={"seed": given.seed, "rate": given.rate})
+    chosen = chosen.model_copy(update={key: value for key, value in changes.items() if value is not None})
+    for warning in warnings(chosen, spawn(chosen)):
+        print(warning, file=sys.stderr)
+    return chosen, recorded
+
+
+def _names(engines: str | None) -> list[str] | None:
+    if engines is None:
+        return None
+    names = [name.strip() for name in engines.split(",")]
+    if len(set(names)) < len(names):
+        raise Mistake(f"--engines {engines}: names an engine twice")
+    return names
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
+
+
+def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence[Input]") -> None:
+    from sandbox.comparison import compare as compare_engines
+    from sandbox.view.picture import draw_picture, save_picture
+
+    comparison = compare_engines(scene, names, inputs=inputs)
+    _print_comparison(comparison)
+    path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
+    save_picture(draw_picture(comparison), path)
+    print(f"Picture of the end: {path}")
+
+
+_ROWS: Final = {  # what the table calls each figure, and how it is written
+    "energy_ratio": ("energy left", "{:.4%}"),
+    "energy_drift": ("largest energy change", "{:.2e}"),
+    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
+    "gap_rms": ("gap, RMS", "{:.4g} px"),
+    "gap_max": ("gap, largest", "{:.4g} px"),
+    "pair_contacts": ("contacts of balls", "{}"),
+    "wall_contacts": ("contacts with walls", "{}"),
+    "max_overlap": ("deepest overlap", "{:.3g} px"),
+    "escaped": ("balls that escaped", "{}"),
+}
+
+
+def _print_comparison(comparison: "Comparison") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    scene = comparison.scene
+    print(
+        f"{scene.title or scene.name}: {_counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
+        f"{comparison.time[-1]:g} s at {scene.rate} steps a second, against {comparison.against}"
+    )
+    table = Table(box=None, pad_edge=False)
+    table.add_column("")
+    for name in comparison.runs:
+        table.add_column(name, justify="right")
+    for figure, (label, form) in _ROWS.items():
+        values = [getattr(run.figures, figure) for run in comparison.runs.values()]
+        table.add_row(label, *("-" if value is None else form.format(value) for value in values))
+    Console().print(table)

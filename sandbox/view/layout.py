@@ -1,0 +1,93 @@
+"""Where things stand in a window: panes side by side, as large as they can be."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from pygame import Rect
+
+from sandbox.scene import Vector
+
+GAP = 8  # px between panes and round them
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A window of some size with a pane per engine, each a title over an arena, and a status line below.
+
+    window and arena: width and height, px of the screen and of the scene.
+    """
+
+    window: tuple[int, int]
+    arena: Vector
+    panes: int
+
+    @cached_property
+    def text_height(self) -> int:
+        """Size of the text, px."""
+        return max(13, min(round(self.window[1] / 40), 48))
+
+    @cached_property
+    def line_height(self) -> int:
+        """Height of a line of text with room round it, px."""
+        return round(1.6 * self.text_height)
+
+    @cached_property
+    def columns(self) -> int:
+        """How many panes stand side by side: as many as make them largest."""
+        return max(range(1, self.panes + 1), key=self._scale)
+
+    @cached_property
+    def scale(self) -> float:
+        """Px of the screen for one px of the scene."""
+        return self._scale(self.columns)
+
+    def _room(self, columns: int) -> Vector:
+        """Width and height that a pane's arena may take."""
+        rows = math.ceil(self.panes / columns)
+        width = (self.window[0] - GAP) / columns - GAP
+        height = (self.window[1] - self.line_height - GAP) / rows - GAP - self.line_height
+        return max(width, 1.0), max(height, 1.0)
+
+    def _scale(self, columns: int) -> float:
+        return min(room / size for room, size in zip(self._room(columns), self.arena, strict=True))
+
+    @cached_property
+    def arenas(self) -> list[Rect]:
+        """Each pane's arena on the screen."""
+        width, height = self._room(self.columns)
+        size = [max(1, round(side * self.scale)) for side in self.arena]
+        rects = []
+        for pane in range(self.panes):
+            row, column = divmod(pane, self.columns)
+            x = GAP + column * (width + GAP) + (width - size[0]) / 2
+            y = GAP + row * (height + GAP + self.line_height) + self.line_height + (height - size[1]) / 2
+            rects.append(Rect(round(x), round(y), *size))
+        return rects
+
+    def title(self, pane: int) -> Rect:
+        """Where a pane's title goes: right above its arena."""
+        arena = self.arenas[pane]
+        return Rect(arena.x, arena.y - self.line_height, arena.width, self.line_height)
+
+    @cached_property
+    def status(self) -> Rect:
+        """Where the status line goes."""
+        return Rect(GAP, self.window[1] - self.line_height, self.window[0] - 2 * GAP, self.line_height)
+
+    def to_scene(self, pane: int, point: tuple[int, int]) -> Vector:
+        """Turn a point of the screen into one of a pane's scene, px."""
+        arena = self.arenas[pane]
+        return (point[0] - arena.x) / self.scale, (point[1] - arena.y) / self.scale
+
+    def pane_at(self, point: tuple[int, int]) -> int | None:
+        """Return the pane whose arena has a point of the screen in it."""
+        return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
+
+
+def natural_size(arena: Vector, panes: int, desktop: tuple[int, int]) -> tuple[int, int]:
+    """Choose the size of a new window: every arena at its own size, where the desktop has room for that."""
+    columns = min(panes, 3)
+    width, height = arena[0] * columns, arena[1] * math.ceil(panes / columns)
+    shrink = min(1.0, 0.9 * desktop[0] / width, 0.8 * desktop[1] / height)
+    return max(480, round(width * shrink)), max(320, round(height * shrink) + 60)

@@ -1,0 +1,41 @@
+"""A picture of a scene without a window."""
+
+import io
+
+import pygame
+from pygame import Surface
+
+from sandbox.comparison import Comparison
+from sandbox.engines import create
+from sandbox.inputs import Hand
+from sandbox.output import whole_file
+from sandbox.view.draw import FAINT, FRAME, write
+from sandbox.view.layout import Layout
+from sandbox.view.pane import Pane, draw_panes
+
+SIZE = (1280, 560)  # px
+
+
+def draw_picture(comparison: Comparison) -> Surface:
+    """Draw the end of each engine's run in a pane of its own, as the window would."""
+    scene = comparison.scene
+    surface = Surface(SIZE)
+    surface.fill(FRAME)
+    layout = Layout(SIZE, scene.arena.size, len(comparison.runs))
+    panes = []
+    for name, run in comparison.runs.items():
+        pane = Pane(scene, name, create(name, scene, run.final))
+        pane.energy_at_start, pane.contacts = float(run.energy[0]), len(run.contacts)
+        panes.append(pane)
+    draw_panes(surface, layout, panes, ghosts=False, hand=Hand(scene))
+    caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
+    write(surface, caption, layout.status, FAINT, layout.text_height)
+    return surface
+
+
+def save_picture(surface: Surface, path: str) -> None:
+    """Write a surface as PNG. Raises Mistake where the file cannot be written."""
+    png = io.BytesIO()
+    pygame.image.save(surface, png, "picture.png")
+    with whole_file(path) as file:
+        file.write(png.getvalue())

@@ -1,0 +1,25 @@
+"""What the tests share."""
+
+import os
+import shutil
+
+import pytest
+
+from sandbox.scene import Scene, parse
+
+REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: what is missing there is a failure
+
+
+def need(*programs: str) -> None:
+    """Skip a test that needs programs which are not on this machine; fail where nothing may be skipped."""
+    missing = [program for program in programs if shutil.which(program) is None]
+    if missing and REQUIRED:
+        pytest.fail(f"not installed: {', '.join(missing)}")
+    if missing:
+        pytest.skip(f"needs {', '.join(missing)}")
+
+
+def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:
+    """Make a scene of ball groups, each the lines of its table."""
+    groups = "\n".join(f"[[balls]]\n{group}" for group in balls)
+    return parse(f"{more}\n[arena]\nsize = {size}\n{groups}\n", "test.toml")
