@@ -32,16 +32,16 @@ SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or 
 Engines = Annotated[
     str | None, typer.Option(metavar="A,B,...", help="Engines to run; Pymunk and its reference if left out.")
 ]
-Seed = Annotated[int | None, typer.Option(min=0, help="Begin with another seed than the scene's.")]
-Rate = Annotated[int | None, typer.Option(min=1, help="Steps per second, instead of the scene's.")]
-Seconds = Annotated[float | None, typer.Option(min=0, help="Run for so long, instead of the scene's seconds.")]
+Seed = Annotated[int | None, typer.Option(help="Begin with another seed than the scene's.")]
+Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
+Seconds = Annotated[float | None, typer.Option(help="Run for so long, instead of the scene's seconds.")]
 Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay a mouse recorded with --save-inputs.")]
 
 
 def main() -> None:
     """Run the command line. A user's mistake is told in one message, and the exit code is 2."""
     try:
-        app()
+        app(prog_name="sandbox")
     except Mistake as mistake:
         print(mistake, file=sys.stderr)
         sys.exit(2)
@@ -75,16 +75,17 @@ def run(
     from sandbox.view.window import Window, has_display
 
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed)
-    if not has_display():
+    if has_display():
+        window = Window(chosen, _names(engines), replayed)
+        window.run()
+        chosen, given, steps = window.scene, window.lockstep.given, window.lockstep.steps
+    else:
         print("No display: comparing instead of opening the window.")
         _compare_and_draw(chosen, _names(engines), replayed)
-        return
-    window = Window(chosen, _names(engines), replayed)
-    window.run()
+        given, steps = list(replayed), chosen.steps
     if save_inputs:
-        ran = window.lockstep
-        start = Start(scene=window.scene.name, seed=window.scene.seed, rate=window.scene.rate)
-        write_inputs([start, *ran.given, End(step=ran.steps)], save_inputs)
+        start = Start(scene=chosen.name, seed=chosen.seed, rate=chosen.rate)
+        write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], save_inputs)
 
 
 @app.command()
@@ -203,8 +204,8 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
     recorded = load_inputs(inputs, chosen) if inputs else []
     for given in recorded:
         if isinstance(given, Start):
-            chosen = chosen.model_copy(update={"seed": given.seed, "rate": given.rate})
-    chosen = chosen.model_copy(update={key: value for key, value in changes.items() if value is not None})
+            chosen = chosen.changed(seed=given.seed, rate=given.rate)
+    chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
     for warning in warnings(chosen, spawn(chosen)):
         print(warning, file=sys.stderr)
     return chosen, recorded

@@ -33,6 +33,7 @@ from sandbox.mistakes import Path as KeyPath
 from sandbox.state import Bodies
 
 MAX_BALLS: Final = 200_000
+MAX_STEPS: Final = 10_000_000
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
 
 
@@ -326,10 +327,7 @@ class Expect(Model):
 
 
 class Scene(Model):
-    """Balls, walls and gravity: what several engines run side by side.
-
-    `scene.model_copy(update={"seed": 3})` is the same scene otherwise begun.
-    """
+    """Balls, walls and gravity: what several engines run side by side."""
 
     title: str = ""
     """What the window and the report call it."""
@@ -374,6 +372,26 @@ class Scene(Model):
         if found:
             raise findings(*found)
         return expect
+
+    @model_validator(mode="after")
+    def _not_too_long(self) -> Self:
+        if self.seconds * self.rate > MAX_STEPS:
+            raise findings(
+                (("seconds",), f"must be at most {MAX_STEPS / self.rate:g} at this rate, got {self.seconds:g}")
+            )
+        return self
+
+    def changed(self, **changes: object) -> "Scene":
+        """Return the same scene otherwise begun or run: `scene.changed(seed=3, seconds=5.0)`.
+
+        Raises Mistake for a value that a scene file may not have either.
+        """
+        try:
+            scene = Scene.model_validate({key: getattr(self, key) for key in Scene.model_fields} | changes)
+        except ValidationError as error:
+            raise Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, Scene))) from None
+        scene._file, scene._lines = self._file, self._lines
+        return scene
 
     @property
     def name(self) -> str:

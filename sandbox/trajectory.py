@@ -15,6 +15,8 @@ from sandbox.scene import Scene
 from sandbox.spawn import spawn
 from sandbox.state import Floats, State
 
+MAX_BYTES: Final = 3_000_000_000  # of a trajectory, which is held in memory whole
+
 
 class Lockstep:
     """Engines that run one scene from one state, a step at a time, with the same mouse."""
@@ -80,6 +82,9 @@ def simulate(
     Raises Mistake for an engine that is none, Refused where the engine cannot honour the scene.
     """
     steps = round((scene.seconds if seconds is None else seconds) * scene.rate) if steps is None else steps
+    size = (steps + 1) * len(scene.bodies) * 4 * 8
+    if size > MAX_BYTES:
+        raise Mistake(f"{steps:,} steps of {len(scene.bodies):,} balls are {size / 1e9:.3g} GB; at most 3 are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
     position = np.empty((steps + 1, *lockstep.initial.position.shape))
     velocity = np.empty_like(position)

@@ -109,9 +109,10 @@ class ArticleEngine:
     """
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        unknown = _beyond_the_rule(scene)
-        if unknown:
-            raise Refused(f"article: {' and '.join(unknown)} not part of the article's rule; use --engines pymunk")
+        beyond = _beyond_the_rule(scene)
+        if beyond:
+            are = "is" if len(beyond) == 1 else "are"
+            raise Refused(f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines pymunk")
         self._rate = scene.rate
         self._size = scene.arena.size
         self._radius = float(scene.bodies.radius[0])
@@ -151,11 +152,10 @@ def _beyond_the_rule(scene: Scene) -> list[str]:
     bodies, arena = scene.bodies, scene.arena
     beyond = {
         "gravity": scene.gravity != (0, 0),
-        "balls of several radii": np.ptp(bodies.radius) > 0,
-        "balls of several masses": np.ptp(bodies.mass) > 0,
-        "inner walls": len(scene.walls) > 0,
+        "a second radius": np.ptp(bodies.radius) > 0,
+        "a second mass": np.ptp(bodies.mass) > 0,
+        "an inner wall": len(scene.walls) > 0,
         "elasticity below 1": bodies.elasticity.min() < 1 or arena.elasticity < 1,
         "friction": bodies.friction.max() > 0,
     }
-    names = [name for name, there in beyond.items() if there]
-    return [*names[:-1], f"{names[-1]} {'are' if len(names) > 1 or names[-1].endswith('s') else 'is'}"] if names else []
+    return [name for name, there in beyond.items() if there]

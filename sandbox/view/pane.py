@@ -74,7 +74,8 @@ class Pane:
     def _draw_ghosts(self, inside: Surface, scale: float, ghosts: State) -> None:
         balls = zip(ghosts.position.tolist(), self.scene.bodies.radius.tolist(), self.scene.colors, strict=True)
         for (x, y), radius, colour in balls:
-            pygame.draw.circle(inside, rgb(colour), (round(x * scale), round(y * scale)), max(2, round(radius * scale)), 2)
+            centre = round(x * scale), round(y * scale)
+            pygame.draw.circle(inside, rgb(colour), centre, max(2, round(radius * scale)), 2)
 
     def _draw_pull(self, inside: Surface, scale: float, hand: Hand, ball: int) -> None:
         ink = contrast(self.scene.arena.background)

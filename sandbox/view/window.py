@@ -157,7 +157,7 @@ class Window:
 
     def next_seed(self) -> None:
         """Start the scene again with the next seed."""
-        self.try_to_begin(self.scene.model_copy(update={"seed": self.scene.seed + 1}))
+        self.try_to_begin(self.scene.changed(seed=self.scene.seed + 1))
 
     def next_scene(self) -> None:
         """Go on to the next bundled scene."""

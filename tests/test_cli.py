@@ -1,0 +1,108 @@
+"""The command line: exit codes, what goes where, and tables that fit."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pygame
+import pytest
+
+from sandbox.inputs import End, Grab, Input, Release, Start, load_inputs, write_inputs
+from sandbox.scene import bundled, load
+from sandbox.trajectory import simulate
+
+COMMANDS = ("run", "compare", "trace", "check", "scenes", "schema")
+
+
+def sandbox(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "sandbox", *map(str, arguments)]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_without_a_display_it_says_so_compares_and_saves_a_picture() -> None:
+    """The picture shows the end of the run that the table is of."""
+    run = sandbox("run", "head-on", "--save-inputs", "inputs.jsonl")
+    assert (run.returncode, run.stderr) == (0, "")
+    first, title, *table, last = run.stdout.splitlines()
+    assert first == "No display: comparing instead of opening the window."
+    assert title.startswith("Head-on: 2 balls, seed 0, 3 s at 60 steps a second")
+    assert len(table) == 10
+    assert last == "Picture of the end: head-on-0-000180.png"
+    assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
+    scene = load("head-on")
+    assert load_inputs(Path("inputs.jsonl"), scene) == [Start(scene="head-on", seed=0, rate=60), End(step=180)]
+
+
+def test_every_command_has_help() -> None:
+    top = sandbox("--help").stdout
+    for command in COMMANDS:
+        assert f"\n  {command} " in top
+        assert sandbox(command, "--help").stdout.startswith(f"Usage: sandbox {command} ")
+
+
+def test_json_on_standard_output_is_all_there_is() -> None:
+    run = sandbox("compare", "article", "--seconds", "1", "--seed", "2", "--rate", "120", "--json", "-")
+    document = json.loads(run.stdout)
+    assert (document["seed"], document["rate"], document["seconds"]) == (2, 120, 1.0)
+    assert list(document["engines"]) == ["pymunk", "article"]
+
+
+def test_a_passed_limit_is_exit_code_1_and_one_kept_0() -> None:
+    passed = sandbox("compare", "article", "--seconds", "2", "--max-gap", "1")
+    assert passed.returncode == 1
+    assert passed.stderr.startswith("pymunk: gap ")
+    assert sandbox("compare", "article", "--seconds", "2", "--max-gap", "1000", "--max-drift", "0.5").returncode == 0
+
+
+def test_the_table_fits_a_narrow_terminal() -> None:
+    lines = sandbox("compare", "article", "--seconds", "1", COLUMNS="50").stdout.splitlines()[1:]
+    assert max(map(len, lines)) <= 50
+    assert sandbox("compare", "article", "--seconds", "1", COLUMNS="200").stdout.splitlines()[1:] == lines
+
+
+def test_scenes_are_listed_with_what_to_watch_for() -> None:
+    listed = sandbox("scenes", COLUMNS="1000").stdout
+    for name in bundled():
+        assert load(name).about in listed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, pymunk"),
+        (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
+        (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
+        (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
+        (("compare", "article", "--json", "no/f.json"), "no/f.json: cannot be written: No such file or directory"),
+        (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
+        (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
+        (
+            ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
+            "9,999,999 steps of 1,000 balls are 320 GB;",
+        ),
+        (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
+    ],
+    ids=lambda value: "-".join(value[:1] + value[2:]) if isinstance(value, tuple) else "",
+)
+def test_a_mistake_is_one_message_and_exit_code_2(arguments: tuple[str, ...], message: str) -> None:
+    run = sandbox(*arguments)
+    assert run.returncode == 2
+    assert run.stderr.startswith(message)
+    assert run.stderr.count("\n") == 1
+    assert run.stdout == ""
+
+
+def test_recorded_inputs_bring_their_seed_and_rate() -> None:
+    start = Start(scene="article", seed=5, rate=120)
+    inputs: list[Input] = [start, Grab(step=3, ball=1, at=(100, 100)), Release(step=90)]
+    write_inputs(inputs, Path("inputs.jsonl"))
+    arguments = ("trace", "article", "--engine", "article", "--steps", 120, "--inputs", "inputs.jsonl", "--out", "-")
+    last = sandbox(*arguments).stdout.splitlines()[-2].split(",")
+    run = simulate(load("article").changed(seed=5, rate=120), "article", steps=120, inputs=inputs)
+    assert [float(number) for number in last[2:4]] == run.position[-1, 1].tolist()

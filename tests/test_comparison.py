@@ -1,0 +1,117 @@
+"""How far engines are apart, and what each does to energy and momentum."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.comparison import compare
+from sandbox.inputs import Grab, Input, Release
+from sandbox.mistakes import Mistake
+from sandbox.scene import load
+from sandbox.trajectory import simulate
+
+FIGURES = {
+    "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
+    "max_overlap", "escaped", "first_difference", "ledger",
+}  # fmt: skip
+
+
+def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
+    scene = load("article").changed(seconds=3.0)
+    comparison = compare(scene, ["pymunk", "article"], against="article")
+    away = np.linalg.norm(simulate(scene, "pymunk").position - simulate(scene, "article").position, axis=2)
+    run = comparison.runs["pymunk"]
+    assert run.gap_max == pytest.approx(away.max(axis=1))
+    assert run.gap_rms == pytest.approx(np.sqrt((away**2).mean(axis=1)))
+    assert run.gap_of_ball == pytest.approx(away.max(axis=0))
+    assert run.figures.gap_max == pytest.approx(away.max())
+    assert run.figures.gap_rms == pytest.approx(np.sqrt((away**2).mean()))
+    assert comparison.runs["article"].figures.gap_max == 0
+    assert comparison.time[-1] == 3
+
+
+def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load("gas-100").changed(seconds=2.0)
+    whole = compare(scene)
+    monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
+    assert compare(scene).as_json() == whole.as_json()
+
+
+def test_energy_counts_gravity() -> None:
+    """A ball in free fall keeps the sum of kinetic energy and height above the floor's corner."""
+    scene = scene_of("radius = 20\nposition = [400, 100]", more="gravity = [0, 900]\nseconds = 0.5\nrate = 4800")
+    run = compare(scene, ["pymunk"]).runs["pymunk"]
+    assert run.energy[0] == pytest.approx(900 * 500)
+    assert run.figures.energy_ratio == pytest.approx(1, abs=1e-3)  # what integrating gravity in steps leaves
+    assert run.figures.momentum_drift < 1e-12  # gravity's own is not from nowhere
+
+
+def test_momentum_from_nowhere_leaves_out_walls_and_the_hand() -> None:
+    scene = load("article").changed(seconds=5.0)
+    inputs: list[Input] = [Grab(step=60, ball=0, at=(100, 100)), Release(step=120)]
+    for run in compare(scene, ["pymunk", "article"], inputs=inputs).runs.values():
+        assert run.figures.wall_contacts > 0
+        assert run.figures.momentum_drift < 1e-13
+
+
+def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
+    scene = load("head-on").changed(seconds=2.0)
+    figures = compare(scene, ["pymunk"]).runs["pymunk"].figures
+    assert (figures.pair_contacts, figures.wall_contacts, figures.escaped) == (1, 0, 0)
+    # 200 px/s are 3.33 px a step; they meet at 1.3 s, on a step, so the first overlap is a whole step deep
+    assert figures.max_overlap == pytest.approx(200 / 60, abs=1e-9)
+
+
+def test_a_ball_whose_centre_leaves_the_arena_has_escaped() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [400, 300]\nvelocity = [6000, 0]",  # 100 px a step, and Pymunk finds the wall late
+        "radius = 20\nposition = [400, 100]",
+        more="seconds = 0.2",
+    )
+    assert compare(scene, ["pymunk"]).runs["pymunk"].figures.escaped == 1
+
+
+def test_balls_at_rest_have_no_energy_to_compare() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]", more="seconds = 0.1")
+    figures = compare(scene, ["pymunk"]).runs["pymunk"].figures
+    assert figures.energy_ratio is None
+    assert figures.energy_drift is None
+
+
+def test_json_and_csv_hold_the_same_figures() -> None:
+    comparison = compare(load("article").changed(seconds=1.0, seed=4))
+    document = comparison.as_json()
+    assert list(document) == ["scene", "seed", "rate", "seconds", "against", "horizon", "engines"]
+    assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 4, 60, 1.0)
+    assert list(document["engines"]) == ["pymunk", "article"]
+    rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
+    for row, (name, figures) in zip(rows, document["engines"].items(), strict=True):
+        assert set(figures) == FIGURES
+        assert row["engine"] == name
+        assert {key: row[key] for key in FIGURES} == {
+            key: "" if value is None else str(value) for key, value in figures.items()
+        }
+
+
+def test_a_passed_limit_is_told_with_its_value_and_time() -> None:
+    comparison = compare(load("article"), ["pymunk", "article"])
+    [gap, drift] = comparison.beyond(max_gap=100, max_drift=0.1)
+    run = comparison.runs["pymunk"]
+    since = comparison.time[int(np.argmax(run.gap_max > 100))]
+    assert gap == f"pymunk: gap {run.gap_max.max():.6g} px is beyond the limit of 100 px, passed at {since:.3f} s"
+    assert drift.startswith("article: drift 0.584135 is beyond the limit of 0.1, passed at ")
+    assert list(comparison.beyond(max_gap=1000, max_drift=0.9)) == []
+    assert list(comparison.beyond()) == []
+
+
+def test_the_last_engine_is_what_others_are_measured_against_unless_one_is_named() -> None:
+    scene = load("article").changed(seconds=0.1)
+    assert compare(scene).against == "article"
+    assert compare(scene, against="pymunk").against == "pymunk"
+    with pytest.raises(
+        Mistake, match=r"^cannot compare against 'artcle', which does not take part; did you mean article\?$"
+    ):
+        compare(scene, against="artcle")

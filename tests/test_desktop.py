@@ -1,0 +1,210 @@
+"""The real window on a real X server, with a real mouse and keyboard."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pygame
+import pytest
+from conftest import need
+
+from sandbox.inputs import End, Input, Release, load_inputs
+from sandbox.scene import Scene, load, rgb
+from sandbox.trajectory import simulate
+from sandbox.view.layout import Layout
+
+SCENE = """
+[arena]
+size = [800, 600]
+[[balls]]
+radius = 20
+position = [200, 300]
+colors = ["#d55e00"]
+[[balls]]
+radius = 20
+position = [600, 500]
+colors = ["#0072b2"]
+"""
+ENGINES = ("pymunk", "article")
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    need("Xvfb", "xdotool")
+    read, write = os.pipe()
+    server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
+    with subprocess.Popen(server, pass_fds=[write], stderr=subprocess.DEVNULL) as xvfb:
+        os.close(write)
+        with os.fdopen(read) as pipe:
+            yield f":{pipe.readline().strip()}"
+        xvfb.terminate()
+
+
+@dataclass
+class Desktop:
+    """A running sandbox, and a hand on its mouse and keyboard."""
+
+    environment: dict[str, str]
+    process: subprocess.Popen[bytes]
+    folder: Path
+    scene: Scene
+    window: str = ""
+
+    def xdo(self, *arguments: object) -> str:
+        command = ["xdotool", *map(str, arguments)]
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
+
+    def wait_for(self, found: Callable[[], object]) -> object:
+        """Wait for something to be there, for as long as a slow machine may need."""
+        for _ in range(600):
+            result = found()
+            if result:
+                return result
+            assert self.process.poll() is None, "the sandbox stopped"
+            time.sleep(0.05)
+        raise AssertionError("waited in vain")
+
+    def open(self) -> None:
+        self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
+        self.xdo("windowfocus", "--sync", self.window)
+        self.picture()  # the first frame is there
+
+    def picture(self) -> pygame.Surface:
+        """Have the sandbox save a picture, and load it."""
+        for old in self.folder.glob("*.png"):
+            old.unlink()
+        self.xdo("key", "F12")
+        self.wait_for(lambda: list(self.folder.glob("*.png")))
+        [file] = self.folder.glob("*.png")
+        return pygame.image.load(file)
+
+    @property
+    def layout(self) -> Layout:
+        geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
+        size = int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+        return Layout(size, self.scene.arena.size, len(ENGINES))
+
+    def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
+        """Turn a place of the scene into one of the window."""
+        arena, scale = self.layout.arenas[pane], self.layout.scale
+        return round(arena.x + x * scale), round(arena.y + y * scale)
+
+    def move(self, x: float, y: float, pane: int = 0) -> None:
+        self.xdo("mousemove", "--window", self.window, *self.point(x, y, pane))
+
+    def press(self, x: float, y: float, pane: int = 0) -> None:
+        self.move(x, y, pane)
+        self.xdo("mousedown", 1)
+
+    def quit(self) -> list[Input]:
+        """Close the window; return the inputs it recorded."""
+        self.xdo("windowfocus", "--sync", self.window)
+        self.xdo("key", "Escape")
+        assert self.process.wait(30) == 0
+        return load_inputs(self.folder / "inputs.jsonl", self.scene)
+
+
+@contextmanager
+def running(display: str, folder: Path) -> Iterator[Desktop]:
+    (folder / "scene.toml").write_text(SCENE)
+    environment = {**os.environ, "DISPLAY": display}
+    command = [sys.executable, "-m", "sandbox", "run", "scene.toml", "--save-inputs", "inputs.jsonl"]
+    with subprocess.Popen(command, cwd=folder, env=environment) as process:
+        desktop = Desktop(environment, process, folder, load(folder / "scene.toml"))
+        try:
+            desktop.open()
+            yield desktop
+        finally:
+            process.kill()
+
+
+@pytest.fixture
+def desktop(display: str, tmp_path: Path) -> Iterator[Desktop]:
+    with running(display, tmp_path) as desktop:
+        yield desktop
+
+
+def steps_of(inputs: list[Input]) -> int:
+    assert isinstance(inputs[-1], End)
+    return inputs[-1].step
+
+
+def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    for x in range(200, 501, 50):
+        desktop.move(x, 150)
+        time.sleep(0.05)
+    time.sleep(1)
+    shown = desktop.picture()
+    for pane in (0, 1):
+        assert tuple(shown.get_at(desktop.point(500, 160, pane)))[:3] == rgb("#d55e00")
+        assert tuple(shown.get_at(desktop.point(200, 300, pane)))[:3] == (255, 255, 255)
+        assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")
+    desktop.xdo("mouseup", 1)
+    inputs = desktop.quit()
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert run.position[-1, 0] == pytest.approx([500, 150], abs=3)
+        assert run.position[-1, 1].tolist() == [600, 500]
+
+
+def test_a_ball_let_go_in_motion_keeps_flying(desktop: Desktop) -> None:
+    desktop.press(200, 300, pane=1)
+    for x in range(200, 401, 10):
+        desktop.move(x, 300, pane=1)
+        time.sleep(0.02)
+    desktop.xdo("mouseup", 1)
+    time.sleep(0.3)
+    inputs = desktop.quit()
+    [released] = [given.step for given in inputs if isinstance(given, Release)]
+    assert steps_of(inputs) > released + 5
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert run.velocity[released, 0, 0] > 30
+        assert run.velocity[-1, 0].tolist() == run.velocity[released, 0].tolist()
+
+
+def test_a_drag_far_outside_the_window_leaves_the_ball_in_the_arena_and_lets_go_there(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    for x, y in ((300, 300), (600, 200), (700, -200)):
+        desktop.move(x, y)
+        time.sleep(0.1)
+    desktop.xdo("mousemove", 1599, 0)  # the far corner of the screen
+    time.sleep(1)
+    desktop.xdo("mouseup", 1)
+    time.sleep(0.3)
+    inputs = desktop.quit()
+    assert sum(isinstance(given, Release) for given in inputs) == 1
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert (run.position[:, 0] > 19).all()
+        assert (run.position[:, 0] < [781, 581]).all()
+        assert run.position[-1, 0] == pytest.approx([780, 20], abs=1)
+
+
+def test_losing_the_focus_lets_go(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    desktop.move(300, 300)
+    time.sleep(0.2)
+    root = desktop.xdo("search", "--maxdepth", 0, "")
+    desktop.xdo("windowfocus", root)
+    time.sleep(0.3)
+    desktop.xdo("mouseup", 1)
+    inputs = desktop.quit()
+    assert [given.do for given in inputs if given.do != "move"] == ["start", "grab", "release", "end"]
+
+
+def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
+    desktop.xdo("key", "p")
+    for width, height in ((640, 700), (1500, 400)):
+        desktop.xdo("windowsize", "--sync", desktop.window, width, height)
+        time.sleep(0.3)
+        shown = desktop.picture()
+        assert shown.get_size() == (width, height)
+        for pane in (0, 1):
+            assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")

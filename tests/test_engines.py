@@ -1,0 +1,140 @@
+"""What holds of every engine, on every bundled scene that it takes."""
+
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.engines import Engine, Refused, create, default_engines, registry
+from sandbox.inputs import End, Grab, Input, Move, Release
+from sandbox.mistakes import Mistake
+from sandbox.scene import bundled, load
+from sandbox.spawn import spawn
+from sandbox.state import CONTACT
+from sandbox.trajectory import simulate
+
+
+def takes(engine: str, scene_name: str) -> bool:
+    scene = load(scene_name)
+    try:
+        create(engine, scene, spawn(scene))
+    except Refused:
+        return False
+    return True
+
+
+PAIRS = [(engine, scene) for scene in bundled() for engine in registry() if takes(engine, scene)]
+SHORT = 90  # steps
+
+
+def test_every_scene_has_an_engine_and_every_engine_a_scene() -> None:
+    assert {scene for _, scene in PAIRS} == set(bundled())
+    assert {engine for engine, _ in PAIRS} == set(registry())
+    assert len(PAIRS) >= 15
+
+
+def digests() -> dict[str, str]:
+    """Hash the trace of each engine on each scene."""
+    found = {}
+    for engine, name in PAIRS:
+        run = simulate(load(name), engine, steps=SHORT)
+        found[f"{engine} {name}"] = hashlib.sha256(run.position.tobytes() + run.velocity.tobytes()).hexdigest()
+    return found
+
+
+def test_another_process_gives_the_same_bytes() -> None:
+    """The other process runs the scenes with other hashes, and in the other order of engines."""
+    program = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_engines as t; "
+    program += "t.PAIRS.reverse(); print(t.digests())"
+    other = subprocess.run(
+        [sys.executable, "-c", program], env={"PYTHONHASHSEED": "1"}, capture_output=True, text=True, check=True
+    )
+    assert eval(other.stdout) == digests()
+
+
+@pytest.fixture(params=list(registry()))
+def engine(request: pytest.FixtureRequest) -> Engine:
+    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, -30]", "radius = 20\nposition = [500, 300]")
+    return create(request.param, scene, spawn(scene))
+
+
+def test_a_ball_flies_straight_until_it_meets_something(engine: Engine) -> None:
+    for _ in range(60):
+        engine.step()
+    assert engine.state().time == 1
+    assert engine.state().position[0] == pytest.approx([260, 270], abs=1e-9)
+
+
+def test_a_kick_adds_to_the_velocity_of_one_ball(engine: Engine) -> None:
+    engine.kick(1, (30.0, 90.0))
+    engine.step()
+    assert engine.state().velocity == pytest.approx(np.array([[60, -30], [30, 90]]), abs=1e-12)
+    assert engine.state().position[1] == pytest.approx([500.5, 301.5], abs=1e-9)
+
+
+def test_a_snapshot_is_left_alone_by_later_steps(engine: Engine) -> None:
+    before = engine.state()
+    position, velocity = before.position.copy(), before.velocity.copy()
+    engine.kick(0, (50.0, 0.0))
+    engine.step()
+    assert np.array_equal(before.position, position)
+    assert np.array_equal(before.velocity, velocity)
+
+
+def test_contacts_are_collected_from_the_first_call_and_told_once(engine: Engine) -> None:
+    engine.kick(1, (-2400.0, 0.0))  # 40 px a step
+    assert engine.contacts().dtype == CONTACT
+    for _ in range(8):
+        engine.step()
+    contacts = engine.contacts()
+    assert [0, 1] in np.column_stack([contacts["first"], contacts["second"]]).tolist()
+    assert len(engine.contacts()) == 0
+
+
+@pytest.mark.parametrize("name", registry())
+def test_a_drag_far_outside_leaves_the_ball_inside_and_a_throw_flies_on(name: str) -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]", "radius = 20\nposition = [200, 500]")
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(200, 300)), Move(step=1, at=(1e6, -1e6)), Release(step=300)]
+    run = simulate(scene, name, steps=301, inputs=inputs)
+    assert ((run.position[:, 0] >= 20 - 1) & (run.position[:, 0] <= [780 + 1, 580 + 1])).all()
+    assert run.position[-1, 0] == pytest.approx([780, 20], abs=0.01)
+
+    inputs = [Grab(step=0, ball=0, at=(200, 300)), *(Move(step=k, at=(200 + 3 * k, 300)) for k in range(1, 61))]
+    thrown = simulate(scene, name, steps=90, inputs=[*inputs, Release(step=60), End(step=90)])
+    assert thrown.velocity[60, 0] == pytest.approx([180, 0], rel=0.02)  # the pointer's 3 px a step
+    assert np.array_equal(thrown.velocity[60, 0], thrown.velocity[90, 0])
+
+
+@pytest.mark.parametrize("name", registry())
+def test_a_dragged_ball_does_not_pass_through_another_or_a_wall(name: str) -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]", "radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(760, 300))]
+    run = simulate(scene, name, steps=240, inputs=inputs)
+    assert (run.position[:, 0, 0] < run.position[:, 1, 0]).all()
+
+
+def test_an_unknown_engine_is_a_mistake_that_names_the_nearest() -> None:
+    scene = load("article")
+    with pytest.raises(Mistake, match=r"^no engine 'pymnk'; did you mean pymunk\?$"):
+        create("pymnk", scene, spawn(scene))
+
+
+def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    info = tmp_path / "mine-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[sandbox.engines]\nmine = sandbox.engines.article:ArticleEngine\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    scene = load("article")
+    ran = simulate(scene, "mine", steps=10)
+    assert np.array_equal(ran.position, simulate(scene, "article", steps=10).position)
+
+
+def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> None:
+    article, heavy = load("article"), load("heavy-among-light")
+    assert default_engines(article, spawn(article)) == ["pymunk", "article"]
+    assert default_engines(heavy, spawn(heavy)) == ["pymunk"]

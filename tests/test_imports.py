@@ -1,0 +1,66 @@
+"""Imports run one way, and the libraries stay where they belong."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import sandbox
+
+ROOT = Path(sandbox.__file__).parent
+LAYERS = (  # each may import from those before it, and from its own
+    ("mistakes", "output", "state"),
+    ("scene",),
+    ("quantity", "inputs"),
+    ("spawn",),
+    ("engines",),
+    ("trajectory",),
+    ("comparison",),
+    ("view",),
+    ("cli",),
+    ("__main__",),
+)
+RANK = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+MODULES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
+    for file in sorted(ROOT.rglob("*.py"))
+    if file != ROOT / "__init__.py"
+}
+
+
+def imported(file: Path) -> set[str]:
+    """Return the full names of the modules that a file imports, wherever in it."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: relative import"
+            names.add(str(node.module))
+    return names
+
+
+def test_every_module_has_its_layer() -> None:
+    assert {name.split(".")[0] for name in MODULES} == set(RANK)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_run_one_way(module: str) -> None:
+    own = module.split(".", maxsplit=1)[0]
+    for name in imported(MODULES[module]):
+        if name.startswith("sandbox."):
+            other = name.split(".")[1]
+            assert RANK[other] <= RANK[own], f"{module} imports {name}"
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if name.startswith("engines.")])
+def test_engines_do_not_import_each_other(module: str) -> None:
+    engines = {"sandbox.engines.article", "sandbox.engines.pymunk"}
+    assert not imported(MODULES[module]) & engines
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_pygame_is_the_view_s_and_pymunk_its_engine_s_and_its_pane_s(module: str) -> None:
+    libraries = {name.split(".")[0] for name in imported(MODULES[module])}
+    assert "pygame" not in libraries or module.startswith("view.")
+    assert "pymunk" not in libraries or module in ("engines.pymunk", "view.debug_draw")

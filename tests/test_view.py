@@ -1,0 +1,314 @@
+"""What the window shows and does, on a screen that is only in memory."""
+
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from hypothesis import given
+from hypothesis import strategies as st
+from pygame.event import Event
+
+from sandbox.comparison import compare
+from sandbox.inputs import Grab, Input, Move, Release
+from sandbox.scene import Scene, bundled, load, rgb
+from sandbox.trajectory import simulate
+from sandbox.view.controls import CONTROLS, action_of
+from sandbox.view.draw import FRAME
+from sandbox.view.layout import Layout
+from sandbox.view.picture import draw_picture
+from sandbox.view.window import Window, has_display
+
+RED, BLUE = "#d55e00", "#0072b2"
+TWO = (
+    f'radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\ncolors = ["{RED}"]',
+    f'radius = 20\nposition = [600, 300]\ncolors = ["{BLUE}"]',
+)
+KEYS = {"Space": (pygame.K_SPACE, " "), "Right": (pygame.K_RIGHT, ""), "Esc": (pygame.K_ESCAPE, "\x1b")}
+
+
+@pytest.fixture(autouse=True)
+def _memory_screen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return scene_of(*TWO)
+
+
+@pytest.fixture
+def window(scene: Scene) -> Window:
+    return Window(scene, None)
+
+
+def press(window: Window, character: str) -> None:
+    key, typed = KEYS.get(character, (0, character))
+    if character.startswith("F") and len(character) > 1:
+        key, typed = getattr(pygame, f"K_{character}"), ""
+    window.on_event(Event(pygame.KEYDOWN, key=key, unicode=typed))
+
+
+def mouse(window: Window, what: int, point: tuple[int, int], held: bool = True) -> None:
+    window.on_event(Event(what, pos=point, button=1, buttons=(int(held), 0, 0)))
+
+
+def colour_at(surface: pygame.Surface, layout: Layout, pane: int, x: float, y: float) -> tuple[int, ...]:
+    """Return the colour shown at a place of a pane's scene."""
+    arena = layout.arenas[pane]
+    return tuple(surface.get_at((round(arena.x + x * layout.scale), round(arena.y + y * layout.scale))))[:3]
+
+
+def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> None:
+    window.advance(1.0)  # but no more than the frame has time for
+    while window.lockstep.steps < 60:
+        window.one_step()
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window.screen, window.layout, pane, 260, 306) == rgb(RED)
+        assert colour_at(window.screen, window.layout, pane, 600, 306) == rgb(BLUE)
+        assert colour_at(window.screen, window.layout, pane, 200, 300) == (255, 255, 255)
+    assert [pane.title for pane in window.panes] == [
+        "pymunk    energy 100.0%    contacts 0",
+        "article    energy 100.0%    contacts 0",
+    ]
+
+
+def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
+    scene = load("head-on")
+    comparison = compare(scene)
+    picture = draw_picture(comparison)
+    layout = Layout(picture.get_size(), scene.arena.size, 2)
+    for pane, run in enumerate(comparison.runs.values()):
+        for ball, (x, y) in enumerate(run.final.position):
+            assert colour_at(picture, layout, pane, x, y + 8) == rgb(scene.colors[ball])
+
+
+def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
+    window.lockstep.engines["pymunk"].kick(0, (0.0, 600.0))
+    for _ in range(6):
+        window.one_step()  # 60 px apart now
+    window.draw()
+    place = (0, 206 + 20, 300)  # the right edge of the article's ball, in Pymunk's pane
+    assert colour_at(window.screen, window.layout, *place) == (255, 255, 255)
+    press(window, "g")
+    window.draw()
+    ring = {colour_at(window.screen, window.layout, 0, x, 300) for x in (224, 225, 226, 227)}
+    assert rgb(RED) in ring
+    assert colour_at(window.screen, window.layout, 0, 206, 310) == (255, 255, 255)  # but not filled
+
+
+def test_inner_walls_are_drawn_in_every_pane() -> None:
+    scene = scene_of(*TWO, more="walls = [{ from = [100, 100], to = [300, 100], thickness = 20 }]")
+    window = Window(scene, ["pymunk"])
+    window.draw()
+    assert colour_at(window.screen, window.layout, 0, 200, 105) == (149, 165, 166)  # debug-draw's static shapes
+    assert colour_at(window.screen, window.layout, 0, 200, 120) == (255, 255, 255)
+
+
+def test_pause_stops_time_and_a_single_step_is_one(window: Window) -> None:
+    press(window, "p")
+    assert window.paused
+    press(window, "o")
+    press(window, "Right")
+    assert window.lockstep.steps == 2
+    assert window.panes[0].state.position[0].tolist() == [202, 300]
+    press(window, "Space")
+    assert not window.paused
+
+
+def test_time_passes_at_the_scene_s_rate_and_speed_doubles_and_halves_it(window: Window) -> None:
+    for _ in range(30):
+        window.advance(1 / 60)
+    assert window.lockstep.steps == pytest.approx(30, abs=1)
+    press(window, "+")
+    before = window.lockstep.steps
+    for _ in range(30):
+        window.advance(1 / 60)
+    assert window.lockstep.steps - before == pytest.approx(60, abs=1)
+    for _ in range(20):
+        press(window, "-")
+    assert window.speed == 1 / 64
+
+
+def test_a_slow_frame_slows_time_and_never_enlarges_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.view.window.BUDGET", -1.0)  # every frame is too slow
+    window.advance(10.0)
+    assert window.lockstep.steps == 1
+    window.advance(0.0)
+    assert window.lockstep.steps == 2
+    window.advance(0.0)
+    assert window.lockstep.steps == 2
+    expected = simulate(window.scene, "pymunk", steps=2)
+    assert np.array_equal(window.panes[0].state.position, expected.position[2])
+
+
+def test_restart_and_next_seed(scene: Scene) -> None:
+    window = Window(load("article"), None)
+    for _ in range(10):
+        window.one_step()
+    press(window, "r")
+    assert window.lockstep.steps == 0
+    assert np.array_equal(window.panes[0].state.position, simulate(load("article"), "article", steps=0).position[0])
+    press(window, "n")
+    assert window.scene.seed == 1
+    second = load("article").changed(seed=1)
+    assert np.array_equal(window.panes[0].state.position, simulate(second, "article", steps=0).position[0])
+
+
+def test_brackets_turn_the_pages_of_the_bundled_scenes(scene: Scene) -> None:
+    names = list(bundled())
+    window = Window(load(names[0]), None)
+    seen = []
+    for _ in names:
+        press(window, "]")
+        seen.append(window.scene.name)
+        window.draw()
+    assert seen == [*names[1:], names[0]]
+    press(window, "[")
+    assert window.scene.name == names[-1]
+
+
+def test_an_engine_that_refuses_the_next_scene_says_so_and_the_scene_s_own_run() -> None:
+    names = list(bundled())
+    window = Window(load("article"), ["article"])
+    while window.scene.name != "bouncing":
+        press(window, "]")
+    assert list(window.lockstep.engines) == ["pymunk"]
+    assert window.status.startswith("article: gravity and elasticity below 1 are not part of the article's rule")
+    press(window, "]")
+    assert window.scene.name == names[names.index("bouncing") + 1]
+    assert list(window.lockstep.engines) == ["article"]
+
+
+def test_help_lists_every_key(window: Window) -> None:
+    window.draw()
+    before = pygame.surfarray.array3d(window.screen)
+    press(window, "F1")
+    window.draw()
+    panel = (pygame.surfarray.array3d(window.screen) != before).any(axis=2)
+    assert panel.sum() > 20_000
+    assert (pygame.surfarray.array3d(window.screen)[panel] == np.array(FRAME[:3])).all(axis=1).mean() > 0.5
+    press(window, "F1")
+    window.draw()
+    assert np.array_equal(pygame.surfarray.array3d(window.screen), before)
+
+
+def test_a_picture_is_what_the_window_shows(window: Window, tmp_path: Path) -> None:
+    window.one_step()
+    window.draw()
+    press(window, "F12")
+    [file] = tmp_path.glob("*.png")
+    assert file.name == "test-0-000001.png"
+    shown = pygame.surfarray.array3d(window.screen)
+    assert np.array_equal(pygame.surfarray.array3d(pygame.image.load(file)), shown)
+    assert window.status == f"saved {file.name}"
+
+
+def test_escape_and_the_close_button_quit(window: Window) -> None:
+    press(window, "Esc")
+    assert not window.running
+    window.running = True
+    window.on_event(Event(pygame.QUIT))
+    assert not window.running
+
+
+def test_every_control_is_a_method_with_a_key() -> None:
+    for control in CONTROLS:
+        assert callable(getattr(Window, control.action))
+        for key in control.keys:
+            assert action_of(Event(pygame.KEYDOWN, key=key, unicode="")) == control.action
+        for character in control.typed:
+            assert action_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control.action
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pane: int) -> None:
+    arena, scale = window.layout.arenas[pane], window.layout.scale
+    edge = (round(arena.x + 600 * scale), round(arena.y + (300 + 20) * scale + 4))  # just off the ball
+    there = (round(arena.x + 500 * scale), round(arena.y + 100 * scale))
+    mouse(window, pygame.MOUSEBUTTONDOWN, edge)
+    mouse(window, pygame.MOUSEMOTION, there)
+    for _ in range(60):
+        window.one_step()
+    window.draw()
+    for drawn in (0, 1):
+        assert window.panes[drawn].state.position[1] == pytest.approx([500, 100], abs=1 / scale)
+        assert colour_at(window.screen, window.layout, drawn, 500, 112) == rgb(BLUE)
+    mouse(window, pygame.MOUSEBUTTONUP, there)
+    kinds: list[type[Input]] = [Grab, Move, Release]
+    assert [type(given) for given in window.lockstep.given] == kinds
+
+
+def test_a_click_on_nothing_grabs_nothing(window: Window) -> None:
+    arena, scale = window.layout.arenas[0], window.layout.scale
+    mouse(window, pygame.MOUSEBUTTONDOWN, (round(arena.x + 400 * scale), round(arena.y + 300 * scale)))
+    mouse(window, pygame.MOUSEBUTTONDOWN, (1, 1))
+    assert window.lockstep.hand.ball is None
+    assert window.lockstep.given == []
+
+
+def grabbed(window: Window) -> tuple[int, int]:
+    arena, scale = window.layout.arenas[1], window.layout.scale
+    point = (round(arena.x + 600 * scale), round(arena.y + 300 * scale))
+    mouse(window, pygame.MOUSEBUTTONDOWN, point)
+    assert window.lockstep.hand.ball == 1
+    return point
+
+
+def test_losing_the_focus_or_the_button_lets_go(window: Window) -> None:
+    grabbed(window)
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert window.lockstep.hand.ball is None
+    point = grabbed(window)
+    mouse(window, pygame.MOUSEMOTION, point, held=False)  # it came back with the button up
+    assert window.lockstep.hand.ball is None
+    window.release()
+    assert len(window.lockstep.given) == 4
+
+
+def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
+    x, y = grabbed(window)
+    mouse(window, pygame.MOUSEMOTION, (x, y - round(150 * window.layout.scale)))
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window.screen, window.layout, pane, 600, 220) == (0, 0, 0)
+
+
+def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
+    x, y = grabbed(window)
+    for k in range(40):
+        mouse(window, pygame.MOUSEMOTION, (x - 5 * k, y - 2 * k))
+        window.one_step()
+    window.release()
+    window.one_step()
+    for pane in window.panes:
+        replay = simulate(window.scene, pane.name, steps=41, inputs=window.lockstep.given)
+        assert np.array_equal(replay.position[-1], pane.state.position)
+
+
+@given(
+    window=st.tuples(st.integers(480, 4000), st.integers(320, 2500)),
+    arena=st.tuples(st.floats(100, 5000), st.floats(100, 5000)),
+    panes=st.integers(1, 6),
+)
+def test_panes_and_titles_neither_overlap_nor_leave_the_window(
+    window: tuple[int, int], arena: tuple[float, float], panes: int
+) -> None:
+    layout = Layout(window, arena, panes)
+    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status]
+    for index, place in enumerate(places):
+        assert place.collidelist(places[index + 1 :]) == -1
+        assert pygame.Rect((0, 0), window).contains(place)
+    for pane in range(panes):
+        assert layout.pane_at(layout.arenas[pane].center) == pane
+
+
+def test_without_a_display_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert not has_display()
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert not has_display()  # SDL has the dummy driver
