@@ -33,7 +33,7 @@ class Figures:
     pair_contacts: int
     wall_contacts: int
     max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre was outside the arena at the end of any step
+    escaped: int  # balls whose centre is outside the arena at the end
     first_difference: None = None
     ledger: None = None
 
@@ -152,7 +152,6 @@ class _Tally:
         self.contacts: list[Contacts] = []
         self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max
         self.gap_of_ball = np.zeros(len(scene.bodies))
-        self.outside = np.zeros(len(scene.bodies), bool)
         self.overlap = 0.0
 
     def add(self, states: list[State], yardstick: Floats) -> None:
@@ -170,7 +169,6 @@ class _Tally:
         )
         self.series.append(np.column_stack(columns))
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
-        self.outside |= ((position < 0) | (position > scene.arena.size)).any(axis=(0, 2))
         self.overlap = max(self.overlap, *(deepest_overlap(state.position, bodies.radius)[0] for state in states))
         self.contacts.append(self.engine.contacts())
         self.final = states[-1]
@@ -187,6 +185,7 @@ class _Tally:
             self.scene.gravity, self.scene.bodies.mass.sum() / self.scene.rate
         )
         from_nowhere = length(np.cumsum(np.where(walled[1:, None], 0.0, change), axis=0))
+        outside = ((self.final.position < 0) | (self.final.position > self.scene.arena.size)).any(axis=1)
         figures = Figures(
             energy_ratio=float(joules[-1] / joules[0]) if joules[0] else None,
             energy_drift=float(np.abs(joules / joules[0] - 1).max()) if joules[0] else None,
@@ -196,6 +195,6 @@ class _Tally:
             pair_contacts=len(contacts) - len(at_wall),
             wall_contacts=len(at_wall),
             max_overlap=float(self.overlap),
-            escaped=int(self.outside.sum()),
+            escaped=int(outside.sum()),
         )
         return Run(figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.final)

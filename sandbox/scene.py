@@ -297,32 +297,37 @@ class PymunkSettings(Model):
 
 
 class Expect(Model):
-    """What must be true at a time, by a law of physics."""
+    """What must be true at a time, by a law of physics: of one ball, or of all together."""
 
     at: NotNegative
-    """s."""
+    """s; a whole number of steps."""
     ball: Index | None = None
-    """Counted from 0 in scene order."""
+    """Counted from 0 in scene order; goes with position and velocity."""
     position: Vector | None = None
-    """px."""
+    """Of the ball, px."""
     velocity: Vector | None = None
-    """px/s."""
+    """Of the ball, px/s."""
     energy_ratio: NotNegative | None = None
-    """Energy then, as a share of the energy at the start."""
+    """Energy of all balls then, as a share of their energy at the start."""
+    momentum: Vector | None = None
+    """Of all balls, kg px/s."""
+    centre_of_mass: Vector | None = None
+    """Of all balls, px."""
     tolerance: Positive
-    """Largest error that passes: px, px/s or a share."""
+    """Largest error that passes, in the units of what is expected."""
     because: str
     """The law."""
 
     @model_validator(mode="after")
     def _says_what_is_expected(self) -> Self:
         of_ball = self.position is not None or self.velocity is not None
-        if not of_ball and self.energy_ratio is None:
-            raise findings(((), "expects nothing: give position, velocity or energy_ratio"))
+        of_all = [key for key in ("energy_ratio", "momentum", "centre_of_mass") if getattr(self, key) is not None]
+        if not of_ball and not of_all:
+            raise findings(((), "expects nothing: give position, velocity, energy_ratio, momentum or centre_of_mass"))
         if of_ball and self.ball is None:
             raise findings((("ball",), "is missing: whose position or velocity?"))
         if not of_ball and self.ball is not None:
-            raise findings((("ball",), "goes with position or velocity; energy_ratio is of all balls"))
+            raise findings((("ball",), f"goes with position or velocity; {of_all[0]} is of all balls"))
         return self
 
 
@@ -362,9 +367,15 @@ class Scene(Model):
 
     @field_validator("expect")
     @classmethod
-    def _of_balls_there_are(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
+    def _of_balls_and_steps_there_are(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
         total = sum(group.size for group in info.data.get("balls", ()))
+        rate = info.data.get("rate", 1)
         found = [
+            ((index, "at"), f"is not on a step, of which there are {rate} a second, got {one.at:g}")
+            for index, one in enumerate(expect)
+            if abs(one.at * rate - round(one.at * rate)) > 1e-6
+        ]
+        found += [
             ((index, "ball"), f"must be at most {total - 1}, got {one.ball}")
             for index, one in enumerate(expect)
             if total and one.ball is not None and one.ball >= total

@@ -137,4 +137,6 @@ def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest
 def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> None:
     article, heavy = load("article"), load("heavy-among-light")
     assert default_engines(article, spawn(article)) == ["pymunk", "article"]
-    assert default_engines(heavy, spawn(heavy)) == ["pymunk"]
+    assert default_engines(heavy, spawn(heavy)) == ["pymunk", "impulse"]
+    rough = scene_of("radius = 20\nposition = [100, 100]\nfriction = 0.5")
+    assert default_engines(rough, spawn(rough)) == ["pymunk"]

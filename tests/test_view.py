@@ -176,7 +176,7 @@ def test_an_engine_that_refuses_the_next_scene_says_so_and_the_scene_s_own_run()
     window = Window(load("article"), ["article"])
     while window.scene.name != "bouncing":
         press(window, "]")
-    assert list(window.lockstep.engines) == ["pymunk"]
+    assert list(window.lockstep.engines) == ["pymunk", "impulse"]
     assert window.status.startswith("article: gravity and elasticity below 1 are not part of the article's rule")
     press(window, "]")
     assert window.scene.name == names[names.index("bouncing") + 1]

@@ -19,8 +19,9 @@ GROUP: Final = "sandbox.engines"
 _BUILT_IN: Final = {
     "pymunk": "sandbox.engines.pymunk:PymunkEngine",
     "article": "sandbox.engines.article:ArticleEngine",
+    "impulse": "sandbox.engines.impulse:ImpulseEngine",
 }
-REFERENCES: Final = ("article",)  # what Pymunk is compared with where nothing is named: the first that can
+REFERENCES: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can
 
 
 class Engine(Protocol):

@@ -11,8 +11,9 @@ import numpy as np
 from numba import njit
 
 from sandbox.engines import Refused
-from sandbox.scene import Scene, Vector
-from sandbox.state import CONTACT, Contacts, State, no_contacts
+from sandbox.engines.stepped import SteppedEngine, note
+from sandbox.scene import Scene
+from sandbox.state import State
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)  # the arena's walls
 SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
@@ -20,27 +21,11 @@ CLEAR: Final = 1 + 1e-9  # two balls this many diameters apart on one axis are a
 
 
 @njit(cache=True)
-def _note(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-untyped-def]
-    if count == len(log):
-        longer = np.empty(2 * count, log.dtype)
-        longer[:count] = log
-        log = longer
-    log[count].first = first
-    log[count].second = second
-    log[count].normal[0] = nx
-    log[count].normal[1] = ny
-    log[count].impulse = impulse
-    log[count].depth = depth
-    return log, count + 1
-
-
-@njit(cache=True)
 def frame(position, velocity, radius, width, height, square, log):  # type: ignore[no-untyped-def]
     """Play one frame of the article, in place.
 
-    position: (n, 2) px; velocity: (n, 2) px per frame; log: (capacity,) CONTACT, which gets a row per contact
-    without its time and with the impulse per mass (px per frame). Returns the log, longer where it had to be,
-    and how many rows of it are filled.
+    position: (n, 2) px; velocity: (n, 2) px per frame; log: contacts, with the impulse per mass (px per frame); it is
+    returned with the count of them, see `note`.
 
     `x**2` goes through the C library's pow, as in Python, and not always rounds as x*x does.
     """
@@ -55,19 +40,19 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
         if x <= radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = radius
-            log, count = _note(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
+            log, count = note(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
         elif x >= width - radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = width - radius
-            log, count = _note(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
+            log, count = note(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
         if y <= radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = radius
-            log, count = _note(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
+            log, count = note(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
         elif y >= height - radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = height - radius
-            log, count = _note(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
+            log, count = note(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
 
     # Collide every pair, on the positions as they are by now.
     for i in range(n):
@@ -98,11 +83,11 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
                 position[i, 1] += ny * overlap / 2
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
-                log, count = _note(log, count, i, j, -nx, -ny, -impulse, overlap)
+                log, count = note(log, count, i, j, -nx, -ny, -impulse, overlap)
     return log, count
 
 
-class ArticleEngine:
+class ArticleEngine(SteppedEngine):
     """The article's loop. It holds velocities in px per frame, as the article does, and shows them in px/s.
 
     Two balls on exactly one spot have no normal: the article stops with an error there, here it is (1, 0).
@@ -112,39 +97,17 @@ class ArticleEngine:
         beyond = _beyond_the_rule(scene)
         if beyond:
             are = "is" if len(beyond) == 1 else "are"
-            raise Refused(f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines pymunk")
-        self._rate = scene.rate
+            raise Refused(
+                f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines impulse"
+            )
+        super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
         self._size = scene.arena.size
         self._radius = float(scene.bodies.radius[0])
-        self._mass = float(scene.bodies.mass[0])
-        self._position = initial.position.copy()
-        self._velocity = initial.velocity / scene.rate
-        self._frames = 0
-        self._log = np.empty(64, CONTACT)
-        self._found: list[Contacts] | None = None
 
-    def step(self) -> None:
+    def advance(self) -> int:
         """Play one frame."""
-        self._log, count = frame(self._position, self._velocity, self._radius, *self._size, SQUARE, self._log)
-        self._frames += 1
-        if self._found is not None and count:
-            found = self._log[:count][np.lexsort((self._log["second"][:count], self._log["first"][:count]))]
-            found["time"] = self._frames / self._rate
-            found["impulse"] *= self._rate * self._mass
-            self._found.append(found)
-
-    def state(self) -> State:
-        """Return a snapshot."""
-        return State(self._frames / self._rate, self._position.copy(), self._velocity * self._rate)
-
-    def contacts(self) -> Contacts:
-        """Return the contacts since the last call."""
-        found, self._found = self._found, []
-        return np.concatenate(found) if found else no_contacts()
-
-    def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
-        self._velocity[ball] += np.divide(dv, self._rate)
+        self.log, count = frame(self.position, self.velocity, self._radius, *self._size, SQUARE, self.log)
+        return int(count)
 
 
 def _beyond_the_rule(scene: Scene) -> list[str]:

@@ -1,0 +1,125 @@
+"""The textbook's rule in the article's loop: any mass, radius, elasticity and gravity, and any segment wall.
+
+What changes from the article: the impulse is (1 + e) v_n / (1/m_i + 1/m_j) (D. Baraff, Physically Based Modeling,
+SIGGRAPH 2001 course notes, eq. 8-18, without rotation), the push-out is shared by inverse mass, and a wall gives back
+the overshoot as the ball would have flown it. Contacts are still found up to a step late.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+from numba import njit
+
+from sandbox.engines import Refused
+from sandbox.engines.stepped import SteppedEngine, note
+from sandbox.scene import Scene
+from sandbox.state import Floats, State
+
+ARENA: Final = 4  # walls
+
+
+@njit(cache=True)
+def towards(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
+    """Return the unit vector from a point to a wall, and how deep in the wall the point is (px, negative before it).
+
+    wall: of the arena, the outward normal, how far along it the face is, 0, 0, elasticity; else a row of `walls`.
+    """
+    if of_arena:
+        return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
+    along_x, along_y = wall[2] - wall[0], wall[3] - wall[1]
+    share = ((x - wall[0]) * along_x + (y - wall[1]) * along_y) / (along_x * along_x + along_y * along_y)
+    share = min(max(share, 0.0), 1.0)
+    dx, dy = wall[0] + share * along_x - x, wall[1] + share * along_y - y
+    distance = math.sqrt(dx * dx + dy * dy)
+    nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
+    return nx, ny, wall[4] - distance
+
+
+@njit(cache=True)
+def advance(position, velocity, radius, mass, elasticity, gravity, walls, dt, log):  # type: ignore[no-untyped-def]
+    """Do one step, in place.
+
+    position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
+    a row each with both ends (px), half the thickness (px) and elasticity, after those of the arena, see `towards`;
+    dt: s; log: contacts, see `note`.
+    """
+    n = len(position)
+    count = 0
+
+    # Update positions on the parabola of gravity, and bounce off the walls.
+    for i in range(n):
+        for k in range(2):
+            position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
+            velocity[i, k] += gravity[k] * dt
+        for w in range(len(walls)):
+            nx, ny, depth = towards(position[i, 0], position[i, 1], walls[w], w < ARENA)
+            depth += radius[i]
+            v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
+            if depth > 0 and v_n > 0:
+                e = elasticity[i] * walls[w, 5]
+                g_n = gravity[0] * nx + gravity[1] * ny
+                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found so late, gravity pulled too long
+                for k, n_k in enumerate((nx, ny)):
+                    velocity[i, k] -= (v_n + away) * n_k
+                    position[i, k] -= (1 + e) * depth * n_k
+                log, count = note(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
+
+    # Collide every pair, on the positions as they are by now.
+    for i in range(n):
+        for j in range(i + 1, n):
+            dx = position[i, 0] - position[j, 0]
+            dy = position[i, 1] - position[j, 1]
+            reach = radius[i] + radius[j]
+            if max(abs(dx), abs(dy)) >= reach:
+                continue
+            distance = math.sqrt(dx * dx + dy * dy)
+            if distance < reach:
+                nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
+
+                # Leave balls alone that do not approach.
+                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+                if v_n >= 0:
+                    continue
+
+                per_i, per_j = 1 / mass[i], 1 / mass[j]
+                impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
+                push = (reach - distance) / (per_i + per_j)
+                for k, n_k in enumerate((nx, ny)):
+                    velocity[i, k] -= impulse * per_i * n_k
+                    velocity[j, k] += impulse * per_j * n_k
+                    position[i, k] += push * per_i * n_k
+                    position[j, k] -= push * per_j * n_k
+                log, count = note(log, count, i, j, -nx, -ny, -impulse, reach - distance)
+    return log, count
+
+
+class ImpulseEngine(SteppedEngine):
+    """The textbook's rule. Balls on exactly one spot part along x, as in the other engines."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        if scene.bodies.friction.max() > 0:
+            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
+        super().__init__(scene, initial)
+        bodies = scene.bodies
+        self._constants = (
+            bodies.radius,
+            bodies.mass,
+            bodies.elasticity,
+            np.array(scene.gravity, float),
+            _walls_of(scene),
+            1 / scene.rate,
+        )
+
+    def advance(self) -> int:
+        """Do one step."""
+        self.log, count = advance(self.position, self.velocity, *self._constants, self.log)
+        return int(count)
+
+
+def _walls_of(scene: Scene) -> Floats:
+    """Return the walls as the kernel takes them: left, top, right, bottom, then the scene's own."""
+    (width, height), e = scene.arena.size, scene.arena.elasticity
+    arena = [(-1, 0, 0, 0, 0, e), (0, -1, 0, 0, 0, e), (1, 0, width, 0, 0, e), (0, 1, height, 0, 0, e)]
+    inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
+    return np.array([*arena, *inner], float)
