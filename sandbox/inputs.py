@@ -75,9 +75,9 @@ _KINDS: Final[dict[str, type[Input]]] = {
 class Hand:
     """The mouse in every engine: a critically damped pull of one ball to a point inside the arena.
 
-    The pull is backward Euler's step of x'' = -w² (x - target) - 2 w x', which neither overshoots nor blows up at
-    any rate. Its acceleration is finite, and it moves a ball by at most the ball's radius a step, so that walls
-    and other balls stay solid to it.
+    The pull is backward Euler's step of x'' = -w² (x - target) - 2 w x', which from rest does not overshoot, and
+    blows up at no rate. Its acceleration is finite, so it goes no faster than it can brake; and it moves a ball by
+    at most the ball's radius a step, so that walls and other balls stay solid to it.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -113,6 +113,9 @@ class Hand:
             for x, v, to in zip(position, velocity, self.target, strict=True)
         )
         vx, vy = _at_most(float(self._radius[self.ball]) / h, vx, vy)
+        dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
+        if vx * dx + vy * dy > 0:  # it comes nearer, and must be able to brake
+            vx, vy = _at_most(math.sqrt(MOST_PULL * math.hypot(dx, dy)), vx, vy)
         return _at_most(MOST_PULL * h, vx - velocity[0], vy - velocity[1])
 
 
@@ -125,7 +128,9 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
     """Read a file of inputs to be replayed on a scene. Raises Mistake with every mistake in it."""
     inputs: list[Input] = []
     found: list[str] = []
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    for number, line in enumerate(read_text(path).split("\n"), 1):
+        if not line.strip():
+            continue
         try:
             given = _parse(line)
             if inputs and given.step < inputs[-1].step:

@@ -42,7 +42,11 @@ def dotted(path: Path) -> str:
     >>> dotted(("balls", 2, "radius"))
     'balls[2].radius'
     """
-    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).lstrip(".")
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{_bare_or_quoted(key)}" for key in path).lstrip(".")
+
+
+def _bare_or_quoted(key: str) -> str:
+    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else shown(key)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -66,6 +70,7 @@ _SAYS: Final[Mapping[str, str]] = {
     "int_type": "must be a whole number, got {got}",
     "string_type": "must be text in quotes, got {got}",
     "tuple_type": "must be a list in brackets, got {got}",
+    "literal_error": "must be {expected}, got {got}",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
     "too_long": "must have at most {max_length} entries, got {actual_length}",
     "model_type": "must be a table of keys, got {got}",
@@ -76,6 +81,10 @@ _SAYS: Final[Mapping[str, str]] = {
 
 def explain(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]:
     """Put each error pydantic found in a `model` in the words of a person who writes the file."""
+    yield from dict.fromkeys(_findings(error, model))
+
+
+def _findings(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]:
     for detail in error.errors(include_url=False):
         path = detail["loc"]
         if detail["type"] == "findings":
@@ -88,6 +97,10 @@ def explain(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]
         elif detail["type"] == "missing":
             meaning = _keys_at(model, path[:-1])[str(path[-1])].get("description", "").rstrip(".")
             yield path, f"is missing ({meaning})" if meaning else "is missing"
+        elif detail["type"] == "tuple_type" and isinstance(detail["input"], dict):
+            yield path, f"must be a list of tables: write [[{dotted(path)}]]"
+        elif detail["type"] == "model_type" and isinstance(detail["input"], list):
+            yield path, f"must be one table: write [{dotted(path)}]"
         else:
             yield path, _message(detail)
 
@@ -119,7 +132,7 @@ def read_text(file: pathlib.Path) -> str:
             raw = opened.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
             raise Mistake(f"{file}: is larger than {MAX_BYTES:,} bytes")
-        return raw.decode()
+        return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         raise Mistake(f"{file}:{line}: is not UTF-8 text: byte {raw[error.start]:#04x}") from None
@@ -177,7 +190,7 @@ def lines_of_keys(text: str) -> dict[Path, int]:
 
 
 def line_of(path: Path, lines: Mapping[Path, int]) -> int | None:
-    """Return the line of a key, or of the nearest table round it that the document writes."""
-    while path and path not in lines:
+    """Return the line of a key, or of the first of its tables, or of the nearest table round it."""
+    while path and path not in lines and (*path, 0) not in lines:
         path = path[:-1]
-    return lines.get(path)
+    return lines.get(path, lines.get((*path, 0)))

@@ -16,17 +16,26 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
 
     Raises Mistake where it cannot be written.
     """
-    if str(path) == "-":
-        yield sys.stdout.buffer
-        sys.stdout.buffer.flush()
-        return
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        with partial.open("wb") as file:
-            yield file
-        partial.replace(path)
+        if str(path) == "-":
+            yield sys.stdout.buffer
+            sys.stdout.buffer.flush()
+        else:
+            with _replacing(Path(path)) as file:
+                yield file
+    except BrokenPipeError:
+        raise
     except OSError as error:
         raise Mistake(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def _replacing(path: Path) -> Iterator[IO[bytes]]:
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    with partial.open("wb") as file:
+        try:
+            yield file
+            file.close()
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)

@@ -4,8 +4,11 @@ A scene is checked whole before anything runs: `load` finds every mistake in the
 together, each with its line.
 """
 
+import difflib
 import itertools
-import json
+import math
+import os
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cached_property
@@ -28,35 +31,54 @@ from pydantic import (
     model_validator,
 )
 
-from sandbox.mistakes import Finding, Mistake, dotted, explain, findings, line_of, lines_of_keys, nearest, read_text
+from sandbox.mistakes import (
+    Finding,
+    Mistake,
+    dotted,
+    explain,
+    findings,
+    line_of,
+    lines_of_keys,
+    nearest,
+    read_text,
+    shown,
+)
 from sandbox.mistakes import Path as KeyPath
 from sandbox.state import Bodies
 
 MAX_BALLS: Final = 200_000
 MAX_STEPS: Final = 10_000_000
+ROUNDING: Final = 1e-9  # of an arena's size: what sums of decimal fractions may be off by
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
 
 
 def rgb(colour: str) -> tuple[int, int, int]:
-    """Return the red, green and blue of a CSS colour name or #rrggbb, 0 to 255. Raises ValueError for any other."""
+    """Return the red, green and blue of a CSS colour name or #rrggbb, 0 to 255."""
     red, green, blue, *_ = ImageColor.getrgb(colour)
     return red, green, blue
 
 
 def _colour(name: str) -> str:
-    try:
-        rgb(name)
-    except ValueError:
-        known = nearest(name, ImageColor.colormap) if name.isalpha() else "write a CSS name or #rrggbb"
-        raise findings(((), f"is no colour: {json.dumps(name[:40])}; {known}")) from None
-    return name
+    if name.lower() in ImageColor.colormap or re.fullmatch("#([0-9a-fA-F]{3}){1,2}", name):
+        return name
+    close = difflib.get_close_matches(name.lower(), ImageColor.colormap, n=1)
+    right = f"did you mean {close[0]}?" if close else "write a CSS name or #rrggbb"
+    raise findings(((), f"is no colour: {shown(name)}; {right}"))
 
 
-Number = Annotated[float, Strict()]
-Whole = Annotated[int, Strict()]
+def _not_minute(size: float) -> float:
+    if size < 1e-6:
+        raise findings(((), f"must be at least 1e-06, got {size:g}"))
+    return size
+
+
+# Bounds keep squares and quotients of what a scene says far from overflow.
+Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
+Whole = Annotated[int, Strict(), Field(le=1_000_000_000)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
-Count = Annotated[Whole, Field(ge=1)]
+Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
+Size = Annotated[Number, Field(gt=0), AfterValidator(_not_minute)]
 Index = Annotated[Whole, Field(ge=0)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
 Colour = Annotated[str, AfterValidator(_colour)]
@@ -72,7 +94,7 @@ class Model(BaseModel):
 class Arena(Model):
     """The box the balls are in. Four static walls stand round it."""
 
-    size: tuple[Positive, Positive]
+    size: tuple[Size, Size]
     """Width and height, px."""
     elasticity: Elasticity = 1
     """Of the four walls."""
@@ -113,7 +135,7 @@ class Range(Model):
 
 
 PLACES: Final = ("position", "x", "inside", "grid")
-THROWS: Final = ("velocity", "vx", "speed", "rms_speed")
+THROWS: Final = ("velocity", "vx", "vy", "speed", "rms_speed")
 
 
 class BallGroup(Model):
@@ -121,15 +143,15 @@ class BallGroup(Model):
 
     count: Annotated[Count, Field(le=MAX_BALLS)] | None = None
     """How many; 1, or as many as the grid has places, where left out."""
-    radius: Positive
-    """px."""
-    mass: Positive = 1
-    """kg; only ratios matter."""
+    radius: Size
+    """Radius of each, px."""
+    mass: Size = 1
+    """Mass of each, kg; only ratios matter."""
     elasticity: Elasticity = 1
     """The ball's factor: a pair's elasticity is the product of the two."""
     friction: NotNegative = 0
     """The ball's factor: a pair's friction is the product of the two."""
-    colors: Annotated[tuple[Colour, ...], Field(min_length=1)] | None = None
+    colors: tuple[Colour, ...] | None = None
     """CSS colour names or #rrggbb, taken in turn."""
     position: Vector | None = None
     """Centre, px; of a grid, the centre of its first ball."""
@@ -141,7 +163,7 @@ class BallGroup(Model):
     """Two corners of a rectangle, px: balls wholly in it at random places, none overlapping."""
     grid: tuple[Count, Count] | None = None
     """Columns and rows, filled row by row. Goes with spacing."""
-    spacing: Positive | None = None
+    spacing: Size | None = None
     """From centre to centre of a grid, px."""
     velocity: Vector | None = None
     """px/s."""
@@ -175,17 +197,17 @@ class BallGroup(Model):
         found: list[Finding] = []
         given = self.model_fields_set
         places = [key for key in PLACES if key in given and not (key == "position" and self.grid)]
-        if len(places) > 1:
-            found.append(((places[1],), f"is a second place beside {places[0]}; keep one of them"))
+        found += [((place,), f"is a second place beside {places[0]}; keep one of them") for place in places[1:]]
         if not places:
             found.append(((), "needs a place: position, x and y, inside, or grid with spacing"))
         if (self.x is None) != (self.y is None):
             found.append((("x" if self.x else "y",), "needs both x and y"))
         if (self.grid is None) != (self.spacing is None):
             found.append((("grid" if self.grid else "spacing",), "needs both grid and spacing"))
-        throws = [key for key in THROWS if key in given or (key == "vx" and "vy" in given)]
-        if len(throws) > 1:
-            found.append(((throws[1],), f"is a second way to throw beside {throws[0]}; keep one of them"))
+        throws = [key for key in THROWS if key in given and not (key == "vy" and "vx" in given)]
+        found += [((throw,), f"is a second way to throw beside {throws[0]}; keep one of them") for throw in throws[1:]]
+        if self.colors == ():
+            found.append((("colors",), "must name one colour at least"))
         if places == ["position"] and self.size > 1:
             found.append((("count",), f"puts {self.size} balls on one position; use x and y, inside, or grid"))
         if self.grid and self.count and self.count > self.grid[0] * self.grid[1]:
@@ -212,7 +234,7 @@ def _in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
             )
             break
         span, key = _span(group, arena, axis)
-        if span is not None and not (low <= span[0] and span[1] <= high):
+        if span is not None and not (low - ROUNDING * size <= span[0] and span[1] <= high + ROUNDING * size):
             outside = span[0] if span[0] < low else span[1]
             found.append(
                 (
@@ -276,7 +298,7 @@ class Wall(Model):
 
     @model_validator(mode="after")
     def _has_length(self) -> Self:
-        if self.start == self.to:
+        if math.dist(self.start, self.to) < 1e-6:
             raise findings((("to",), "is the same point as from; a wall needs a length"))
         return self
 
@@ -462,7 +484,7 @@ def load(scene: str | Path) -> Scene:
     Raises Mistake with every mistake that the file has, a line each.
     """
     path = Path(scene)
-    if not path.exists() and not path.suffix:
+    if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises where a name is too long)
         known = bundled()
         if str(scene) not in known:
             raise Mistake(f"no scene {str(scene)!r}: no such file, nor a bundled scene; {nearest(str(scene), known)}")
@@ -472,14 +494,17 @@ def load(scene: str | Path) -> Scene:
 
 def parse(text: str, file: str) -> Scene:
     """Make a scene of TOML text; `file` is what messages call it. Raises Mistake as `load` does."""
+    text = text.replace("\r\n", "\n")
     try:
         document = tomllib.loads(text)
     except RecursionError:
         raise Mistake(f"{file}: is nested too deeply") from None
-    except ValueError as error:
+    except tomllib.TOMLDecodeError as error:
         said, _, place = str(error).partition(" (at line ")
         line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
         raise Mistake(f"{file}{line}: is not valid TOML: {said}") from None
+    except ValueError:  # of int(), which reads no more than 4,300 digits
+        raise Mistake(f"{file}: has a number of too many digits") from None
     try:
         scene = Scene.model_validate(document)
     except ValidationError as error:

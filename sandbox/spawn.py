@@ -1,6 +1,7 @@
 """A scene and its seed -> the initial state."""
 
 import copy
+import itertools
 import math
 import random
 from collections import defaultdict
@@ -11,7 +12,7 @@ import numpy as np
 
 from sandbox.mistakes import Mistake
 from sandbox.quantity import deepest_overlap, length, segment_distance
-from sandbox.scene import BallGroup, Range, Scene, Vector
+from sandbox.scene import ROUNDING, BallGroup, Range, Scene, Vector
 from sandbox.state import Floats, State
 
 TRIES: Final = 100  # random places tried for a ball before its group is put on a lattice instead
@@ -50,7 +51,7 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
     moved = length(state.velocity) / scene.rate  # px a step
     ball = int((moved / radius).argmax())
     if moved[ball] > radius[ball]:
-        enough = math.ceil(moved[ball] * scene.rate / radius[ball])
+        enough = math.ceil(moved[ball] * scene.rate / radius[ball] - 1e-6)
         yield scene.at(
             (),
             f"warning: ball {ball} moves {moved[ball]:.3g} px a step, more than its radius of {radius[ball]:g}, "
@@ -96,24 +97,27 @@ def _throws(group: BallGroup, rng: random.Random) -> Iterator[Vector]:
 
 
 class _Crowd:
-    """The balls placed so far, in square cells so wide that a ball meets only those of its own and the next."""
+    """The balls placed so far, each in all the square cells that its bounding box meets."""
 
     def __init__(self, scene: Scene) -> None:
+        radii = [group.radius for group in scene.balls]
         self.walls = scene.walls
-        self.width = 2 * max(group.radius for group in scene.balls)
+        self.width = max(2 * min(radii), max(radii) / 25)  # the largest ball is in some 2,500 cells
         self.cells: dict[tuple[int, int], list[tuple[float, float, float]]] = defaultdict(list)
 
-    def _cell(self, place: Vector) -> tuple[int, int]:
-        return int(place[0] // self.width), int(place[1] // self.width)
+    def _cells(self, place: Vector, radius: float) -> Iterator[tuple[int, int]]:
+        columns, rows = (range(int((c - radius) // self.width), int((c + radius) // self.width) + 1) for c in place)
+        return itertools.product(columns, rows)
 
     def add(self, place: Vector, radius: float) -> None:
-        self.cells[self._cell(place)].append((*place, radius))
+        for cell in self._cells(place, radius):
+            self.cells[cell].append((*place, radius))
 
     def has_room(self, place: Vector, radius: float) -> bool:
-        column, row = self._cell(place)
-        near = (self.cells.get((c, r), ()) for c in range(column - 1, column + 2) for r in range(row - 1, row + 2))
-        if any(math.dist(place, (x, y)) < radius + other for cell in near for x, y, other in cell):
-            return False
+        for cell in self._cells(place, radius):
+            for x, y, other in self.cells.get(cell, ()):
+                if math.dist(place, (x, y)) < radius + other:
+                    return False
         return all(
             segment_distance(np.array(place), wall.start, wall.to) >= radius + wall.thickness / 2 for wall in self.walls
         )
@@ -133,15 +137,14 @@ def _inside(scene: Scene, index: int, rng: random.Random, crowd: _Crowd) -> list
         return places
     extent = high - low
     pitch = math.sqrt(float(extent[0] * extent[1]) / group.size / math.sqrt(0.75)) + 2 * group.radius
+    closest = 2 * group.radius * (1 + 1e-12)
     while True:
-        pitch = max(0.98 * pitch, 2 * group.radius * (1 + 1e-9))
+        pitch = max(0.98 * pitch, closest)
         sites = [site for site in _lattice(low, high, pitch) if crowd.has_room(site, group.radius)]
         if len(sites) >= group.size:
             return rng.sample(sites, group.size)
-        if pitch < 2.0001 * group.radius:
-            raise Mistake(
-                scene.at(("balls", index, "count"), f"is more than fit: {group.size} balls, room for {len(sites)}")
-            )
+        if pitch == closest:
+            raise Mistake(scene.at(("balls", index, "count"), f"is more than fit: {group.size} balls"))
 
 
 def _one_by_one(group: BallGroup, low: Floats, high: Floats, rng: random.Random, crowd: _Crowd) -> list[Vector]:
@@ -160,7 +163,7 @@ def _one_by_one(group: BallGroup, low: Floats, high: Floats, rng: random.Random,
 
 def _lattice(low: Floats, high: Floats, pitch: float) -> Iterator[Vector]:
     """Yield the sites of a hexagonal lattice in a rectangle, rows along x."""
-    for row in range(int((high[1] - low[1]) / (pitch * math.sqrt(0.75))) + 1):
+    for row in range(int((high[1] - low[1]) / (pitch * math.sqrt(0.75)) + ROUNDING) + 1):
         x, y = float(low[0]) + row % 2 * pitch / 2, float(low[1]) + row * pitch * math.sqrt(0.75)
-        for column in range(int((high[0] - x) / pitch) + 1 if x <= high[0] else 0):
+        for column in range(math.floor((high[0] - x) / pitch + ROUNDING) + 1):
             yield x + column * pitch, y

@@ -84,7 +84,7 @@ def simulate(
     steps = round((scene.seconds if seconds is None else seconds) * scene.rate) if steps is None else steps
     size = (steps + 1) * len(scene.bodies) * 4 * 8
     if size > MAX_BYTES:
-        raise Mistake(f"{steps:,} steps of {len(scene.bodies):,} balls are {size / 1e9:.3g} GB; at most 3 are allowed")
+        raise Mistake(f"a trace of {steps:,} steps takes {size / 1e9:.3g} GB here; at most 3 are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
     position = np.empty((steps + 1, *lockstep.initial.position.shape))
     velocity = np.empty_like(position)

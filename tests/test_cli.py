@@ -84,7 +84,7 @@ def test_scenes_are_listed_with_what_to_watch_for() -> None:
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (
             ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
-            "9,999,999 steps of 1,000 balls are",
+            "a trace of 9,999,999 steps takes 320 GB here",
         ),
         (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
     ],
