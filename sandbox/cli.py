@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
+    from sandbox.verify import Board
 
 app = typer.Typer(
     help="Run a scene in several physics engines side by side, and be told how far they are apart.",
@@ -110,12 +111,11 @@ def compare(
 
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     comparison = compare_engines(chosen, _names(engines), against=against, inputs=replayed)
-    texts = {json_file: _json(comparison.as_json()), csv_file: comparison.as_csv()}
-    for file, text in texts.items():
-        if file:
-            with whole_file(file) as opened:
-                opened.write(text.encode())
-    if "-" not in texts:
+    if json_file:
+        _write(_json(comparison.as_json()), json_file)
+    if csv_file:
+        _write(comparison.as_csv(), csv_file)
+    if "-" not in (json_file, csv_file):
         _print_comparison(comparison)
     beyond = list(comparison.beyond(max_gap, max_drift))
     for limit in beyond:
@@ -143,6 +143,36 @@ def trace(
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
     with whole_file(out) as file:
         write(trajectory, file)
+
+
+@app.command()
+def verify(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SCENE...]", help="Files, or bundled scenes; all of these if left out."),
+    ] = None,
+    engines: Engines = None,
+    json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the scores as JSON.")] = None,
+) -> None:
+    """Score engines by what scenes expect.
+
+    Of each scene the table shows the error of the expectation that is missed most. Exit code 1 says that an engine
+    named with --engines missed one, or where none is named, the exact engine.
+    """
+    from sandbox.engines import registry
+    from sandbox.scene import bundled, load
+    from sandbox.verify import all_passed, as_json
+    from sandbox.verify import verify as score_engines
+
+    named = _names(engines)
+    chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
+    board = score_engines(chosen, named or list(registry()))
+    if json_file:
+        _write(_json(as_json(board)), json_file)
+    if json_file != "-":
+        _print_board(board)
+    if not all_passed(board, named):
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -224,6 +254,11 @@ def _json(value: object) -> str:
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
+def _write(text: str, file: str) -> None:
+    with whole_file(file) as opened:
+        opened.write(text.encode())
+
+
 def _counted(count: int, what: str) -> str:
     return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
 
@@ -268,4 +303,26 @@ def _print_comparison(comparison: "Comparison") -> None:
     for figure, (label, form) in _ROWS.items():
         values = [getattr(run.figures, figure) for run in comparison.runs.values()]
         table.add_row(label, *("-" if value is None else form.format(value) for value in values))
+    if any(run.scores for run in comparison.runs.values()):
+        met = (f"{run.figures.met} of {run.figures.expected}" for run in comparison.runs.values())
+        table.add_row("expectations met", *met)
+    Console().print(table)
+
+
+def _print_board(board: "Board") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from sandbox.truth import Score
+
+    table = Table(box=None, pad_edge=False)
+    table.add_column("scene")
+    for name in next(iter(board.values()), {}):
+        table.add_column(name, justify="right")
+    for scene, row in board.items():
+        scores = (
+            f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"
+            for one in row.values()
+        )
+        table.add_row(scene, *scores)
     Console().print(table)

@@ -16,6 +16,7 @@ from sandbox.scene import Scene
 from sandbox.spawn import spawn
 from sandbox.state import Bools, Contacts, Floats, State
 from sandbox.trajectory import Lockstep
+from sandbox.truth import Score, score
 
 YARDSTICK: Final = "exact"  # what the others are measured against, wherever it takes part
 BLOCK_BYTES: Final = 32_000_000  # of states kept between two reckonings, an engine
@@ -34,6 +35,8 @@ class Figures:
     wall_contacts: int
     max_overlap: float  # px, of two balls at the end of any step
     escaped: int  # balls whose centre is outside the arena at the end
+    expected: int  # of the scene's expectations, those that fall into the run
+    met: int  # of these, those that the engine meets
     first_difference: None = None
     ledger: None = None
 
@@ -43,7 +46,8 @@ class Run:
     """What one engine did, over time.
 
     energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
-    yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; contacts: in order of time.
+    yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; contacts: in order of time; scores: of the
+    scene's expectations that fall into the run.
     """
 
     figures: Figures
@@ -53,6 +57,7 @@ class Run:
     gap_max: Floats
     gap_of_ball: Floats
     contacts: Contacts
+    scores: list[Score]
     final: State
 
 
@@ -136,6 +141,11 @@ def compare(
         yardstick = np.stack([state.position for state in states[against]])
         for name, tally in tallies.items():
             tally.add(states[name], yardstick)
+            tally.scores += [
+                score(scene, expect, lockstep.initial, states[name][round(expect.at * scene.rate) - start])
+                for expect in scene.expect
+                if start <= round(expect.at * scene.rate) <= lockstep.steps
+            ]
         if progress:
             progress(lockstep.steps)
     runs = {name: tally.run(held) for name, tally in tallies.items()}
@@ -152,6 +162,7 @@ class _Tally:
         self.contacts: list[Contacts] = []
         self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max
         self.gap_of_ball = np.zeros(len(scene.bodies))
+        self.scores: list[Score] = []
         self.overlap = 0.0
 
     def add(self, states: list[State], yardstick: Floats) -> None:
@@ -196,5 +207,7 @@ class _Tally:
             wall_contacts=len(at_wall),
             max_overlap=float(self.overlap),
             escaped=int(outside.sum()),
+            expected=len(self.scores),
+            met=sum(one.passed for one in self.scores),
         )
-        return Run(figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.final)
+        return Run(figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.scores, self.final)

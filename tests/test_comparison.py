@@ -15,7 +15,7 @@ from sandbox.trajectory import simulate
 
 FIGURES = {
     "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
-    "max_overlap", "escaped", "first_difference", "ledger",
+    "max_overlap", "escaped", "expected", "met", "first_difference", "ledger",
 }  # fmt: skip
 
 
@@ -79,6 +79,20 @@ def test_balls_at_rest_have_no_energy_to_compare() -> None:
     figures = compare(scene, ["pymunk"]).runs["pymunk"].figures
     assert figures.energy_ratio is None
     assert figures.energy_drift is None
+
+
+def test_expectations_that_fall_into_the_run_are_scored() -> None:
+    scene = load("bouncing")  # expects something at 1.8 s and at 2 s
+    figures = compare(scene.changed(seconds=1.9), ["impulse"]).runs["impulse"].figures
+    assert figures.expected == 1
+    run = compare(scene.changed(seconds=2.0), ["impulse"]).runs["impulse"]
+    trace = simulate(scene, "impulse", seconds=2)
+    [first, second] = run.scores
+    assert first.error == pytest.approx(
+        max(np.hypot(*(trace.position[120, 0] - [200, 130])), abs(trace.velocity[120, 0, 1]))
+    )
+    assert second.expect.at == 1.8
+    assert run.figures.met == sum(one.error <= 1e-6 for one in run.scores)
 
 
 def test_json_and_csv_hold_the_same_figures() -> None:

@@ -12,6 +12,7 @@ from pygame.event import Event
 
 from sandbox.comparison import compare
 from sandbox.inputs import Grab, Input, Move, Release
+from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, action_of
@@ -181,6 +182,16 @@ def test_an_engine_that_refuses_the_next_scene_says_so_and_the_scene_s_own_run()
     press(window, "]")
     assert window.scene.name == names[names.index("bouncing") + 1]
     assert list(window.lockstep.engines) == ["article"]
+
+
+def test_a_seed_whose_balls_do_not_fit_is_told_while_the_old_one_runs_on(window: Window) -> None:
+    tight = "radius = 99\ncount = 4\ninside = [[0, 0], [400, 400]]"  # a lattice at best, and that is too wide
+    with pytest.raises(Mistake, match="is more than fit"):
+        Window(scene_of(tight), None)
+    window.one_step()
+    window.try_to_begin(scene_of(tight))
+    assert window.lockstep.steps == 1
+    assert "is more than fit" in window.status
 
 
 def test_help_lists_every_key(window: Window) -> None:

@@ -174,12 +174,14 @@ class Window:
         self.try_to_begin(load(names[(here + by) % len(names)]))
 
     def try_to_begin(self, scene: Scene) -> None:
-        """Run another scene; where the named engines cannot, run its own and say why."""
+        """Run another scene; where the named engines cannot, run its own, and say why."""
         try:
             self.begin(scene, self.named)
         except Refused as refusal:
             self.begin(scene)
             self.tell(str(refusal))
+        except Mistake as mistake:
+            self.tell(str(mistake))
 
     def toggle_ghosts(self) -> None:
         """Show or hide the outlines of the other pane's balls."""
