@@ -13,6 +13,7 @@ LAYERS = (  # each may import from those before it, and from its own
     ("mistakes", "output", "state"),
     ("scene",),
     ("quantity", "inputs"),
+    ("gas",),
     ("spawn",),
     ("engines",),
     ("trajectory", "truth"),
