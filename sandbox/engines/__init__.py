@@ -9,6 +9,7 @@ in the group `sandbox.engines`:
 
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from typing import Final, Protocol, cast
 
 from sandbox.mistakes import Mistake, nearest
@@ -21,6 +22,7 @@ _BUILT_IN: Final = {
     "article": "sandbox.engines.article:ArticleEngine",
     "impulse": "sandbox.engines.impulse:ImpulseEngine",
 }
+_EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that comes with it
 REFERENCES: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can
 
 
@@ -48,15 +50,21 @@ class Refused(Mistake):
 
 
 def registry() -> dict[str, EntryPoint]:
-    """Find every engine there is: the built-in ones first, then those of installed packages."""
+    """Find every engine that can run here: the built-in ones first, then those of installed packages."""
     built_in = {name: EntryPoint(name, value, GROUP) for name, value in _BUILT_IN.items()}
-    installed = {entry.name: entry for entry in entry_points(group=GROUP)}
+    installed = {entry.name: entry for entry in entry_points(group=GROUP) if not _lacks_library(entry.name)}
     return built_in | {name: installed[name] for name in sorted(installed) if name not in built_in}
+
+
+def _lacks_library(engine: str) -> bool:
+    return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
     """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour."""
     engines = registry()
+    if _lacks_library(name):
+        raise Mistake(f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'")
     if name not in engines:
         raise Mistake(f"no engine {name!r}; {nearest(name, engines)}")
     build = cast("Callable[[Scene, State], Engine]", engines[name].load())

@@ -1,0 +1,280 @@
+"""Box2D v3, through pyb2d3: circles, static polygons and capsules in a `pyb2d3.World` at Box2D's own settings.
+
+Three of them are not Box2D's: no approach is too slow to bounce (restitution threshold 0), nothing sleeps, and no
+speed is too high. Continuous collision is on, but Box2D has it between balls and walls only; of two balls, one
+would have to be a bullet and the other not.
+
+Box2D reckons in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
+"""
+
+from collections.abc import Iterator
+from itertools import combinations_with_replacement
+from typing import Any, Final
+
+import numpy as np
+import pyb2d3
+from numpy.typing import NDArray
+
+from sandbox.engines import Refused
+from sandbox.scene import Arena, Scene, Vector, Wall
+from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
+
+# px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
+# 2.56 px. A power of two, so that scaling rounds nothing.
+METRE: Final = 128.0
+
+SUBSTEPS: Final = 4  # a step: what Box2D recommends, and its samples use
+FASTEST: Final = 1e9  # m/s, above which Box2D slows a body down: 400 m/s (51,200 px/s) unless said
+FILTER_BITS: Final = 64  # of a shape: what collides with what
+
+# Depth of an arena wall, px. It stands outside; a ball found beyond its middle would leave on the other side.
+ARENA_WALL: Final = 40_000.0
+
+MOST_ITERATIONS: Final = 200  # of conjugate gradients; tens are what gases and piles take
+CLOSE_ENOUGH: Final = 1e-7  # residual, as a share of that at the start: float32's own
+ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # as a share of a velocity: what four substeps may round
+
+Integers = NDArray[np.int64]
+
+
+class Box2DEngine:
+    """A scene in a `pyb2d3.World`, which is open to look at as `world`: body k is ball k.
+
+    pyb2d3 tells which shapes touch, but not the impulses: they are worked out from the change of momentum that they
+    made, see `impulses`.
+    """
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.world = pyb2d3.World(
+            gravity=_metres(scene.gravity),
+            restitution_threshold=0.0,
+            maximum_linear_speed=FASTEST,
+        )
+        if not self.world.is_valid():
+            raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are taken")
+        self._rate = scene.rate
+        self._gravity = np.array(scene.gravity, float)
+        self._steps = 0
+        self._balls = scene.bodies
+        materials = _Materials(scene)
+        self._bodies = _add_balls(self.world, materials, scene, initial)
+        self._batch = pyb2d3.Bodies()
+        for body in self._bodies:
+            self._batch.append(body)
+        self._segments = _add_walls(self.world, materials, scene)
+        self._touching: set[tuple[int, int]] = set()
+        self._found: list[Contacts] | None = None
+
+    def step(self) -> None:
+        """Call `World.step`."""
+        before = self.state() if self._found is not None else None
+        self.world.step(1 / self._rate, SUBSTEPS)
+        self._steps += 1
+        self._follow()
+        if before is not None and self._touching:
+            self._collect(before)
+
+    def state(self) -> State:
+        """Return a snapshot: float32 numbers."""
+        position, velocity = self._batch.get_positions(), self._batch.get_linear_velocities()
+        return State(self._steps / self._rate, position * np.float64(METRE), velocity * np.float64(METRE))
+
+    def contacts(self) -> Contacts:
+        """Return the contacts since the last call.
+
+        Box2D solves a contact before it touches, where it will within the step: depth is then less than 0.
+        """
+        found, self._found = self._found, []
+        return np.concatenate(found) if found else no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Add dv (px/s) to a ball's velocity."""
+        x, y = _metres(dv)
+        velocity = self._bodies[ball].linear_velocity
+        self._bodies[ball].linear_velocity = (velocity.x + x, velocity.y + y)
+
+    def _follow(self) -> None:
+        """Keep account of who touches whom, from the events of the last step."""
+        events = self.world.get_contact_events()
+        for event in events.begin_events():
+            self._touching.add(self._pair(event))
+        for event in events.end_events():
+            self._touching.discard(self._pair(event))
+
+    def _pair(self, event: Any) -> tuple[int, int]:
+        n = len(self._balls)
+        first, second = sorted((event.shape_a.user_data, event.shape_b.user_data))
+        return first, second if second < n else ~(second - n)
+
+    def _collect(self, before: State) -> None:
+        """Note the contacts of the last step. Box2D found them, and their normals, where the balls were before it."""
+        after = self.state()
+        first, second = np.array(sorted(self._touching)).T
+        contacts = np.empty(len(first), CONTACT)
+        contacts["time"] = after.time
+        contacts["first"], contacts["second"] = first, second
+        contacts["normal"], contacts["depth"] = self._geometry(before.position, first, second)
+        change = after.velocity - before.velocity - self._gravity / self._rate
+        contacts["impulse"] = impulses(first, second, contacts["normal"], change, self._balls.mass)
+        fastest = np.abs([before.velocity, after.velocity]).max()
+        solved = contacts["impulse"] > ROUNDING * fastest * self._balls.mass[first]
+        assert self._found is not None
+        self._found.append(contacts[solved])
+
+    def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:
+        """Return the unit vectors from first to second, and how deep the two overlap (px)."""
+        radius, of_wall = self._balls.radius, second < 0
+        ball, wall = np.maximum(second, 0), np.maximum(~second, 0)
+        a, b, thick = (part[wall] for part in self._segments)
+        along = b - a
+        share = np.clip(_dot(along, position[first] - a) / _dot(along, along), 0.0, 1.0)
+        away = np.where(of_wall[:, None], a + along * share[:, None], position[ball]) - position[first]
+        distance = np.hypot(*away.T)
+        normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 on one spot: Box2D lets such a pair be
+        return normal, radius[first] + np.where(of_wall, thick, radius[ball]) - distance
+
+
+def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats) -> Floats:
+    """Return the impulse of each contact along its normal (kg px/s) that changed the velocities so.
+
+    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 2) px/s; mass: (n,) kg. Of a ball's only contact
+    it is the change of its momentum. Where many touch, it is the least-squares answer, by conjugate gradients: how
+    they share a change that several shares explain is not known, nor what friction did.
+    """
+    between = second >= 0
+    other = second[between]
+    inertia = 1 / mass[first]
+    inertia[between] += 1 / mass[other]
+
+    def parting(velocity: Floats) -> Floats:
+        speed = -_dot(normal, velocity[first])
+        speed[between] += _dot(normal[between], velocity[other])
+        return speed
+
+    def given(impulse: Floats) -> Floats:
+        push = impulse[:, None] * normal
+        momentum = np.zeros_like(change)
+        np.subtract.at(momentum, first, push)
+        np.add.at(momentum, other, push[between])
+        return momentum / mass[:, None]
+
+    impulse = np.zeros(len(first))
+    residual = parting(change)
+    step = residual / inertia
+    left = start = float(residual @ step)
+    for _ in range(min(len(first), MOST_ITERATIONS)):
+        if left <= CLOSE_ENOUGH**2 * start:
+            break
+        answer = parting(given(step))
+        share = left / float(step @ answer)
+        impulse += share * step
+        residual -= share * answer
+        before, left = left, float(residual @ (residual / inertia))
+        step = residual / inertia + left / before * step
+    return impulse
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+
+
+def _metres(vector: Vector) -> Vector:
+    return vector[0] / METRE, vector[1] / METRE
+
+
+class _Materials:
+    """Makes shapes of which every pair has the product of its elasticities and of its frictions.
+
+    Box2D takes the greater restitution of the two, and the root of the product of the frictions; pyb2d3 has no way
+    to change that. So frictions are given squared. And a ball has a circle for each elasticity that it can meet, with
+    the product as its restitution; one bit of the filter for each pair of elasticities has just the right two meet.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        of_walls = (scene.arena.elasticity, *(wall.elasticity for wall in scene.walls))
+        self._elasticities = sorted({*scene.bodies.elasticity.tolist(), *map(float, of_walls)})
+        pairs = list(combinations_with_replacement(self._elasticities, 2))
+        if len(pairs) > FILTER_BITS:
+            raise Refused(
+                f"box2d: {len(self._elasticities)} different elasticities are more than its filters can tell apart "
+                "(10); use --engines pymunk"
+            )
+        self._bits = {pair: 1 << bit for bit, pair in enumerate(pairs)}
+
+    def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
+        """Make a definition for each circle of a ball."""
+        for other in self._elasticities:
+            yield self._shape(number, friction, elasticity * other, self._bit(elasticity, other))
+
+    def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
+        """Make the definition of a wall's shape: the ball's restitution is the greater."""
+        bits = sum(self._bit(elasticity, other) for other in self._elasticities)
+        return self._shape(number, friction, 0.0, bits)
+
+    def _bit(self, one: float, other: float) -> int:
+        return self._bits[min(one, other), max(one, other)]
+
+    def _shape(self, number: int, friction: float, restitution: float, bits: int) -> Any:
+        return pyb2d3.shape_def(
+            user_data=number,
+            enable_contact_events=True,
+            material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
+            filter=pyb2d3.make_filter(category_bits=bits, mask_bits=bits),
+        )
+
+
+def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) -> list[Any]:
+    bodies = scene.bodies
+    added = []
+    for ball in range(len(bodies)):
+        body = world.create_dynamic_body(
+            position=_metres(initial.position[ball].tolist()),
+            linear_velocity=_metres(initial.velocity[ball].tolist()),
+            enable_sleep=False,
+        )
+        radius, mass = float(bodies.radius[ball]) / METRE, float(bodies.mass[ball])
+        for shape in materials.of_ball(ball, float(bodies.elasticity[ball]), float(bodies.friction[ball])):
+            body.create_shape(shape, pyb2d3.circle(radius=radius))
+        of_disc = body.mass_data
+        of_disc.mass, of_disc.rotational_inertia = mass, mass * radius**2 / 2
+        body.mass_data = of_disc
+        added.append(body)
+    return added
+
+
+def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats, Floats, Floats]:
+    """Add the arena's walls (left, top, right, bottom) and the scene's own, numbered after the balls.
+
+    Returns the segments they are: one end (m, 2), the other (m, 2), and half the thickness (m,), all px. Those of the
+    arena are half as thick as the slab, which is enough for what touches its face.
+    """
+    n, arena, (width, height) = len(scene.bodies), scene.arena, scene.arena.size
+    long = ARENA_WALL + width + height
+    segments: list[tuple[Vector, Vector, float]] = []
+
+    def add(corner: Vector, wall: Arena | Wall, shape: object) -> None:
+        body = world.create_static_body(position=_metres(corner))
+        body.create_shape(materials.of_wall(n + len(segments), float(wall.elasticity), wall.friction), shape)
+
+    # Each with its face through the origin of its body, where float32 is finest.
+    for (x, y), (ox, oy) in (
+        ((0, 0), (-1, 0)),
+        ((0, 0), (0, -1)),
+        ((width, height), (1, 0)),
+        ((width, height), (0, 1)),
+    ):
+        slab = [
+            (ox * deep - oy * along, oy * deep + ox * along)
+            for deep, along in ((0, -long), (0, long), (ARENA_WALL, long), (ARENA_WALL, -long))
+        ]
+        add((x, y), arena, pyb2d3.polygon(np.array(slab) / METRE))
+        deep = ARENA_WALL / 2
+        a, b = ((x + ox * deep - oy * s, y + oy * deep + ox * s) for s in (-long, long))
+        segments.append((a, b, deep))
+    for wall in scene.walls:
+        ends = _metres(wall.start), _metres(wall.to)
+        radius = wall.thickness / 2 / METRE
+        add((0, 0), wall, pyb2d3.capsule(*ends, radius) if radius else pyb2d3.segment(*ends))
+        segments.append((wall.start, wall.to, wall.thickness / 2))
+    a, b, half = zip(*segments, strict=True)
+    return np.array(a, float), np.array(b, float), np.array(half, float)
