@@ -306,6 +306,9 @@ def _print_comparison(comparison: "Comparison") -> None:
     if any(run.scores for run in comparison.runs.values()):
         met = (f"{run.figures.met} of {run.figures.expected}" for run in comparison.runs.values())
         table.add_row("expectations met", *met)
+    for rows in zip(*(run.theory for run in comparison.runs.values() if run.theory), strict=True):
+        table.add_row(rows[0].figure, *(f"{row.measured:.4g}" for row in rows))
+        table.add_row(f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows))
     Console().print(table)
 
 

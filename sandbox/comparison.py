@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sandbox.engines import Engine, default_engines
+from sandbox.gas import Row, beside_theory, is_gas
 from sandbox.inputs import Input
 from sandbox.mistakes import Mistake, nearest
 from sandbox.quantity import deepest_overlap, energy, length, momentum
@@ -19,6 +20,7 @@ from sandbox.trajectory import Lockstep
 from sandbox.truth import Score, score
 
 YARDSTICK: Final = "exact"  # what the others are measured against, wherever it takes part
+SAMPLES: Final = 200  # states of a gas, about, whose speeds are held beside their law
 BLOCK_BYTES: Final = 32_000_000  # of states kept between two reckonings, an engine
 
 
@@ -47,7 +49,7 @@ class Run:
 
     energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
     yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; contacts: in order of time; scores: of the
-    scene's expectations that fall into the run.
+    scene's expectations that fall into the run; theory: what is expected of a gas, beside what was measured.
     """
 
     figures: Figures
@@ -58,6 +60,7 @@ class Run:
     gap_of_ball: Floats
     contacts: Contacts
     scores: list[Score]
+    theory: tuple[Row, ...]
     final: State
 
 
@@ -80,7 +83,10 @@ class Comparison:
             "seconds": float(self.time[-1]),
             "against": self.against,
             "horizon": self.horizon,
-            "engines": {name: vars(run.figures) for name, run in self.runs.items()},
+            "engines": {
+                name: vars(run.figures) | ({"theory": [vars(row) for row in run.theory]} if run.theory else {})
+                for name, run in self.runs.items()
+            },
         }
 
     def as_csv(self) -> str:
@@ -163,6 +169,8 @@ class _Tally:
         self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max
         self.gap_of_ball = np.zeros(len(scene.bodies))
         self.scores: list[Score] = []
+        self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
+        self.every = max(1, scene.steps // SAMPLES)
         self.overlap = 0.0
 
     def add(self, states: list[State], yardstick: Floats) -> None:
@@ -179,6 +187,8 @@ class _Tally:
             gap.max(axis=1),
         )
         self.series.append(np.column_stack(columns))
+        if is_gas(scene):
+            self.velocities.append(velocity[:: self.every])
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
         self.overlap = max(self.overlap, *(deepest_overlap(state.position, bodies.radius)[0] for state in states))
         self.contacts.append(self.engine.contacts())
@@ -210,4 +220,9 @@ class _Tally:
             expected=len(self.scores),
             met=sum(one.passed for one in self.scores),
         )
-        return Run(figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.scores, self.final)
+        theory: tuple[Row, ...] = ()
+        if self.velocities:
+            theory = beside_theory(self.scene, contacts, np.concatenate(self.velocities), self.final.time) or ()
+        return Run(
+            figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.scores, theory, self.final
+        )

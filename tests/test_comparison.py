@@ -95,6 +95,21 @@ def test_expectations_that_fall_into_the_run_are_scored() -> None:
     assert run.figures.met == sum(one.error <= 1e-6 for one in run.scores)
 
 
+def test_a_gas_stands_beside_its_theory_and_three_balls_do_not() -> None:
+    comparison = compare(load("gas-100"), ["impulse"])
+    run = comparison.runs["impulse"]
+    by_name = {row.figure: row for row in run.theory}
+    pairs = by_name["contacts per second"]
+    assert pairs.measured == run.figures.pair_contacts / 20
+    assert pairs.measured == pytest.approx(pairs.expected, rel=0.05)
+    pressure = by_name["wall pressure, kg/s²"]
+    assert pressure.measured == pytest.approx(pressure.expected, rel=0.05)
+    assert by_name["distance of speeds from their law"].measured < 0.02
+    written = comparison.as_json()["engines"]["impulse"]["theory"]
+    assert [row["figure"] for row in written] == list(by_name)
+    assert "theory" not in compare(load("article").changed(seconds=1.0)).as_json()["engines"]["pymunk"]
+
+
 def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0, seed=4))
     document = comparison.as_json()
