@@ -470,25 +470,30 @@ class Scene(Model):
 PALETTE: Final = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9", "#cc79a7")
 
 
-def bundled() -> dict[str, Path]:
-    """Find the scenes that come with the sandbox: name -> file."""
+TRUTHS: Final = "truths"  # folder of the bundled scenes that hold a law each
+
+
+def bundled(folder: str = "") -> dict[str, Path]:
+    """Find the scenes that come with the sandbox, or those of a folder among them: what `load` takes -> file."""
     package = Path(str(files("sandbox")))
-    folders = (package / "scenes", package.parent / "scenes")  # of a wheel, of a checkout
-    folder = next(folder for folder in folders if folder.is_dir())
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
+    homes = (package / "scenes", package.parent / "scenes")  # of a wheel, of a checkout
+    scenes = next(home for home in homes if home.is_dir())
+    found = sorted((scenes / folder).glob("*.toml"))
+    return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in found}
 
 
 def load(scene: str | Path) -> Scene:
-    """Read a scene: a file, or the name of a bundled scene.
+    """Read a scene: a file, or the name of a bundled scene, such as "article" or "truths/corner".
 
     Raises Mistake with every mistake that the file has, a line each.
     """
     path = Path(scene)
     if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises where a name is too long)
-        known = bundled()
-        if str(scene) not in known:
-            raise Mistake(f"no scene {str(scene)!r}: no such file, nor a bundled scene; {nearest(str(scene), known)}")
-        path = known[str(scene)]
+        name = path.as_posix()
+        known = bundled(TRUTHS if path.parent == Path(TRUTHS) else "")
+        if name not in known:
+            raise Mistake(f"no scene {name!r}: no such file, nor a bundled scene; {nearest(name, known)}")
+        path = known[name]
     return parse(read_text(path), str(path))
 
 
