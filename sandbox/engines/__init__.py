@@ -21,6 +21,7 @@ _BUILT_IN: Final = {
     "pymunk": "sandbox.engines.pymunk:PymunkEngine",
     "article": "sandbox.engines.article:ArticleEngine",
     "impulse": "sandbox.engines.impulse:ImpulseEngine",
+    "exact": "sandbox.engines.exact:ExactEngine",
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that comes with it
 REFERENCES: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can

@@ -1,0 +1,51 @@
+"""The pieces that walls are made of for a disc's centre: a straight face, and a round end at either end of it."""
+
+from itertools import chain
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.scene import Scene, Vector
+
+PIECE: Final = np.dtype(
+    [
+        ("x", "f8"),  # where it begins, px
+        ("y", "f8"),
+        ("tx", "f8"),  # unit vector along it; its normal is (-ty, tx)
+        ("ty", "f8"),
+        ("length", "f8"),  # px; 0 for a round end
+        ("thick", "f8"),  # half the wall's thickness, px
+        ("elasticity", "f8"),  # the wall's factor
+        ("wall", "i8"),
+    ]
+)
+
+
+def pieces_of(scene: Scene) -> NDArray[np.void]:
+    """List the faces of the arena (left, top, right, bottom), then a face and two ends for each wall of the scene."""
+    width, height = scene.arena.size
+    corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
+    arena = [
+        _face(wall, start, end, 0, scene.arena.elasticity)
+        for wall, (start, end) in enumerate(zip(corners, corners[1:], strict=False))
+    ]
+    inner = (
+        (
+            _face(number, wall.start, wall.to, wall.thickness / 2, wall.elasticity),
+            _end(number, wall.start, wall.thickness / 2, wall.elasticity),
+            _end(number, wall.to, wall.thickness / 2, wall.elasticity),
+        )
+        for number, wall in enumerate(scene.walls, len(arena))
+    )
+    return np.array([*arena, *chain.from_iterable(inner)], PIECE)
+
+
+def _face(wall: int, start: Vector, end: Vector, thick: float, elasticity: float) -> tuple[float, ...]:
+    along = np.subtract(end, start)
+    length = float(np.hypot(*along))
+    return (*start, *(along / length), length, thick, elasticity, wall)
+
+
+def _end(wall: int, at: Vector, thick: float, elasticity: float) -> tuple[float, ...]:
+    return (*at, 0.0, 0.0, 0.0, thick, elasticity, wall)
