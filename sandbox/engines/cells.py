@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sandbox.engines.kernel import Record, kernel
 from sandbox.quantity import segment_distance
 from sandbox.state import Floats
 
@@ -20,83 +20,88 @@ from sandbox.state import Floats
 CROWD: Final = 0.6
 SLACK: Final = 1e-9  # share by which cells are wider, and walls reach further, than they must: far above rounding
 
-LINK: Final = np.dtype([("next", "i4"), ("previous", "i4"), ("column", "i4"), ("row", "i4")])
+CELL: Final = np.dtype(
+    [
+        ("first", "i4"),  # disc in it, -1 for none; each disc names the next and the previous
+        ("begin", "i4"),  # of its wall pieces; those of the next cell begin where they end
+    ]
+)
 
 
 class Cells(NamedTuple):
     """The grid. Cell (column, row) has number row * stride + column; the arena's first is (1, 1).
 
-    width, height: of a cell, px; first: (cells,) the first disc of each, -1 for none; link: (n,) LINK, of each disc;
-    piece: the wall pieces of cell c are piece[begin[c]:begin[c + 1]].
+    width, height: of a cell, px; cell: CELL; piece: numbers of wall pieces, cell by cell.
     """
 
     stride: int
     width: float
     height: float
-    first: NDArray[np.int32]
-    link: NDArray[np.void]
-    begin: NDArray[np.int64]
+    cell: NDArray[np.void]
     piece: NDArray[np.int64]
 
 
-def cells_of(position: Floats, radius: Floats, size: Sequence[float], pieces: NDArray[np.void]) -> Cells:
-    """Make the grid, its discs not yet entered.
-
-    position: (n, 2) px; radius: (n,) px; size: of the arena, px; pieces: (m,) PIECE.
-    """
-    things = len(position) + len(pieces)
-    width = max(2 * float(radius.max()) * (1 + SLACK), math.sqrt(size[0] * size[1] * CROWD / things))
+def empty_cells(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Cells:
+    """Make the grid for so many discs, the widest of them so many px across, in an arena of so many px."""
+    width = max(widest * (1 + SLACK), math.sqrt(size[0] * size[1] * CROWD / (count + len(pieces))))
     columns, rows = (max(1, int(side / width)) for side in size)
     width, height = size[0] / columns, size[1] / rows
-    link = np.empty(len(position), LINK)
-    link["column"] = np.clip(position[:, 0] / width, 0, columns - 1).astype(int) + 1
-    link["row"] = np.clip(position[:, 1] / height, 0, rows - 1).astype(int) + 1
-    stride = columns + 2
-    begin, piece = _pieces_of_cells(pieces, float(radius.max()), columns, rows, width, height)
-    return Cells(stride, width, height, np.full(stride * (rows + 2), -1, np.int32), link, begin, piece)
-
-
-def _pieces_of_cells(
-    pieces: NDArray[np.void], radius: float, columns: int, rows: int, width: float, height: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """List for each cell the pieces that a disc of this radius, centred anywhere in the cell, can touch."""
+    cell = np.empty((columns + 2) * (rows + 2) + 1, CELL)
     x, y = (np.arange(columns) + 0.5) * width, (np.arange(rows) + 0.5) * height
-    cells, numbers = [], []
-    for number, piece in enumerate(pieces):
-        start = np.array([piece["x"], piece["y"]])
-        end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
-        far = (radius + piece["thick"] + math.hypot(width, height) / 2) * (1 + SLACK)
-        low, high = np.minimum(start, end) - far, np.maximum(start, end) + far
-        column, row = np.flatnonzero((x >= low[0]) & (x <= high[0])), np.flatnonzero((y >= low[1]) & (y <= high[1]))
-        centre = np.stack(np.meshgrid(x[column], y[row]), axis=-1)
-        near = (segment_distance(centre, start, end) if piece["length"] else np.hypot(*(centre - start).T).T) <= far
-        at = np.argwhere(near)
-        cells.append((row[at[:, 0]] + 1) * (columns + 2) + column[at[:, 1]] + 1)
-        numbers.append(np.full(len(at), number))
-    cell, number_of = np.concatenate(cells), np.concatenate(numbers)
-    order = np.argsort(cell, kind="stable")
-    begin = np.searchsorted(cell[order], np.arange((columns + 2) * (rows + 2) + 1))
-    return begin, number_of[order]
+    far = (widest + math.hypot(width, height)) / 2
+    near = [_cells_near(piece, x, y, far) for piece in pieces]
+    number = np.repeat(np.arange(len(pieces)), [len(cells) for cells in near])
+    listed = np.concatenate(near)
+    order = np.argsort(listed, kind="stable")
+    cell["first"] = -1
+    cell["begin"] = np.searchsorted(listed[order], np.arange(len(cell)))
+    return Cells(columns + 2, width, height, cell, number[order])
 
 
-@njit
-def enter(cells, i):  # type: ignore[no-untyped-def]
-    """Put disc i at the head of the list of the cell that its link names."""
-    link = cells.link[i]
-    cell = link.row * cells.stride + link.column
-    link.next, link.previous = cells.first[cell], -1
-    if link.next >= 0:
-        cells.link[link.next].previous = i
-    cells.first[cell] = i
+def _cells_near(piece: Record, x: Floats, y: Floats, far: float) -> NDArray[np.int64]:
+    """Number the cells of which the centre, at x of a column and y of a row (px), is not too far from a piece."""
+    start = np.array([piece["x"], piece["y"]])
+    end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
+    far = (far + piece["thick"]) * (1 + SLACK)
+    low, high = np.minimum(start, end) - far, np.maximum(start, end) + far
+    columns, rows = (np.flatnonzero((c >= low[k]) & (c <= high[k])) for k, c in enumerate((x, y)))
+    centre = np.stack(np.meshgrid(x[columns], y[rows]), axis=-1)
+    distance = segment_distance(centre, start, end) if piece["length"] else np.linalg.norm(centre - start, axis=-1)
+    row, column = np.nonzero(distance <= far)
+    return (rows[row] + 1) * (len(x) + 2) + columns[column] + 1
 
 
-@njit
-def leave(cells, i):  # type: ignore[no-untyped-def]
-    """Take disc i out of the list of its cell."""
-    link = cells.link[i]
-    if link.previous >= 0:
-        cells.link[link.previous].next = link.next
+def cell_at(cells: Cells, position: Floats) -> NDArray[np.int64]:
+    """Number the cell that each position (n, 2) px is in: (n,)."""
+    rows = len(cells.cell) // cells.stride - 2
+    column = np.clip(position[:, 0] / cells.width, 0, cells.stride - 3).astype(int)
+    row = np.clip(position[:, 1] / cells.height, 0, rows - 1).astype(int)
+    return (row + 1) * cells.stride + column + 1
+
+
+def along_a_curve(cells: Cells, number: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return for each cell number its place on a curve on which near cells are near: Morton's, of interleaved bits."""
+    row, column = np.divmod(number, cells.stride)
+    return sum(((column >> bit & 1) | (row >> bit & 1) << 1) << 2 * bit for bit in range(31))
+
+
+@kernel
+def enter(cells: Cells, disc: NDArray[np.void], i: int) -> None:
+    """List disc i first in its cell."""
+    cell = cells.cell[disc[i].cell]
+    disc[i].next, disc[i].previous = cell.first, -1
+    if cell.first >= 0:
+        disc[cell.first].previous = i
+    cell.first = i
+
+
+@kernel
+def leave(cells: Cells, disc: NDArray[np.void], i: int) -> None:
+    """Take disc i out of its cell's list."""
+    before, after = disc[i].previous, disc[i].next
+    if before >= 0:
+        disc[before].next = after
     else:
-        cells.first[link.row * cells.stride + link.column] = link.next
-    if link.next >= 0:
-        cells.link[link.next].previous = link.previous
+        cells.cell[disc[i].cell].first = after
+    if after >= 0:
+        disc[after].previous = before

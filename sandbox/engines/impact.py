@@ -6,21 +6,16 @@ is the distance still to go (px, negative where the two overlap); times are seco
 Two things touch when their gap is 0 and shrinking. What rounding, or the scene, left overlapping touches at once if
 it approaches, and is let go if it parts (Bannerman, Strobl, Formella and Pöschel, arXiv:1211.6718). Quadratic roots
 are taken in the form that does not cancel.
-
-These kernels are compiled into those that call them. numba's cache looks at the caller's file alone: after an edit
-here, delete the cache (`__pycache__`, or NUMBA_CACHE_DIR).
 """
 
 import math
 
-from numba import njit
-
-from sandbox.state import Floats
+from sandbox.engines.kernel import kernel
 
 NEVER = math.inf
 
 
-@njit
+@kernel
 def time_to_close(gap: float, v: float, a: float) -> float:
     """Return when a gap that changes by v t + a t²/2 is 0 and shrinking."""
     discriminant = v * v - 2 * a * gap
@@ -37,7 +32,7 @@ def time_to_close(gap: float, v: float, a: float) -> float:
     return (v + math.sqrt(max(0.0, discriminant))) / -a
 
 
-@njit
+@kernel
 def time_to_touch(
     rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float
 ) -> float:
@@ -54,7 +49,7 @@ def time_to_touch(
     return max(0.0, c / (-b + math.sqrt(discriminant)))
 
 
-@njit
+@kernel
 def _time_to_touch_falling(
     rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float
 ) -> float:
@@ -84,7 +79,7 @@ def _time_to_touch_falling(
     return NEVER
 
 
-@njit
+@kernel
 def _roots_of_quadratic(c: float, b: float, a: float) -> tuple[float, float]:
     """Return the real roots of c + b t + a t² in order, (0, 0) where there are none; a > 0."""
     discriminant = b * b - 4 * a * c
@@ -94,12 +89,12 @@ def _roots_of_quadratic(c: float, b: float, a: float) -> tuple[float, float]:
     return min(q / a, c / q), max(q / a, c / q)
 
 
-@njit
+@kernel
 def _value(p: tuple[float, float, float, float, float], t: float) -> float:
     return p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * p[4])))
 
 
-@njit
+@kernel
 def _root(p: tuple[float, float, float, float, float], low: float, high: float) -> float:
     """Return the root of a polynomial that is monotone from low to high and changes sign: Newton's method, bracketed."""
     rises = _value(p, high) > 0
@@ -120,7 +115,7 @@ def _root(p: tuple[float, float, float, float, float], low: float, high: float) 
     return t
 
 
-@njit
+@kernel
 def time_to_face(
     along: float, v_along: float, a_along: float, off: float, v_off: float, a_off: float, length: float, reach: float
 ) -> float:
@@ -141,7 +136,7 @@ def time_to_face(
     return NEVER
 
 
-@njit
+@kernel
 def time_to_leave(x: float, v: float, a: float, low: float, high: float) -> tuple[float, int]:
     """Return when a coordinate leaves the range from low to high, and which way: -1 or 1."""
     if a == 0:
