@@ -10,78 +10,69 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.kernel import Record, kernel
+from sandbox.engines.discs import aligned
+from sandbox.engines.kernel import Record, kernel, prefetch
 
 NOBODY: Final = 2**31 - 1  # no partner; ranks behind every other
 FAN: Final = 4  # children of a node
+LEVELS_FETCHED: Final = 4  # of the tree's about log4(n); those above are always at hand
 
-EVENT: Final = np.dtype(
-    [
-        ("hit", "f8"),  # s, when the next contact is
-        ("cross", "f8"),  # s, when the disc leaves its cell
-        ("partner", "i4"),  # of the contact: a disc, or ~piece of wall
-        ("seen", "i4"),  # the partner's serial when the contact was foreseen
-        ("serial", "i4"),  # how often this disc's own flight has changed
-        ("way", "i4"),  # to the cell it crosses to: what to add to the cell's number
-    ]
-)
 NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])
 
 
 class Agenda(NamedTuple):
     """The events to come.
 
-    event: (n,) EVENT; ball: (n,) the disc's number in the scene, by which ties are broken;
-    node: NODE, times in s. Node 0 is the root, k's children are 4 k + 1 to 4 k + 4, the last n are the discs'.
+    disc: (n,) DISC; event: (n,) EVENT; node: NODE, times in s. Node 0 is the root, the children of k are
+    4 k + 1 to 4 k + 4, the last n are the discs' own.
     """
 
+    disc: NDArray[np.void]
     event: NDArray[np.void]
-    ball: NDArray[np.int64]
     node: NDArray[np.void]
 
 
-def empty_agenda(event: NDArray[np.void], ball: NDArray[np.int64]) -> Agenda:
+def empty_agenda(disc: NDArray[np.void], event: NDArray[np.void]) -> Agenda:
     """Make the agenda of discs to which nothing will ever happen."""
-    n = len(event)
+    n = len(disc)
+    disc["hit"], event["cross"], event["partner"] = np.inf, np.inf, NOBODY
     inner = -(-(n - 1) // (FAN - 1))
-    event["hit"], event["cross"], event["partner"] = np.inf, np.inf, NOBODY
-    node = np.zeros(FAN * inner + 1, NODE)  # the places behind the last disc are never first
+    # Siblings begin on a line of the cache; the places behind the last disc never win.
+    node = aligned(FAN * inner + FAN, NODE)[FAN - 1 :]
     node["time"] = np.inf
     node["disc"][inner : inner + n] = np.arange(n)
-    return Agenda(event, ball, node)
+    return Agenda(disc, event, node)
 
 
 @kernel
 def rank(agenda: Agenda, i: int, partner: int) -> tuple[int, int]:
     """Order events of one time by ball, then partner; a wall (as ~piece) comes before a ball."""
+    a = np.int64(agenda.event[i].ball)
     if partner < 0 or partner == NOBODY:
-        return agenda.ball[i], np.int64(partner)
-    a, b = agenda.ball[i], agenda.ball[partner]
+        return a, np.int64(partner)
+    b = np.int64(agenda.event[partner].ball)
     return min(a, b), max(a, b)
 
 
 @kernel
-def next_of(event: Record) -> tuple[float, int]:
-    """Return when a disc's event is (s), and with whom: NOBODY where it crosses into the next cell."""
-    if event.hit <= event.cross:
-        return event.hit, np.int64(event.partner)
-    return event.cross, np.int64(NOBODY)
+def _rank_of_next(agenda: Agenda, i: int) -> tuple[int, int]:
+    crosses = agenda.event[i].cross < agenda.disc[i].hit
+    return rank(agenda, i, NOBODY if crosses else np.int64(agenda.event[i].partner))
 
 
 @kernel
 def _precedes(agenda: Agenda, a: Record, b: Record) -> bool:
     if a.time != b.time or a.time == np.inf:
         return a.time < b.time
-    event = agenda.event
-    return rank(agenda, a.disc, next_of(event[a.disc])[1]) < rank(agenda, b.disc, next_of(event[b.disc])[1])
+    return _rank_of_next(agenda, a.disc) < _rank_of_next(agenda, b.disc)
 
 
 @kernel
 def schedule(agenda: Agenda, i: int) -> None:
-    """Put disc i's event in its place among the others."""
+    """Put disc i's event in its place among the others: the next contact, or the crossing if that is earlier."""
     node = agenda.node
     k = (len(node) - 1) // FAN + i
-    node[k].time = next_of(agenda.event[i])[0]
+    node[k].time = min(agenda.disc[i].hit, agenda.event[i].cross)
     while k > 0:
         k = (k - 1) // FAN
         winner = node[FAN * k + 1]
@@ -92,3 +83,25 @@ def schedule(agenda: Agenda, i: int) -> None:
         if node[k].disc == winner.disc and winner.disc != i:
             break
         node[k].time, node[k].disc = winner.time, winner.disc
+
+
+@kernel
+def runner_up(agenda: Agenda) -> int:
+    """Return the disc whose event is most likely the one after the next: the root's second best child."""
+    node = agenda.node
+    second = node[0]
+    time = np.inf
+    for child in range(1, min(FAN + 1, len(node))):
+        if node[child].disc != node[0].disc and node[child].time < time:
+            second = node[child]
+            time = second.time
+    return second.disc
+
+
+@kernel
+def fetch_matches(agenda: Agenda, i: int) -> None:
+    """Ask for the lower part of disc i's way up the tree, before `schedule` walks it."""
+    k = (len(agenda.node) - 1) // FAN + i
+    for _ in range(LEVELS_FETCHED):
+        prefetch(agenda.node, k)
+        k = max(0, k - 1) // FAN

@@ -11,7 +11,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.kernel import Record, kernel
+from sandbox.engines.discs import NONE
+from sandbox.engines.kernel import Record, kernel, prefetch
 from sandbox.quantity import segment_distance
 from sandbox.state import Floats
 
@@ -22,7 +23,7 @@ SLACK: Final = 1e-9  # share by which cells are wider, and walls reach further, 
 
 CELL: Final = np.dtype(
     [
-        ("first", "i4"),  # disc in it, -1 for none; each disc names the next and the previous
+        ("first", "i4"),  # disc in it, or NONE; each disc names the next
         ("begin", "i4"),  # of its wall pieces; those of the next cell begin where they end
     ]
 )
@@ -53,7 +54,7 @@ def empty_cells(count: int, widest: float, size: Sequence[float], pieces: NDArra
     number = np.repeat(np.arange(len(pieces)), [len(cells) for cells in near])
     listed = np.concatenate(near)
     order = np.argsort(listed, kind="stable")
-    cell["first"] = -1
+    cell["first"] = NONE
     cell["begin"] = np.searchsorted(listed[order], np.arange(len(cell)))
     return Cells(columns + 2, width, height, cell, number[order])
 
@@ -86,22 +87,30 @@ def along_a_curve(cells: Cells, number: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @kernel
-def enter(cells: Cells, disc: NDArray[np.void], i: int) -> None:
-    """List disc i first in its cell."""
-    cell = cells.cell[disc[i].cell]
-    disc[i].next, disc[i].previous = cell.first, -1
-    if cell.first >= 0:
-        disc[cell.first].previous = i
+def enter(cells: Cells, disc: NDArray[np.void], i: int, number: int) -> None:
+    """List disc i first in a cell."""
+    cell = cells.cell[number]
+    disc[i].next = cell.first
     cell.first = i
 
 
 @kernel
-def leave(cells: Cells, disc: NDArray[np.void], i: int) -> None:
-    """Take disc i out of its cell's list."""
-    before, after = disc[i].previous, disc[i].next
-    if before >= 0:
-        disc[before].next = after
-    else:
-        cells.cell[disc[i].cell].first = after
-    if after >= 0:
-        disc[after].previous = before
+def leave(cells: Cells, disc: NDArray[np.void], i: int, number: int) -> None:
+    """Take disc i out of a cell's list."""
+    cell = cells.cell[number]
+    if cell.first == i:
+        cell.first = disc[i].next
+        return
+    j = cell.first
+    while disc[j].next != i:
+        j = disc[j].next
+    disc[j].next = disc[i].next
+
+
+@kernel
+def fetch_discs(cells: Cells, disc: NDArray[np.void], number: int) -> None:
+    """Ask for the first disc of each of the 3 x 3 cells round a cell, all at once, before they are looked at."""
+    for row in range(-1, 2):
+        for cell in range(number + row * cells.stride - 1, number + row * cells.stride + 2):
+            if cells.cell[cell].first >= 0:
+                prefetch(disc, np.int64(cells.cell[cell].first))

@@ -27,10 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.engines import Refused
-from sandbox.engines.agenda import EVENT, NOBODY, Agenda, empty_agenda, rank, schedule
-from sandbox.engines.cells import Cells, along_a_curve, cell_at, empty_cells, enter, leave
+from sandbox.engines.agenda import NOBODY, Agenda, empty_agenda, fetch_matches, rank, runner_up, schedule
+from sandbox.engines.cells import Cells, along_a_curve, cell_at, empty_cells, enter, fetch_discs, leave
+from sandbox.engines.discs import BODY, DISC, EVENT, NONE, aligned
 from sandbox.engines.impact import NEVER, time_to_face, time_to_leave, time_to_touch
-from sandbox.engines.kernel import Record, entry, kernel
+from sandbox.engines.kernel import Record, entry, kernel, prefetch
 from sandbox.engines.walls import pieces_of
 from sandbox.scene import Scene, Vector
 from sandbox.state import CONTACT, Contacts, State, no_contacts
@@ -39,46 +40,16 @@ CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between 
 HOP: Final = 1e-4  # s; a shorter one is truer, and costs more where discs lie on discs
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
-FREE: Final = -1  # carried by no wall
-
-LINE: Final = 64  # bytes of a line of the cache
-
-# What is read of every disc in sight, on one line of the cache.
-DISC: Final = np.dtype(
-    [
-        ("x", "f8"),  # px, at time t
-        ("y", "f8"),
-        ("vx", "f8"),  # px/s, at time t
-        ("vy", "f8"),
-        ("t", "f8"),  # s, when it was last moved
-        ("radius", "f8"),  # px
-        ("cell", "i4"),
-        ("next", "i4"),  # disc in the same cell, -1 for none
-        ("previous", "i4"),
-        ("wall", "i4"),  # the face that carries it, or FREE
-    ]
-)
-
-# What is read at a contact, and of every disc in sight where there is gravity.
-BODY: Final = np.dtype(
-    [
-        ("ax", "f8"),  # px/s²: gravity, less what a wall carries
-        ("ay", "f8"),
-        ("mass", "f8"),  # kg
-        ("elasticity", "f8"),
-        ("last", "f8"),  # s, time of the last contact
-        ("streak", "i8"),  # how many contacts in a row came within CONTACT_TIME
-    ]
-)
 
 
 class World(NamedTuple):
     """All that the event loop works on. Discs are stored so that those near each other are near in memory too.
 
-    disc: (n,) DISC; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; falls: whether there is any.
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; falls: whether there is any.
     """
 
     disc: NDArray[np.void]
+    event: NDArray[np.void]
     body: NDArray[np.void]
     piece: NDArray[np.void]
     cells: Cells
@@ -120,17 +91,17 @@ def _bring(world: World, i: int, now: float) -> None:
 
 
 @kernel
-def _offer(agenda: Agenda, i: int, time: float, partner: int, serial: int) -> None:
+def _offer(world: World, i: int, time: float, partner: int, serial: int) -> None:
     """Make this disc i's next contact, if it is earlier than the one foreseen so far."""
-    event = agenda.event[i]
-    if time < event.hit or (time == event.hit and rank(agenda, i, partner) < rank(agenda, i, event.partner)):
-        event.hit, event.partner, event.seen = time, partner, serial
+    disc, event, agenda = world.disc[i], world.event[i], world.agenda
+    if time < disc.hit or (time == disc.hit and rank(agenda, i, partner) < rank(agenda, i, event.partner)):
+        disc.hit, event.partner, event.seen = time, partner, serial
 
 
 @kernel
 def _look_around(world: World, i: int, m: Motion, now: float, corner: int, columns: int, rows: int) -> None:
     """Foresee disc i's contacts with the discs of a block of cells, which begins at its corner."""
-    disc, cells, event, ball = world.disc, world.cells, world.agenda.event, world.agenda.ball
+    disc, cells, event = world.disc, world.cells, world.event
     for row in range(rows):
         for cell in range(corner + row * cells.stride, corner + row * cells.stride + columns):
             j = np.int64(cells.cell[cell].first)
@@ -138,11 +109,11 @@ def _look_around(world: World, i: int, m: Motion, now: float, corner: int, colum
                 o = _motion(world, j, now)
                 rx, ry, vx, vy = o.x - m.x, o.y - m.y, o.vx - m.vx, o.vy - m.vy
                 if rx == 0 and ry == 0:
-                    rx = SPECK if ball[i] < ball[j] else -SPECK
+                    rx = SPECK if event[i].ball < event[j].ball else -SPECK
                 time = now + time_to_touch(rx, ry, vx, vy, o.ax - m.ax, o.ay - m.ay, disc[i].radius + disc[j].radius)
                 # What comes after j's own next contact can wait: j looks at all discs anew by then, and sees i.
-                if time < NEVER and i != j and time <= event[j].hit:
-                    _offer(world.agenda, i, time, j, event[j].serial)
+                if time < NEVER and i != j and time <= disc[j].hit:
+                    _offer(world, i, time, j, disc[j].serial)
                 j = np.int64(disc[j].next)
 
 
@@ -163,22 +134,22 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
 @kernel
 def _look_at_walls(world: World, i: int, m: Motion, now: float) -> None:
     """Foresee disc i's contacts with the pieces of wall of its cell."""
-    disc, cells, piece = world.disc[i], world.cells, world.piece
-    for k in range(cells.cell[disc.cell].begin, cells.cell[disc.cell + 1].begin):
+    event, cells, piece = world.event[i], world.cells, world.piece
+    for k in range(cells.cell[event.cell].begin, cells.cell[event.cell + 1].begin):
         p = cells.piece[k]
         # A disc that a face carries cannot touch that wall's ends before it has left the face.
-        if disc.wall != FREE and p != disc.wall and piece[p].wall == piece[disc.wall].wall:
+        if event.wall != NONE and p != event.wall and piece[p].wall == piece[event.wall].wall:
             continue
-        time = now + _time_to_piece(m, disc.radius, piece[p], p == disc.wall)
+        time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.wall)
         if time < NEVER:
-            _offer(world.agenda, i, time, ~p, 0)
+            _offer(world, i, time, ~p, 0)
 
 
 @kernel
 def _look_at_edges(world: World, i: int, m: Motion, now: float) -> None:
     """Foresee when disc i leaves its cell, and which way."""
-    cells, event = world.cells, world.agenda.event[i]
-    row, column = divmod(np.int64(world.disc[i].cell), cells.stride)
+    cells, event = world.cells, world.event[i]
+    row, column = divmod(np.int64(event.cell), cells.stride)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * cells.width, column * cells.width)
     dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * cells.height, row * cells.height)
     if dt_x < dt_y:
@@ -191,9 +162,9 @@ def _look_at_edges(world: World, i: int, m: Motion, now: float) -> None:
 def _foresee(world: World, i: int, now: float) -> None:
     """Look at all that can happen next to disc i."""
     m = _motion(world, i, now)
-    world.agenda.event[i].hit, world.agenda.event[i].partner = NEVER, NOBODY
+    world.disc[i].hit, world.event[i].partner = NEVER, NOBODY
     _look_at_walls(world, i, m, now)
-    _look_around(world, i, m, now, world.disc[i].cell - world.cells.stride - 1, 3, 3)
+    _look_around(world, i, m, now, world.event[i].cell - world.cells.stride - 1, 3, 3)
     _look_at_edges(world, i, m, now)
     schedule(world.agenda, i)
 
@@ -201,16 +172,17 @@ def _foresee(world: World, i: int, now: float) -> None:
 @kernel
 def _cross(world: World, i: int, now: float) -> None:
     """Take disc i into the next cell, and look at what is new there: the cell's walls, and the three cells ahead."""
-    disc, stride, way = world.disc[i], world.cells.stride, world.agenda.event[i].way
-    leave(world.cells, world.disc, i)
-    disc.cell += way
-    enter(world.cells, world.disc, i)
+    event, stride = world.event[i], world.cells.stride
+    way = np.int64(event.way)
+    leave(world.cells, world.disc, i, event.cell)
+    event.cell += way
+    enter(world.cells, world.disc, i, event.cell)
     m = _motion(world, i, now)
     _look_at_walls(world, i, m, now)
     if abs(way) == 1:
-        _look_around(world, i, m, now, disc.cell + way - stride, 1, 3)
+        _look_around(world, i, m, now, event.cell + way - stride, 1, 3)
     else:
-        _look_around(world, i, m, now, disc.cell + way - 1, 3, 1)
+        _look_around(world, i, m, now, event.cell + way - 1, 3, 1)
     _look_at_edges(world, i, m, now)
     schedule(world.agenda, i)
 
@@ -226,9 +198,9 @@ def _recent(body: Record, now: float) -> bool:
 @kernel
 def _set_free(world: World, i: int) -> None:
     """Let disc i fly on a course of its own, whatever carried it, and whatever was foreseen with it."""
-    world.disc[i].wall = FREE
+    world.event[i].wall = NONE
     world.body[i].ax, world.body[i].ay = world.gravity
-    world.agenda.event[i].serial += 1
+    world.disc[i].serial += 1
 
 
 @kernel
@@ -282,7 +254,7 @@ def _normal(disc: Record, piece: Record) -> tuple[float, float, float]:
 @kernel
 def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, float, float]:
     """Turn disc i round at a piece of wall. Returns the normal to it, the impulse (kg px/s), the depth (px)."""
-    disc, body, piece, carrier = world.disc[i], world.body[i], world.piece[p], np.int64(world.disc[i].wall)
+    disc, body, piece, carrier = world.disc[i], world.body[i], world.piece[p], np.int64(world.event[i].wall)
     _bring(world, i, now)
     nx, ny, distance = _normal(disc, piece)
     if p == carrier:  # the face ends here
@@ -300,7 +272,7 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         _carry(world, i, p, nx, ny)
     disc.vx -= (closing + parting) * nx
     disc.vy -= (closing + parting) * ny
-    if body.streak > JAM or (parting == 0 and carrier != FREE and _wedged(world, i, carrier)):
+    if body.streak > JAM or (parting == 0 and carrier != NONE and _wedged(world, i, carrier)):
         disc.vx = disc.vy = body.ax = body.ay = 0.0
     return nx, ny, body.mass * (closing + parting), disc.radius + piece.thick - distance
 
@@ -312,7 +284,7 @@ def _carry(world: World, i: int, p: int, nx: float, ny: float) -> None:
     pull = body.ax * nx + body.ay * ny
     body.ax -= pull * nx
     body.ay -= pull * ny
-    world.disc[i].wall = p
+    world.event[i].wall = p
 
 
 @kernel
@@ -324,6 +296,21 @@ def _wedged(world: World, i: int, carrier: int) -> bool:
 
 
 # The loop
+
+
+@kernel
+def _fetch(world: World, i: int) -> None:
+    """Ask for what is stored of disc i."""
+    prefetch(world.disc, i)
+    prefetch(world.event, i)
+
+
+@kernel
+def _fetch_round(world: World, i: int) -> None:
+    """Ask for all that disc i's contact will read and write."""
+    prefetch(world.body, i)
+    fetch_matches(world.agenda, i)
+    fetch_discs(world.cells, world.disc, world.event[i].cell)
 
 
 @kernel
@@ -339,29 +326,32 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
     log: (capacity,) CONTACT, which gets a row per contact if `collect`. Returns how many rows of it are filled, and how
     many contacts there were between discs.
     """
-    event, ball, root = world.agenda.event, world.agenda.ball, world.agenda.node[0]
+    disc, event, root = world.disc, world.event, world.agenda.node[0]
     count = collisions = 0
     while root.time <= until and count < len(log):
         now, i = root.time, root.disc
+        _fetch(world, runner_up(world.agenda))
         partner = np.int64(event[i].partner)
-        if event[i].cross < event[i].hit:
+        if event[i].cross < disc[i].hit:
             _cross(world, i, now)
         elif partner < 0:
             contact = _bounce(world, i, ~partner, now)
             _foresee(world, i, now)
             if collect and contact[2] > 0:
-                _note(log[count], now, ball[i], ~world.piece[~partner].wall, contact)
+                _note(log[count], now, event[i].ball, ~world.piece[~partner].wall, contact)
                 count += 1
-        elif event[partner].serial != event[i].seen:
+        elif disc[partner].serial != event[i].seen:
             _foresee(world, i, now)
         else:
-            i, j = (i, partner) if ball[i] < ball[partner] else (partner, i)
+            _fetch_round(world, i)
+            _fetch_round(world, partner)
+            i, j = (i, partner) if event[i].ball < event[partner].ball else (partner, i)
             contact = _collide(world, i, j, now)
             _foresee(world, i, now)
             _foresee(world, j, now)
             collisions += 1
             if collect:
-                _note(log[count], now, ball[i], ball[j], contact)
+                _note(log[count], now, event[i].ball, event[j].ball, contact)
                 count += 1
     return count, collisions
 
@@ -370,7 +360,7 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
 def begin(world: World) -> None:
     """Enter every disc in its cell, and foresee its first event."""
     for i in range(len(world.disc)):
-        enter(world.cells, world.disc, i)
+        enter(world.cells, world.disc, i, world.event[i].cell)
     for i in range(len(world.disc)):
         _foresee(world, i, world.disc[i].t)
 
@@ -394,7 +384,7 @@ class ExactEngine:
         self._rate = scene.rate
         self._steps = 0
         self._world = _world(scene, initial)
-        self._disc_of_ball = np.argsort(self._world.agenda.ball)
+        self._disc_of_ball = np.argsort(self._world.event["ball"])
         self._log = np.empty(64, CONTACT)
         self._found: list[Contacts] | None = None
         self.collisions = 0
@@ -442,22 +432,15 @@ def _world(scene: Scene, initial: State) -> World:
     cells = empty_cells(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
     cell = cell_at(cells, initial.position)
     ball = np.argsort(along_a_curve(cells, cell), kind="stable")
-    disc, body = _aligned(n, DISC), _aligned(n, BODY)
+    disc, event, body = aligned(n, DISC), aligned(n, EVENT), aligned(n, BODY)
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
-    disc["radius"], disc["cell"], disc["wall"] = bodies.radius[ball], cell[ball], FREE
+    disc["radius"], disc["next"] = bodies.radius[ball], NONE
+    event["cell"], event["ball"], event["wall"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    agenda = empty_agenda(_aligned(n, EVENT), ball)
-    return World(disc, body, piece, cells, agenda, gravity, gravity != (0, 0))
-
-
-def _aligned(count: int, dtype: np.dtype[np.void]) -> NDArray[np.void]:
-    """Make an array of zeros that begins on a line of the cache, so that no element straddles more than it must."""
-    memory = np.zeros(count * dtype.itemsize + LINE, np.uint8)
-    start = -memory.ctypes.data % LINE
-    return memory[start : start + count * dtype.itemsize].view(dtype)
+    return World(disc, event, body, piece, cells, empty_agenda(disc, event), gravity, gravity != (0, 0))
 
 
 def _has_friction(scene: Scene) -> bool:
