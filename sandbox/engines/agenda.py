@@ -45,7 +45,7 @@ def empty_agenda(disc: NDArray[np.void], event: NDArray[np.void]) -> Agenda:
 
 
 @kernel
-def rank(agenda: Agenda, i: int, partner: int) -> tuple[int, int]:
+def rank(agenda: Agenda, i: int, partner: int) -> tuple[np.int64, np.int64]:
     """Order events of one time by ball, then partner; a wall (as ~piece) comes before a ball."""
     a = np.int64(agenda.event[i].ball)
     if partner < 0 or partner == NOBODY:
@@ -55,7 +55,7 @@ def rank(agenda: Agenda, i: int, partner: int) -> tuple[int, int]:
 
 
 @kernel
-def _rank_of_next(agenda: Agenda, i: int) -> tuple[int, int]:
+def _rank_of_next(agenda: Agenda, i: int) -> tuple[np.int64, np.int64]:
     crosses = agenda.event[i].cross < agenda.disc[i].hit
     return rank(agenda, i, NOBODY if crosses else np.int64(agenda.event[i].partner))
 

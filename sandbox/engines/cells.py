@@ -6,7 +6,7 @@ A ring of empty cells round the arena spares the neighbours of a border cell a q
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,21 +59,25 @@ def empty_cells(count: int, widest: float, size: Sequence[float], pieces: NDArra
     return Cells(columns + 2, width, height, cell, number[order])
 
 
-def _cells_near(piece: Record, x: Floats, y: Floats, far: float) -> NDArray[np.int64]:
-    """Number the cells of which the centre, at x of a column and y of a row (px), is not too far from a piece."""
+def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> NDArray[np.int64]:
+    """Find the cells of which the centre, at x of a column and y of a row (px), is not too far from a piece."""
     start = np.array([piece["x"], piece["y"]])
     end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
     far = (far + piece["thick"]) * (1 + SLACK)
     low, high = np.minimum(start, end) - far, np.maximum(start, end) + far
     columns, rows = (np.flatnonzero((c >= low[k]) & (c <= high[k])) for k, c in enumerate((x, y)))
     centre = np.stack(np.meshgrid(x[columns], y[rows]), axis=-1)
-    distance = segment_distance(centre, start, end) if piece["length"] else np.linalg.norm(centre - start, axis=-1)
+    distance = (
+        segment_distance(centre, start.tolist(), end.tolist())
+        if piece["length"]
+        else np.linalg.norm(centre - start, axis=-1)
+    )
     row, column = np.nonzero(distance <= far)
     return (rows[row] + 1) * (len(x) + 2) + columns[column] + 1
 
 
 def cell_at(cells: Cells, position: Floats) -> NDArray[np.int64]:
-    """Number the cell that each position (n, 2) px is in: (n,)."""
+    """Find the cell that each position (n, 2) px is in: (n,)."""
     rows = len(cells.cell) // cells.stride - 2
     column = np.clip(position[:, 0] / cells.width, 0, cells.stride - 3).astype(int)
     row = np.clip(position[:, 1] / cells.height, 0, rows - 1).astype(int)
@@ -83,7 +87,10 @@ def cell_at(cells: Cells, position: Floats) -> NDArray[np.int64]:
 def along_a_curve(cells: Cells, number: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return for each cell number its place on a curve on which near cells are near: Morton's, of interleaved bits."""
     row, column = np.divmod(number, cells.stride)
-    return sum(((column >> bit & 1) | (row >> bit & 1) << 1) << 2 * bit for bit in range(31))
+    place = np.zeros_like(number)
+    for bit in range(31):
+        place |= ((column >> bit & 1) | (row >> bit & 1) << 1) << 2 * bit
+    return place
 
 
 @kernel

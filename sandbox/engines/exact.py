@@ -11,13 +11,15 @@ Discs are smooth: no friction. A contact exchanges momentum along the line of ce
 to the distance. Elasticity is the product of the two factors, with two exceptions that keep a collapse, endless
 bounces in finite time, from stopping the clock:
 
-- TC model (S. Luding and S. McNamara, Granular Matter 1 (1998) 113): a contact is elastic that comes within CONTACT_TIME
-  of the last contact of each of its two.
-- A bounce so small that gravity would end it within HOP is not flown. Off a face there is none: the disc rests, carried
-  by the wall, sliding where the wall slopes, held where two walls meet, until another disc or a kick moves it or the
-  face ends. Off a disc or a round end, which curve away, it is flown as a hop of HOP: at 900 px/s² 1.1e-6 px high.
+- TC model (S. Luding and S. McNamara, Granular Matter 1 (1998) 113): a contact within CONTACT_TIME of the last contact
+  of each of its two is elastic.
+- Rest under gravity. A bounce off a face that gravity would end within CONTACT_TIME is not flown: the wall carries the
+  disc from then on. It lies still, slides where the wall slopes, or is held where two walls meet, without any events,
+  until another disc or a kick moves it or the face ends. Round an end it slides in hops of SLIDE. Discs that lean on
+  each other do it in hops of HOP or so: at 900 px/s² they are 1.1e-4 px high, and cost 1/HOP contacts a second for each
+  pair that touches, however tightly a heap is packed.
 
-Each step's cost is bounded so: a resting disc has no events, one that leans on discs 1/HOP a second.
+The clock is one double: after t seconds a contact is late or early by up to 1e-16 t, and 1e-16 t v px deep.
 """
 
 import math
@@ -37,7 +39,9 @@ from sandbox.scene import Scene, Vector
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between contacts, far above the clock's rounding
-HOP: Final = 1e-4  # s; a shorter one is truer, and costs more where discs lie on discs
+HOP: Final = 1e-3  # s, how long a disc that leans on others is off them; less is truer and costs more
+SLIDE: Final = 1e-5  # s, the hops in which a disc slides round the end of a wall
+LEAN: Final = 2 * HOP  # s, how long after such a hop a disc still counts as leaning
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
@@ -45,7 +49,8 @@ SPECK: Final = 1e-100  # px along x between centres that coincide, so that their
 class World(NamedTuple):
     """All that the event loop works on. Discs are stored so that those near each other are near in memory too.
 
-    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; falls: whether there is any.
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; falls: whether there is any;
+    hop: px/s, at which discs that lean on each other part.
     """
 
     disc: NDArray[np.void]
@@ -56,6 +61,7 @@ class World(NamedTuple):
     agenda: Agenda
     gravity: tuple[float, float]
     falls: bool
+    hop: float
 
 
 class Motion(NamedTuple):
@@ -110,8 +116,10 @@ def _look_around(world: World, i: int, m: Motion, now: float, corner: int, colum
                 rx, ry, vx, vy = o.x - m.x, o.y - m.y, o.vx - m.vx, o.vy - m.vy
                 if rx == 0 and ry == 0:
                     rx = SPECK if event[i].ball < event[j].ball else -SPECK
-                time = now + time_to_touch(rx, ry, vx, vy, o.ax - m.ax, o.ay - m.ay, disc[i].radius + disc[j].radius)
+                ax, ay, reach = o.ax - m.ax, o.ay - m.ay, disc[i].radius + disc[j].radius
                 # What comes after j's own next contact can wait: j looks at all discs anew by then, and sees i.
+                limit = min(disc[i].hit, disc[j].hit) - now
+                time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
                 if time < NEVER and i != j and time <= disc[j].hit:
                     _offer(world, i, time, j, disc[j].serial)
                 j = np.int64(disc[j].next)
@@ -122,7 +130,7 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
     """Return when a disc touches a piece of wall or, where that carries it, when it slides off its end."""
     rx, ry = m.x - piece.x, m.y - piece.y
     if piece.length == 0:
-        return time_to_touch(rx, ry, m.vx, m.vy, m.ax, m.ay, radius + piece.thick)
+        return time_to_touch(rx, ry, m.vx, m.vy, m.ax, m.ay, radius + piece.thick, NEVER)
     tx, ty = piece.tx, piece.ty
     along, v_along, a_along = rx * tx + ry * ty, m.vx * tx + m.vy * ty, m.ax * tx + m.ay * ty
     if carried:
@@ -138,7 +146,7 @@ def _look_at_walls(world: World, i: int, m: Motion, now: float) -> None:
     for k in range(cells.cell[event.cell].begin, cells.cell[event.cell + 1].begin):
         p = cells.piece[k]
         # A disc that a face carries cannot touch that wall's ends before it has left the face.
-        if event.wall != NONE and p != event.wall and piece[p].wall == piece[event.wall].wall:
+        if event.wall not in (NONE, p) and piece[p].wall == piece[event.wall].wall:
             continue
         time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.wall)
         if time < NEVER:
@@ -226,7 +234,10 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
     e = 1.0 if _recent(of_a, now) and _recent(of_b, now) else of_a.elasticity * of_b.elasticity
-    parting = max(e * closing, pull * HOP / 2)
+    parting = e * closing
+    if parting < world.hop and (pull > 0 or now < of_a.leans or now < of_b.leans):
+        parting = world.hop
+        of_a.leans = of_b.leans = now + LEAN
     impulse = (closing + parting) / (1 / of_a.mass + 1 / of_b.mass)
     a.vx -= impulse / of_a.mass * nx
     a.vy -= impulse / of_a.mass * ny
@@ -262,37 +273,39 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         return nx, ny, 0.0, 0.0
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
-    e = 1.0 if _recent(body, now) else body.elasticity * piece.elasticity
-    parting = e * closing
-    _touched(world, i, now)
-    if parting > pull * HOP / 2 or piece.length == 0:
-        parting = max(parting, pull * HOP / 2)
-    else:
+    parting = closing if _recent(body, now) else body.elasticity * piece.elasticity * closing
+    leans, face = now < body.leans, piece.length > 0
+    rests = face and parting <= pull * (HOP if leans else CONTACT_TIME) / 2
+    if rests:
         parting = 0.0
-        _carry(world, i, p, nx, ny)
+    elif leans and parting < world.hop:
+        parting = world.hop
+        body.leans = now + LEAN
+    elif not face:
+        parting = max(parting, pull * SLIDE / 2)
     disc.vx -= (closing + parting) * nx
     disc.vy -= (closing + parting) * ny
-    if body.streak > JAM or (parting == 0 and carrier != NONE and _wedged(world, i, carrier)):
+    _touched(world, i, now)
+    if rests:
+        _carry(world, i, p, carrier, nx, ny)
+    if body.streak > JAM:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
     return nx, ny, body.mass * (closing + parting), disc.radius + piece.thick - distance
 
 
 @kernel
-def _carry(world: World, i: int, p: int, nx: float, ny: float) -> None:
-    """Let face p carry disc i: it takes the part of gravity along its normal."""
-    body = world.body[i]
+def _carry(world: World, i: int, p: int, before: int, nx: float, ny: float) -> None:
+    """Let face p carry disc i; with the face that carried it before, if it still leans on that, p holds it."""
+    disc, body = world.disc[i], world.body[i]
     pull = body.ax * nx + body.ay * ny
     body.ax -= pull * nx
     body.ay -= pull * ny
     world.event[i].wall = p
-
-
-@kernel
-def _wedged(world: World, i: int, carrier: int) -> bool:
-    """Tell whether disc i, which one face has begun to carry, still leans on the face that carried it before."""
-    disc, body = world.disc[i], world.body[i]
-    nx, ny, _ = _normal(disc, world.piece[carrier])
-    return abs(disc.vx * nx + disc.vy * ny) <= (body.ax * nx + body.ay * ny) * HOP / 2
+    if before != NONE:
+        mx, my, _ = _normal(disc, world.piece[before])
+        pull = body.ax * mx + body.ay * my
+        if pull > 0 and abs(disc.vx * mx + disc.vy * my) <= pull * HOP / 2:
+            disc.vx = disc.vy = body.ax = body.ay = 0.0
 
 
 # The loop
@@ -440,7 +453,17 @@ def _world(scene: Scene, initial: State) -> World:
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    return World(disc, event, body, piece, cells, empty_agenda(disc, event), gravity, gravity != (0, 0))
+    return World(
+        disc,
+        event,
+        body,
+        piece,
+        cells,
+        empty_agenda(disc, event),
+        gravity,
+        gravity != (0, 0),
+        math.hypot(*gravity) * HOP / 2,
+    )
 
 
 def _has_friction(scene: Scene) -> bool:

@@ -34,12 +34,15 @@ def time_to_close(gap: float, v: float, a: float) -> float:
 
 @kernel
 def time_to_touch(
-    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float
+    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
 ) -> float:
-    """Return when two discs, or a disc and a point, that are r apart come within reach (px) of each other."""
+    """Return when two discs, or a disc and a point, that are r apart come within reach (px) of each other.
+
+    What happens after the limit (s) may be called never.
+    """
     b = rx * vx + ry * vy
     if ax != 0 or ay != 0:
-        return _time_to_touch_falling(rx, ry, vx, vy, ax, ay, reach)
+        return _time_to_touch_falling(rx, ry, vx, vy, ax, ay, reach, limit)
     if b >= 0:
         return NEVER
     c = rx * rx + ry * ry - reach * reach
@@ -51,7 +54,7 @@ def time_to_touch(
 
 @kernel
 def _time_to_touch_falling(
-    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float
+    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
 ) -> float:
     """Find the first root of f(t) = |r + v t + a t²/2|² - reach² at which f falls.
 
@@ -60,10 +63,13 @@ def _time_to_touch_falling(
     """
     rr, vv, aa = rx * rx + ry * ry, vx * vx + vy * vy, ax * ax + ay * ay
     ra, rv, va = rx * ax + ry * ay, rx * vx + ry * vy, vx * ax + vy * ay
+    distance, v, a = math.sqrt(rr), math.sqrt(vv), math.sqrt(aa)
+    # Beyond `far`, a t²/2 alone is more than all the rest.
+    far = min(limit, (v + math.sqrt(v * v + 2 * a * (distance + reach))) / a)
+    if distance - reach > far * (v + a * far / 2):
+        return NEVER
     f = (rr - reach * reach, 2 * rv, vv + ra, va, aa / 4)
     slope = (2 * rv, 2 * (vv + ra), 3 * va, aa, 0.0)
-    # From here on a t²/2 alone is more than all the rest.
-    far = (math.sqrt(vv) + math.sqrt(vv + 2 * math.sqrt(aa) * (math.sqrt(rr) + reach))) / math.sqrt(aa)
     bend1, bend2 = _roots_of_quadratic(2 * (vv + ra), 6 * va, 3 * aa)
     start = 0.0
     for bend in (bend1, bend2, far):
@@ -96,7 +102,7 @@ def _value(p: tuple[float, float, float, float, float], t: float) -> float:
 
 @kernel
 def _root(p: tuple[float, float, float, float, float], low: float, high: float) -> float:
-    """Return the root of a polynomial that is monotone from low to high and changes sign: Newton's method, bracketed."""
+    """Return the root of a polynomial that is monotone from low to high and changes sign: Newton's, bracketed."""
     rises = _value(p, high) > 0
     t = 0.5 * (low + high)
     for _ in range(100):

@@ -1,6 +1,6 @@
 """The pieces that walls are made of for a disc's centre: a straight face, and a round end at either end of it."""
 
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -26,10 +26,7 @@ def pieces_of(scene: Scene) -> NDArray[np.void]:
     """List the faces of the arena (left, top, right, bottom), then a face and two ends for each wall of the scene."""
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
-    arena = [
-        _face(wall, start, end, 0, scene.arena.elasticity)
-        for wall, (start, end) in enumerate(zip(corners, corners[1:], strict=False))
-    ]
+    arena = [_face(wall, start, end, 0, scene.arena.elasticity) for wall, (start, end) in enumerate(pairwise(corners))]
     inner = (
         (
             _face(number, wall.start, wall.to, wall.thickness / 2, wall.elasticity),
