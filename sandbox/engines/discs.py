@@ -45,6 +45,7 @@ BODY: Final = np.dtype(
         ("mass", "f8"),  # kg
         ("elasticity", "f8"),
         ("last", "f8"),  # s, time of the last contact
+        ("met", "f8"),  # s, time of the last contact with a disc
         ("leans", "f8"),  # s, until when it counts as leaning on others
         ("streak", "i8"),  # how many contacts in a row came hard upon one another
     ]

@@ -16,8 +16,8 @@ bounces in finite time, from stopping the clock:
 - Rest under gravity. A bounce off a face that gravity would end within CONTACT_TIME is not flown: the wall carries the
   disc from then on. It lies still, slides where the wall slopes, or is held where two walls meet, without any events,
   until another disc or a kick moves it or the face ends. Round an end it slides in hops of SLIDE. Discs that lean on
-  each other do it in hops of HOP or so: at 900 px/s² they are 1.1e-4 px high, and cost 1/HOP contacts a second for each
-  pair that touches, however tightly a heap is packed.
+  each other do it in hops of HOP or so: at 900 px/s² they are 1.1e-4 px high, and cost some 1/HOP contacts a second for
+  each pair that touches, however tightly a heap is packed.
 
 The clock is one double: after t seconds a contact is late or early by up to 1e-16 t, and 1e-16 t v px deep.
 """
@@ -238,6 +238,7 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
     if parting < world.hop and (pull > 0 or now < of_a.leans or now < of_b.leans):
         parting = world.hop
         of_a.leans = of_b.leans = now + LEAN
+    of_a.met = of_b.met = now
     impulse = (closing + parting) / (1 / of_a.mass + 1 / of_b.mass)
     a.vx -= impulse / of_a.mass * nx
     a.vy -= impulse / of_a.mass * ny
@@ -275,27 +276,28 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
     pull = body.ax * nx + body.ay * ny
     parting = closing if _recent(body, now) else body.elasticity * piece.elasticity * closing
     leans, face = now < body.leans, piece.length > 0
-    rests = face and parting <= pull * (HOP if leans else CONTACT_TIME) / 2
+    shortest = HOP if leans else CONTACT_TIME
+    rests = face and parting <= pull * shortest / 2
     if rests:
         parting = 0.0
-    elif leans and parting < world.hop:
-        parting = world.hop
-        body.leans = now + LEAN
-    elif not face:
-        parting = max(parting, pull * SLIDE / 2)
+    elif leans or (pull > 0 and not face):
+        hop = world.hop if now - body.met < LEAN else pull * SLIDE / 2
+        if parting < hop:
+            parting = hop
+            body.leans = now + LEAN
     disc.vx -= (closing + parting) * nx
     disc.vy -= (closing + parting) * ny
     _touched(world, i, now)
     if rests:
-        _carry(world, i, p, carrier, nx, ny)
+        _carry(world, i, p, carrier, shortest, nx, ny)
     if body.streak > JAM:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
     return nx, ny, body.mass * (closing + parting), disc.radius + piece.thick - distance
 
 
 @kernel
-def _carry(world: World, i: int, p: int, before: int, nx: float, ny: float) -> None:
-    """Let face p carry disc i; with the face that carried it before, if it still leans on that, p holds it."""
+def _carry(world: World, i: int, p: int, before: int, shortest: float, nx: float, ny: float) -> None:
+    """Let face p carry disc i; and hold it, if it would be off the face that carried it before for no longer either."""
     disc, body = world.disc[i], world.body[i]
     pull = body.ax * nx + body.ay * ny
     body.ax -= pull * nx
@@ -304,7 +306,7 @@ def _carry(world: World, i: int, p: int, before: int, nx: float, ny: float) -> N
     if before != NONE:
         mx, my, _ = _normal(disc, world.piece[before])
         pull = body.ax * mx + body.ay * my
-        if pull > 0 and abs(disc.vx * mx + disc.vy * my) <= pull * HOP / 2:
+        if pull > 0 and abs(disc.vx * mx + disc.vy * my) <= pull * shortest / 2:
             disc.vx = disc.vy = body.ax = body.ay = 0.0
 
 
@@ -452,18 +454,10 @@ def _world(scene: Scene, initial: State) -> World:
     event["cell"], event["ball"], event["wall"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
+    body["met"] = -np.inf
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    return World(
-        disc,
-        event,
-        body,
-        piece,
-        cells,
-        empty_agenda(disc, event),
-        gravity,
-        gravity != (0, 0),
-        math.hypot(*gravity) * HOP / 2,
-    )
+    agenda, hop = empty_agenda(disc, event), math.hypot(*gravity) * HOP / 2
+    return World(disc, event, body, piece, cells, agenda, gravity, gravity != (0, 0), hop)
 
 
 def _has_friction(scene: Scene) -> bool:
