@@ -12,7 +12,7 @@ to the distance. Elasticity is the product of the two factors, with two exceptio
 bounces in finite time, from stopping the clock:
 
 - TC model (S. Luding and S. McNamara, Granular Matter 1 (1998) 113): a contact within CONTACT_TIME of the last contact
-  of each of its two is elastic.
+  of each of its two is elastic; with a wall, within that of the last two, as a corner has two walls.
 - Rest under gravity. A bounce off a face that gravity would end within CONTACT_TIME is not flown: the wall carries the
   disc from then on. It lies still, slides where the wall slopes, or is held where two walls meet, without any events,
   until another disc or a kick moves it or the face ends. Round an end it slides in hops of SLIDE. Discs that lean on
@@ -42,6 +42,7 @@ CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between 
 HOP: Final = 1e-3  # s, how long a disc that leans on others is off them; less is truer and costs more
 SLIDE: Final = 1e-5  # s, the hops in which a disc slides round the end of a wall
 LEAN: Final = 2 * HOP  # s, how long after such a hop a disc still counts as leaning
+ROUNDING: Final = 4e-15  # of the fastest component: what an exchange of momentum may round a closing speed by
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
@@ -204,6 +205,15 @@ def _recent(body: Record, now: float) -> bool:
 
 
 @kernel
+def _at_least(parting: float, velocities: tuple[float, ...]) -> float:
+    """Return a speed to part at that is more than velocities round: else two at e = 0 would touch again for ever."""
+    fastest = 0.0
+    for v in velocities:
+        fastest = max(fastest, abs(v))
+    return max(parting, ROUNDING * fastest)
+
+
+@kernel
 def _set_free(world: World, i: int) -> None:
     """Let disc i fly on a course of its own, whatever carried it, and whatever was foreseen with it."""
     world.event[i].wall = NONE
@@ -238,6 +248,7 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
     if parting < world.hop and (pull > 0 or now < of_a.leans or now < of_b.leans):
         parting = world.hop
         of_a.leans = of_b.leans = now + LEAN
+    parting = _at_least(parting, (a.vx, a.vy, b.vx, b.vy))
     of_a.met = of_b.met = now
     impulse = (closing + parting) / (1 / of_a.mass + 1 / of_b.mass)
     a.vx -= impulse / of_a.mass * nx
@@ -274,7 +285,8 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         return nx, ny, 0.0, 0.0
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
-    parting = closing if _recent(body, now) else body.elasticity * piece.elasticity * closing
+    in_a_row = body.streak > 0 and _recent(body, now)  # a corner's two walls at once are no collapse
+    parting = closing if in_a_row else body.elasticity * piece.elasticity * closing
     leans, face = now < body.leans, piece.length > 0
     shortest = HOP if leans else CONTACT_TIME
     rests = face and parting <= pull * shortest / 2
@@ -285,6 +297,8 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         if parting < hop:
             parting = hop
             body.leans = now + LEAN
+    if not rests:
+        parting = _at_least(parting, (disc.vx, disc.vy))
     disc.vx -= (closing + parting) * nx
     disc.vy -= (closing + parting) * ny
     _touched(world, i, now)
