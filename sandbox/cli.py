@@ -164,6 +164,7 @@ def verify(
     from sandbox.verify import all_passed, as_json
     from sandbox.verify import verify as score_engines
 
+    _tell_of_compiling()
     named = _names(engines)
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
     board = score_engines(chosen, named or list(registry()))
@@ -184,6 +185,7 @@ def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="
     from sandbox.scene import load
     from sandbox.spawn import spawn, warnings
 
+    _tell_of_compiling()
     mistakes = []
     for name in scenes:
         try:
@@ -216,6 +218,30 @@ def scenes() -> None:
     Console().print(table)
 
 
+@app.command()
+def bench(
+    json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
+) -> None:
+    """Measure how fast the engines are."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from sandbox.bench import bench as measure
+
+    _tell_of_compiling()
+    figures = list(measure())
+    if json_file:
+        _write(_json([vars(figure) for figure in figures]), json_file)
+    if json_file != "-":
+        table = Table("figure", box=None, pad_edge=False)
+        for column in ("median", "lowest", "highest"):
+            table.add_column(column, justify="right")
+        for figure in figures:
+            values = (figure.median, figure.lowest, figure.highest)
+            table.add_row(figure.means, *(f"{value:,.0f}" for value in values))
+        Console().print(table)
+
+
 @app.command(name="schema")
 def print_schema() -> None:
     """Print the JSON Schema of scene files."""
@@ -224,12 +250,30 @@ def print_schema() -> None:
     print(_json(schema()), end="")
 
 
+def _tell_of_compiling() -> None:
+    """Say a word where numba compiles, which it does once and then keeps on disk."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        told = False
+
+        def on_start(self, _event: event.Event) -> None:
+            if not Listener.told:
+                print("Compiling the engines; this happens once.", file=sys.stderr)
+            Listener.told = True
+
+        def on_end(self, _event: event.Event) -> None: ...
+
+    event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+
+
 def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[Scene, Sequence[Input]]":
     """Load a scene with what the command line changes of it; recorded inputs bring their seed and rate."""
     from sandbox.inputs import Start, load_inputs
     from sandbox.scene import load
     from sandbox.spawn import spawn, warnings
 
+    _tell_of_compiling()
     chosen = load(scene)
     recorded = load_inputs(inputs, chosen) if inputs else []
     for given in recorded:

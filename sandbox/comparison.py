@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.engines import Engine, default_engines
+from sandbox.engines import Engine, default_engines, takes
 from sandbox.gas import Row, beside_theory, is_gas
 from sandbox.inputs import Input
 from sandbox.mistakes import Mistake, nearest
@@ -124,11 +124,12 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, all together, for its seconds.
 
-    Where no engines are named: Pymunk, and the reference that can honour the scene. They are measured against
-    `against`, which is the exact engine where it takes part, and else the last. `progress` is told the steps done.
+    Where no engines are named: Pymunk, the reference that can honour the scene, and the exact engine. They are
+    measured against `against`, which is the exact engine where it takes part, and else the last. `progress` is told
+    the steps done.
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
-    names = list(engines) if engines else default_engines(scene, spawn(scene))
+    names = list(engines) if engines else _all_by_default(scene)
     against = against or (YARDSTICK if YARDSTICK in names else names[-1])
     if against not in names:
         raise Mistake(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
@@ -156,6 +157,12 @@ def compare(
             progress(lockstep.steps)
     runs = {name: tally.run(held) for name, tally in tallies.items()}
     return Comparison(scene, against, np.arange(scene.steps + 1) / scene.rate, runs)
+
+
+def _all_by_default(scene: Scene) -> list[str]:
+    initial = spawn(scene)
+    yardstick = [YARDSTICK] if takes(YARDSTICK, scene, initial) else []
+    return default_engines(scene, initial) + yardstick
 
 
 class _Tally:

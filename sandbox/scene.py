@@ -74,12 +74,11 @@ def _not_minute(size: float) -> float:
 
 # Bounds keep squares and quotients of what a scene says far from overflow.
 Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
-Whole = Annotated[int, Strict(), Field(le=1_000_000_000)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
 Size = Annotated[Number, Field(gt=0), AfterValidator(_not_minute)]
-Index = Annotated[Whole, Field(ge=0)]
+Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
 Colour = Annotated[str, AfterValidator(_colour)]
 Vector = tuple[Number, Number]
@@ -314,7 +313,7 @@ class PymunkSettings(Model):
     """Overlap that is left alone, px."""
     collision_bias: Annotated[Number, Field(ge=0, le=1)] | None = None
     """Share of an overlap that is left after a second."""
-    collision_persistence: Annotated[Whole, Field(ge=0)] | None = None
+    collision_persistence: Annotated[Index, Field(le=1_000_000)] | None = None
     """Steps for which a contact's solution is kept."""
 
 

@@ -23,3 +23,8 @@ def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:
     """Make a scene of ball groups, each the lines of its table."""
     groups = "\n".join(f"[[balls]]\n{group}" for group in balls)
     return parse(f"{more}\n[arena]\nsize = {size}\n{groups}\n", "test.toml")
+
+
+def said(stderr: str) -> str:
+    """Return what a command said on standard error, but for numba's first time on a machine."""
+    return stderr.replace("Compiling the engines; this happens once.\n", "")

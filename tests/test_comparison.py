@@ -115,7 +115,7 @@ def test_json_and_csv_hold_the_same_figures() -> None:
     document = comparison.as_json()
     assert list(document) == ["scene", "seed", "rate", "seconds", "against", "horizon", "engines"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 4, 60, 1.0)
-    assert list(document["engines"]) == ["pymunk", "article"]
+    assert list(document["engines"]) == ["pymunk", "article", "exact"]
     rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
     for row, (name, figures) in zip(rows, document["engines"].items(), strict=True):
         assert set(figures) == FIGURES
@@ -136,9 +136,11 @@ def test_a_passed_limit_is_told_with_its_value_and_time() -> None:
     assert list(comparison.beyond()) == []
 
 
-def test_the_last_engine_is_what_others_are_measured_against_unless_one_is_named() -> None:
+def test_the_exact_engine_or_else_the_last_is_what_others_are_measured_against_unless_one_is_named() -> None:
     scene = load("article").changed(seconds=0.1)
-    assert compare(scene).against == "article"
+    assert compare(scene).against == "exact"
+    assert compare(scene, ["exact", "pymunk"]).against == "exact"
+    assert compare(scene, ["pymunk", "article"]).against == "article"
     assert compare(scene, against="pymunk").against == "pymunk"
     with pytest.raises(
         Mistake, match=r"^cannot compare against 'artcle', which does not take part; did you mean article\?$"

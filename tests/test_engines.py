@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.engines import Engine, Refused, create, default_engines, registry
+from sandbox.engines import Engine, create, default_engines, registry, takes
 from sandbox.inputs import End, Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
 from sandbox.scene import bundled, load
@@ -17,17 +17,12 @@ from sandbox.spawn import spawn
 from sandbox.state import CONTACT
 from sandbox.trajectory import simulate
 
-
-def takes(engine: str, scene_name: str) -> bool:
-    scene = load(scene_name)
-    try:
-        create(engine, scene, spawn(scene))
-    except Refused:
-        return False
-    return True
-
-
-PAIRS = [(engine, scene) for scene in bundled() for engine in registry() if takes(engine, scene)]
+PAIRS = [
+    (engine, name)
+    for name, scene, initial in ((name, load(name), spawn(load(name))) for name in bundled())
+    for engine in registry()
+    if takes(engine, scene, initial)
+]
 SHORT = 90  # steps
 
 

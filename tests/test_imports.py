@@ -18,7 +18,7 @@ LAYERS = (  # each may import from those before it, and from its own
     ("engines",),
     ("trajectory", "truth"),
     ("comparison",),
-    ("verify",),
+    ("verify", "bench"),
     ("view",),
     ("cli",),
     ("__main__",),

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import said
 
 from sandbox.comparison import Comparison
 from sandbox.inputs import Start, write_inputs
@@ -36,7 +37,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_command_runs(command: str, folder: Path) -> None:
     assert command.startswith("sandbox ")
     run = subprocess.run([sys.executable, "-m", *command.split()], capture_output=True, text=True, check=False)
-    assert (run.returncode, run.stderr) == (0, "")
+    assert (run.returncode, said(run.stderr)) == (0, "")
     for written in re.findall(r"--(?:out|json|csv) (\S+)", command):
         assert (folder / written).stat().st_size > 0
 

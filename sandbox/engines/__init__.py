@@ -72,12 +72,15 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
     return build(scene, initial)
 
 
+def takes(name: str, scene: Scene, initial: State) -> bool:
+    """Tell whether the named engine can honour a scene."""
+    try:
+        create(name, scene, initial)
+    except Refused:
+        return False
+    return True
+
+
 def default_engines(scene: Scene, initial: State) -> list[str]:
     """Name the engines to run where the user names none: Pymunk, and the reference that can honour the scene."""
-    for name in REFERENCES:
-        try:
-            create(name, scene, initial)
-        except Refused:
-            continue
-        return ["pymunk", name]
-    return ["pymunk"]
+    return ["pymunk", *[name for name in REFERENCES if takes(name, scene, initial)][:1]]

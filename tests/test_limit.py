@@ -1,0 +1,38 @@
+"""As the rate doubles, the engines that step approach the exact one, on scenes inside their horizon.
+
+    pytest -s tests/test_limit.py
+
+prints the largest gap at each rate, and the order: the slope of its logarithm, by least squares.
+"""
+
+import numpy as np
+import pytest
+
+from sandbox.comparison import compare
+from sandbox.scene import load
+
+RATES = [60 * 2**k for k in range(7)]  # to 3,840 a second
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [
+        ("oblique", 2.0),
+        ("article", 3.0),
+        ("heavy-among-light", 1.5),
+        ("bouncing", 2.0),
+        ("truths/free-fall-collision", 1.0),
+    ],
+)
+def test_gaps_shrink_with_the_step(name: str, seconds: float) -> None:
+    scene = load(name)
+    gaps: dict[str, list[float]] = {"impulse": [], "pymunk": []}
+    for rate in RATES:
+        runs = compare(scene.changed(rate=rate, seconds=seconds, expect=()), [*gaps, "exact"]).runs
+        for engine, found in gaps.items():
+            found.append(runs[engine].figures.gap_rms)
+    for engine, found in gaps.items():
+        order = -np.polyfit(np.log(RATES), np.log(found), 1)[0]
+        print(f"\n{name:28} {engine:8} order {order:4.2f}   px: " + "  ".join(f"{gap:8.2g}" for gap in found), end="")
+        assert order > 0.7
+        assert found[-1] < found[0] / 20
