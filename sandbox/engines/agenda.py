@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.engines.discs import aligned
-from sandbox.engines.kernel import Record, kernel, prefetch
+from sandbox.engines.kernel import Record, kernel
 
 NOBODY: Final = 2**31 - 1  # no partner; ranks behind every other
 FAN: Final = 4  # children of a node
-LEVELS_FETCHED: Final = 4  # of the tree's about log4(n); those above are always at hand
 
 NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])
 
@@ -96,12 +95,3 @@ def runner_up(agenda: Agenda) -> int:
             second = node[child]
             time = second.time
     return second.disc
-
-
-@kernel
-def fetch_matches(agenda: Agenda, i: int) -> None:
-    """Ask for the lower part of disc i's way up the tree, before `schedule` walks it."""
-    k = (len(agenda.node) - 1) // FAN + i
-    for _ in range(LEVELS_FETCHED):
-        prefetch(agenda.node, k)
-        k = max(0, k - 1) // FAN

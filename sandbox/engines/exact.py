@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.engines import Refused
-from sandbox.engines.agenda import NOBODY, Agenda, empty_agenda, fetch_matches, rank, runner_up, schedule
+from sandbox.engines.agenda import NOBODY, Agenda, empty_agenda, rank, runner_up, schedule
 from sandbox.engines.cells import Cells, along_a_curve, cell_at, empty_cells, enter, fetch_discs, leave
 from sandbox.engines.discs import BODY, DISC, EVENT, NONE, aligned
 from sandbox.engines.impact import NEVER, time_to_face, time_to_leave, time_to_touch
@@ -328,17 +328,16 @@ def _carry(world: World, i: int, p: int, before: int, shortest: float, nx: float
 
 
 @kernel
-def _fetch(world: World, i: int) -> None:
-    """Ask for what is stored of disc i."""
+def _fetch_early(world: World, i: int) -> None:
+    """Ask for what is read first when disc i's event comes up."""
     prefetch(world.disc, i)
     prefetch(world.event, i)
 
 
 @kernel
-def _fetch_round(world: World, i: int) -> None:
-    """Ask for all that disc i's contact will read and write."""
+def _fetch(world: World, i: int) -> None:
+    """Ask for what is read of disc i and of those round it when it has a contact."""
     prefetch(world.body, i)
-    fetch_matches(world.agenda, i)
     fetch_discs(world.cells, world.disc, world.event[i].cell)
 
 
@@ -359,7 +358,7 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
     count = collisions = 0
     while root.time <= until and count < len(log):
         now, i = root.time, root.disc
-        _fetch(world, runner_up(world.agenda))
+        _fetch_early(world, runner_up(world.agenda))
         partner = np.int64(event[i].partner)
         if event[i].cross < disc[i].hit:
             _cross(world, i, now)
@@ -372,8 +371,8 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
         elif disc[partner].serial != event[i].seen:
             _foresee(world, i, now)
         else:
-            _fetch_round(world, i)
-            _fetch_round(world, partner)
+            _fetch(world, i)
+            _fetch(world, partner)
             i, j = (i, partner) if event[i].ball < event[partner].ball else (partner, i)
             contact = _collide(world, i, j, now)
             _foresee(world, i, now)
