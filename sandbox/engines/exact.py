@@ -44,6 +44,7 @@ SLIDE: Final = 1e-5  # s, the hops in which a disc slides round the end of a wal
 LEAN: Final = 2 * HOP  # s, how long after such a hop a disc still counts as leaning
 ROUNDING: Final = 4e-15  # of the fastest component: what an exchange of momentum may round a closing speed by
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
+PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
 
@@ -135,7 +136,7 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
     tx, ty = piece.tx, piece.ty
     along, v_along, a_along = rx * tx + ry * ty, m.vx * tx + m.vy * ty, m.ax * tx + m.ay * ty
     if carried:
-        return time_to_leave(along, v_along, a_along, 0.0, piece.length)[0]
+        return time_to_leave(along, v_along, a_along, -PAST, piece.length + PAST)[0]
     off, v_off, a_off = ry * tx - rx * ty, m.vy * tx - m.vx * ty, m.ay * tx - m.ax * ty
     return time_to_face(along, v_along, a_along, off, v_off, a_off, piece.length, radius + piece.thick)
 
