@@ -322,6 +322,13 @@ def test_inelastic_collapse_of_a_column_does_not_stop_the_clock() -> None:
     assert deepest_overlap(state.position, scene.bodies.radius)[0] < EXACT
 
 
+def test_balls_that_stick_go_on_together() -> None:
+    """With e = 0 rounding alone decides whether the two still approach."""
+    pair = ball([300, 300], [97, 31], mass=18.24, elasticity=0), ball([340, 311], [-13, 7], radius=8.3, elasticity=0)
+    for head in ("", "gravity = [0, 100]"):
+        assert len(contacts_of(scene_of(*pair, head=head), 1)) < 10
+
+
 def test_ball_wedged_between_walls_does_not_stop_the_clock() -> None:
     walls = wall([100, 100], [300, 100]), wall([100, 130], [300, 130])
     state = after(scene_of(*walls, ball([200, 115], [10, 50], radius=20)), 1)

@@ -40,9 +40,9 @@ from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between contacts, far above the clock's rounding
 HOP: Final = 1e-3  # s, how long a disc that leans on others is off them; less is truer and costs more
-SLIDE: Final = 1e-5  # s, the hops in which a disc slides round the end of a wall
+SLIDE: Final = 1e-4  # s, the hops in which a disc slides round the end of a wall
 LEAN: Final = 2 * HOP  # s, how long after such a hop a disc still counts as leaning
-ROUNDING: Final = 4e-15  # of the fastest component: what an exchange of momentum may round a closing speed by
+ROUNDING: Final = 1e-12  # share of its speed at which a pair parts at least, where it met again at once: e may be 0
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
@@ -206,15 +206,6 @@ def _recent(body: Record, now: float) -> bool:
 
 
 @kernel
-def _at_least(parting: float, velocities: tuple[float, ...]) -> float:
-    """Return a speed to part at that is more than velocities round: else two at e = 0 would touch again for ever."""
-    fastest = 0.0
-    for v in velocities:
-        fastest = max(fastest, abs(v))
-    return max(parting, ROUNDING * fastest)
-
-
-@kernel
 def _set_free(world: World, i: int) -> None:
     """Let disc i fly on a course of its own, whatever carried it, and whatever was foreseen with it."""
     world.event[i].wall = NONE
@@ -244,12 +235,13 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
     nx, ny = rx / distance, ry / distance
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
-    e = 1.0 if _recent(of_a, now) and _recent(of_b, now) else of_a.elasticity * of_b.elasticity
-    parting = e * closing
+    if _recent(of_a, now) and _recent(of_b, now):
+        parting = max(closing, ROUNDING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
+    else:
+        parting = of_a.elasticity * of_b.elasticity * closing
     if parting < world.hop and (pull > 0 or now < of_a.leans or now < of_b.leans):
         parting = world.hop
         of_a.leans = of_b.leans = now + LEAN
-    parting = _at_least(parting, (a.vx, a.vy, b.vx, b.vy))
     of_a.met = of_b.met = now
     impulse = (closing + parting) / (1 / of_a.mass + 1 / of_b.mass)
     a.vx -= impulse / of_a.mass * nx
@@ -286,8 +278,10 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         return nx, ny, 0.0, 0.0
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
-    in_a_row = body.streak > 0 and _recent(body, now)  # a corner's two walls at once are no collapse
-    parting = closing if in_a_row else body.elasticity * piece.elasticity * closing
+    if _recent(body, now) and body.streak > 0:  # one before may have been a corner's other wall
+        parting = max(closing, ROUNDING * (abs(disc.vx) + abs(disc.vy)))
+    else:
+        parting = body.elasticity * piece.elasticity * closing
     leans, face = now < body.leans, piece.length > 0
     shortest = HOP if leans else CONTACT_TIME
     rests = face and parting <= pull * shortest / 2
@@ -298,8 +292,6 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         if parting < hop:
             parting = hop
             body.leans = now + LEAN
-    if not rests:
-        parting = _at_least(parting, (disc.vx, disc.vy))
     disc.vx -= (closing + parting) * nx
     disc.vy -= (closing + parting) * ny
     _touched(world, i, now)
