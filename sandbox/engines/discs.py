@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 LINE: Final = 64  # bytes of a line of the cache
 NONE: Final = -1  # no disc, no wall
+HELD: Final = -2  # instead of a wall: held where it is
 
 DISC: Final = np.dtype(
     [
@@ -34,7 +35,7 @@ EVENT: Final = np.dtype(
         ("partner", "i4"),  # of the next contact: a disc, or ~piece of wall
         ("seen", "i4"),  # the partner's serial when that was foreseen
         ("ball", "i4"),  # its number in the scene
-        ("wall", "i4"),  # the face that carries it, or NONE
+        ("wall", "i4"),  # the face that carries it, or NONE, or HELD
     ]
 )
 
@@ -47,6 +48,9 @@ BODY: Final = np.dtype(
         ("last", "f8"),  # s, time of the last contact
         ("met", "f8"),  # s, time of the last contact with a disc
         ("leans", "f8"),  # s, until when it counts as leaning on others
+        ("since", "f8"),  # s, since when slow contacts are counted
+        ("slow", "i8"),  # how many there were
+        ("until", "f8"),  # s, when it is let go if it is held
         ("streak", "i8"),  # how many contacts in a row came hard upon one another
     ]
 )

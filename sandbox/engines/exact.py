@@ -15,9 +15,12 @@ bounces in finite time, from stopping the clock:
   of each of its two is elastic; with a wall, within that of the last two, as a corner has two walls.
 - Rest under gravity. A bounce off a face that gravity would end within CONTACT_TIME is not flown: the wall carries the
   disc from then on. It lies still, slides where the wall slopes, or is held where two walls meet, without any events,
-  until another disc or a kick moves it or the face ends. Round an end it slides in hops of SLIDE. Discs that lean on
-  each other do it in hops of HOP or so: at 900 px/s² they are 1.1e-4 px high, and cost some 1/HOP contacts a second for
-  each pair that touches, however tightly a heap is packed.
+  until another disc or a kick moves it or the face ends; of each such step one contact is told. Round an end it slides
+  in hops of SLIDE. Discs that lean on each other do it in hops of HOP or so: at 900 px/s² they are 1.1e-4 px high, and
+  cost some 1/HOP contacts a second for each pair that touches.
+- Rattling. A disc that is shut in by others which press on it has ever more, ever slower contacts. More than RATTLE of
+  them within HOP hold it where it is, as if it had no end of mass, for a HOP, or until something hits it faster. So a
+  heap costs some RATTLE/HOP contacts a second and disc, however tightly it is packed.
 
 The clock is one double: after t seconds a contact is late or early by up to 1e-16 t, and 1e-16 t v px deep.
 """
@@ -31,7 +34,7 @@ from numpy.typing import NDArray
 from sandbox.engines import Refused
 from sandbox.engines.agenda import NOBODY, Agenda, empty_agenda, rank, runner_up, schedule
 from sandbox.engines.cells import Cells, along_a_curve, cell_at, empty_cells, enter, fetch_discs, leave
-from sandbox.engines.discs import BODY, DISC, EVENT, NONE, aligned
+from sandbox.engines.discs import BODY, DISC, EVENT, HELD, NONE, aligned
 from sandbox.engines.impact import NEVER, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.kernel import Record, entry, kernel, prefetch
 from sandbox.engines.walls import pieces_of
@@ -43,6 +46,8 @@ HOP: Final = 1e-3  # s, how long a disc that leans on others is off them; less i
 SLIDE: Final = 1e-4  # s, the hops in which a disc slides round the end of a wall
 LEAN: Final = 2 * HOP  # s, how long after such a hop a disc still counts as leaning
 ROUNDING: Final = 1e-12  # share of its speed at which a pair parts at least, where it met again at once: e may be 0
+SLOW: Final = 10  # hops' speeds, below which a contact counts as rattling
+RATTLE: Final = 10  # slow contacts within HOP before a disc is held
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
@@ -145,6 +150,8 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
 def _look_at_walls(world: World, i: int, m: Motion, now: float) -> None:
     """Foresee disc i's contacts with the pieces of wall of its cell."""
     event, cells, piece = world.event[i], world.cells, world.piece
+    if event.wall == HELD:
+        return
     for k in range(cells.cell[event.cell].begin, cells.cell[event.cell + 1].begin):
         p = cells.piece[k]
         # A disc that a face carries cannot touch that wall's ends before it has left the face.
@@ -157,8 +164,11 @@ def _look_at_walls(world: World, i: int, m: Motion, now: float) -> None:
 
 @kernel
 def _look_at_edges(world: World, i: int, m: Motion, now: float) -> None:
-    """Foresee when disc i leaves its cell, and which way."""
+    """Foresee when disc i leaves its cell, and which way; of one that is held, when it is let go."""
     cells, event = world.cells, world.event[i]
+    if event.wall == HELD:
+        event.cross, event.way = world.body[i].until, 0
+        return
     row, column = divmod(np.int64(event.cell), cells.stride)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * cells.width, column * cells.width)
     dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * cells.height, row * cells.height)
@@ -184,6 +194,11 @@ def _cross(world: World, i: int, now: float) -> None:
     """Take disc i into the next cell, and look at what is new there: the cell's walls, and the three cells ahead."""
     event, stride = world.event[i], world.cells.stride
     way = np.int64(event.way)
+    if way == 0:
+        _bring(world, i, now)
+        _set_free(world, i)
+        _foresee(world, i, now)
+        return
     leave(world.cells, world.disc, i, event.cell)
     event.cell += way
     enter(world.cells, world.disc, i, event.cell)
@@ -203,6 +218,26 @@ def _cross(world: World, i: int, now: float) -> None:
 @kernel
 def _recent(body: Record, now: float) -> bool:
     return now - body.last < CONTACT_TIME
+
+
+@kernel
+def _rattles(world: World, i: int, closing: float, now: float) -> bool:
+    """Count disc i's slow contacts, which only gravity brings about; tell whether they are too many."""
+    body = world.body[i]
+    if closing >= SLOW * world.hop:
+        return False
+    if now - body.since > HOP:
+        body.since, body.slow = now, 0
+    body.slow += 1
+    return body.slow > RATTLE
+
+
+@kernel
+def _hold(world: World, i: int, now: float) -> None:
+    """Keep disc i where it is for a HOP."""
+    disc, body = world.disc[i], world.body[i]
+    disc.vx = disc.vy = body.ax = body.ay = 0.0
+    world.event[i].wall, body.until = HELD, now + HOP
 
 
 @kernel
@@ -235,6 +270,8 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
     nx, ny = rx / distance, ry / distance
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
+    slow = closing < SLOW * world.hop
+    a_held, b_held = slow and world.event[i].wall == HELD, slow and world.event[j].wall == HELD
     if _recent(of_a, now) and _recent(of_b, now):
         parting = max(closing, ROUNDING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
     else:
@@ -243,13 +280,18 @@ def _collide(world: World, i: int, j: int, now: float) -> tuple[float, float, fl
         parting = world.hop
         of_a.leans = of_b.leans = now + LEAN
     of_a.met = of_b.met = now
-    impulse = (closing + parting) / (1 / of_a.mass + 1 / of_b.mass)
-    a.vx -= impulse / of_a.mass * nx
-    a.vy -= impulse / of_a.mass * ny
-    b.vx += impulse / of_b.mass * nx
-    b.vy += impulse / of_b.mass * ny
-    _touched(world, i, now)
-    _touched(world, j, now)
+    per_a = 0.0 if a_held else 1 / of_a.mass
+    per_b = 0.0 if b_held else 1 / of_b.mass
+    impulse = (closing + parting) / (per_a + per_b)
+    a.vx -= impulse * per_a * nx
+    a.vy -= impulse * per_a * ny
+    b.vx += impulse * per_b * nx
+    b.vy += impulse * per_b * ny
+    for k, held in ((i, a_held), (j, b_held)):
+        if not held:
+            _touched(world, k, now)
+            if _rattles(world, k, closing, now):
+                _hold(world, k, now)
     return nx, ny, impulse, a.radius + b.radius - distance
 
 
@@ -297,6 +339,8 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
     _touched(world, i, now)
     if rests:
         _carry(world, i, p, carrier, shortest, nx, ny)
+    if now - body.met < LEAN and _rattles(world, i, closing, now):
+        _hold(world, i, now)
     if body.streak > JAM:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
     return nx, ny, body.mass * (closing + parting), disc.radius + piece.thick - distance
@@ -423,6 +467,22 @@ class ExactEngine:
             full = count == len(self._log)
             if full:
                 self._log = np.empty(2 * count, CONTACT)
+        if self._found is not None:
+            self._found.append(self._carried())
+
+    def _carried(self) -> Contacts:
+        """Return a contact for each wall that carries a ball, with what it has pressed in a step."""
+        event, body = self._world.event, self._world.body
+        taken = self._world.gravity - np.column_stack([body["ax"], body["ay"]])
+        pull = np.hypot(*taken.T)
+        lying = np.flatnonzero((event["wall"] >= 0) & (pull > 0))
+        contacts = np.zeros(len(lying), CONTACT)
+        contacts["time"] = self._now
+        contacts["first"] = event["ball"][lying]
+        contacts["second"] = ~self._world.piece["wall"][event["wall"][lying]]
+        contacts["normal"] = taken[lying] / pull[lying, None]
+        contacts["impulse"] = body["mass"][lying] * pull[lying] / self._rate
+        return contacts
 
     @property
     def _now(self) -> float:
