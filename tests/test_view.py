@@ -81,7 +81,7 @@ def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
     scene = load("head-on")
     comparison = compare(scene)
     picture = draw_picture(comparison)
-    layout = Layout(picture.get_size(), scene.arena.size, 2)
+    layout = Layout(picture.get_size(), scene.arena.size, len(comparison.runs))
     for pane, run in enumerate(comparison.runs.values()):
         for ball, (x, y) in enumerate(run.final.position):
             assert colour_at(picture, layout, pane, x, y + 8) == rgb(scene.colors[ball])
