@@ -1,5 +1,6 @@
 """What the window shows and does, on a screen that is only in memory."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -101,12 +102,20 @@ def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> No
     assert colour_at(window.screen, window.layout, 0, 206, 310) == (255, 255, 255)  # but not filled
 
 
-def test_inner_walls_are_drawn_in_every_pane() -> None:
-    scene = scene_of(*TWO, more="walls = [{ from = [100, 100], to = [300, 100], thickness = 20 }]")
-    window = Window(scene, ["pymunk"])
+@pytest.mark.parametrize("ends", [((300, 150), (500, 150)), ((300, 100), (500, 200)), ((300, 200), (500, 100))])
+def test_inner_walls_are_as_thick_as_they_are_at_any_slope_in_every_pane(
+    ends: tuple[tuple[float, float], tuple[float, float]],
+) -> None:
+    (x0, y0), (x1, y1) = ends
+    scene = scene_of(*TWO, more=f"walls = [{{ from = [{x0}, {y0}], to = [{x1}, {y1}], thickness = 20 }}]")
+    window = Window(scene, ["pymunk", "impulse"])
     window.draw()
-    assert colour_at(window.screen, window.layout, 0, 200, 105) == (149, 165, 166)  # debug-draw's static shapes
-    assert colour_at(window.screen, window.layout, 0, 200, 120) == (255, 255, 255)
+    inks = (149, 165, 166), (0, 0, 0)  # debug-draw's static shapes; black on white
+    length = math.dist(*ends)
+    for pane, ink in enumerate(inks):
+        for across, colour in ((-13, (255, 255, 255)), (-8, ink), (8, ink), (13, (255, 255, 255))):
+            x, y = 400 - (y1 - y0) / length * across, 150 + (x1 - x0) / length * across
+            assert colour_at(window.screen, window.layout, pane, x, y) == colour
 
 
 def test_pause_stops_time_and_a_single_step_is_one(window: Window) -> None:

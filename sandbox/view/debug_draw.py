@@ -6,10 +6,11 @@ from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene import rgb
+from sandbox.view.draw import capsule
 
 
-class _InsideOnly(DrawOptions):
-    """Pymunk's drawing, but for walls that do not reach into the surface: the arena's are very large."""
+class _TrueWalls(DrawOptions):
+    """Pymunk's drawing, but for walls: the arena's, very large, are left out, and others as thick at any slope."""
 
     def draw_fat_segment(
         self,
@@ -23,12 +24,12 @@ class _InsideOnly(DrawOptions):
         for axis in (0, 1):
             if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
                 return
-        super().draw_fat_segment(a, b, radius, outline_color, fill_color)
+        capsule(self.surface, fill_color.as_int(), a, b, radius)
 
 
 def draw_space(surface: pygame.Surface, space: pymunk.Space, scale: float) -> None:
     """Draw a space on a surface. scale: px of the surface for one px of the space."""
-    options = _InsideOnly(surface)
+    options = _TrueWalls(surface)
     options.transform = pymunk.Transform.scaling(scale)
     space.debug_draw(options)
 

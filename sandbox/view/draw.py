@@ -1,5 +1,7 @@
 """What everything in the window is drawn with: text, smooth discs, colours."""
 
+import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import pygame
@@ -35,6 +37,19 @@ def disc(radius: float, colour: str) -> Surface:
     centre = SMOOTH * side / 2
     pygame.draw.circle(large, rgb(colour), (centre, centre), SMOOTH * max(radius, 1.0))
     return pygame.transform.smoothscale(large, (side, side))
+
+
+def capsule(
+    surface: Surface, colour: Color | tuple[int, ...], a: Sequence[float], b: Sequence[float], radius: float
+) -> None:
+    """Draw a segment with round ends. a, b, radius: px of the surface."""
+    radius = max(radius, 0.5)
+    distance = math.dist(a, b) or 1.0
+    across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
+    sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]
+    pygame.draw.polygon(surface, colour, sides)
+    for end in (a, b):
+        pygame.draw.circle(surface, colour, end, radius)
 
 
 def contrast(background: str) -> Color:

@@ -10,7 +10,7 @@ from sandbox.quantity import energy
 from sandbox.scene import Scene, rgb
 from sandbox.state import State
 from sandbox.view.debug_draw import draw_space, paint
-from sandbox.view.draw import INK, contrast, disc, write
+from sandbox.view.draw import INK, capsule, contrast, disc, write
 from sandbox.view.layout import Layout
 
 
@@ -59,11 +59,8 @@ class Pane:
     def _draw_scene(self, inside: Surface, scale: float) -> None:
         ink = contrast(self.scene.arena.background)
         for wall in self.scene.walls:
-            start, end = ((round(x * scale), round(y * scale)) for x, y in (wall.start, wall.to))
-            thick = max(1, round(wall.thickness * scale))
-            pygame.draw.line(inside, ink, start, end, thick)
-            pygame.draw.circle(inside, ink, start, thick / 2)
-            pygame.draw.circle(inside, ink, end, thick / 2)
+            start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
+            capsule(inside, ink, start, end, wall.thickness / 2 * scale)
         balls = zip(self.state.position.tolist(), self.scene.bodies.radius.tolist(), self.scene.colors, strict=True)
         for (x, y), radius, colour in balls:
             picture = disc(radius * scale, colour)
