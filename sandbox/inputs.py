@@ -23,6 +23,7 @@ from sandbox.scene import Count, Index, Model, Scene, Vector
 
 PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
 MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
+BRAKE: Final = MOST_PULL / PULL**2  # px from the target; a ball that comes from further must be able to brake
 
 
 class Start(Model):
@@ -114,7 +115,7 @@ class Hand:
         )
         vx, vy = _at_most(float(self._radius[self.ball]) / h, vx, vy)
         dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
-        if vx * dx + vy * dy > 0:  # it comes nearer, and must be able to brake
+        if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKE:
             vx, vy = _at_most(math.sqrt(MOST_PULL * math.hypot(dx, dy)), vx, vy)
         return _at_most(MOST_PULL * h, vx - velocity[0], vy - velocity[1])
 

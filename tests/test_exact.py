@@ -303,6 +303,22 @@ def test_heap_comes_to_rest_at_bounded_cost() -> None:
 # What rounding, the scene or a collapse may do
 
 
+def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
+    """Ten balls fill the floor from wall to wall, and those on top press them together."""
+    row = "[[balls]]\nradius = 10\nelasticity = 0.7\ngrid = [10, 1]\nspacing = 20\nposition = [10, 190]\n"
+    heap = "[[balls]]\nradius = 10\nelasticity = 0.7\ncount = 14\ninside = [[0, 20], [200, 150]]\n"
+    scene = scene_of(row, heap, head="gravity = [0, 900]", size=(200, 200))
+    engine = engine_of(scene)
+    play(engine, 300)
+    before = engine.collisions
+    play(engine, 300)
+    assert engine.collisions - before < 24 * 5 * 20_000  # RATTLE / HOP for each ball and second, and as many again
+    state = engine.state()
+    assert deepest_overlap(state.position, scene.bodies.radius)[0] < 1e-9
+    assert np.hypot(*state.velocity.T).max() < 10
+    assert state.position[:, 1].max() < 190 + 1e-9
+
+
 def test_balls_that_overlap_collide_if_they_approach_and_are_let_go_if_they_part() -> None:
     overlapping = [ball([300, 300], [v, 0]) + ball([315, 300]) for v in (50, -50)]
     approaching, parting = (contacts_of(scene_of(pair), 1) for pair in overlapping)
