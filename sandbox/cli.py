@@ -100,8 +100,10 @@ def compare(
     inputs: Inputs = None,
     json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
     csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
-    max_gap: Annotated[float | None, typer.Option(metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
-    max_drift: Annotated[float | None, typer.Option(metavar="X", help="Exit with 1 if energy changes more.")] = None,
+    max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
+    max_drift: Annotated[
+        float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes more.")
+    ] = None,
 ) -> None:
     """Tell how far engines are apart.
 
@@ -138,6 +140,8 @@ def trace(
     """Write positions and velocities at every step."""
     from sandbox.trajectory import simulate, trace_writer
 
+    if steps is not None and seconds is not None:
+        raise Mistake("--steps and --seconds both say how long; give one of them")
     write = trace_writer(out)
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -168,6 +172,8 @@ def verify(
     named = _names(engines)
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
     board = score_engines(chosen, named or list(registry()))
+    if not board:
+        raise Mistake(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
     if json_file:
         _write(_json(as_json(board)), json_file)
     if json_file != "-":
@@ -279,6 +285,8 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
     for given in recorded:
         if isinstance(given, Start):
             chosen = chosen.changed(seed=given.seed, rate=given.rate)
+            if given.scene != chosen.name:
+                print(f"warning: {inputs} was recorded on {given.scene}, not on {chosen.name}", file=sys.stderr)
     chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
     for warning in warnings(chosen, spawn(chosen)):
         print(warning, file=sys.stderr)

@@ -525,4 +525,4 @@ def parse(text: str, file: str) -> Scene:
 
 def schema() -> dict[str, Any]:
     """Make the JSON Schema of a scene file, for editors."""
-    return {"$schema": "http://json-schema.org/draft-07/schema#", **Scene.model_json_schema()}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scene.model_json_schema()}

@@ -50,7 +50,7 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
             yield scene.at(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
     moved = length(state.velocity) / scene.rate  # px a step
     ball = int((moved / radius).argmax())
-    if moved[ball] > radius[ball]:
+    if moved[ball] > radius[ball] * (1 + ROUNDING):
         enough = math.ceil(moved[ball] * scene.rate / radius[ball] - 1e-6)
         yield scene.at(
             (),

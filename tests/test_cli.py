@@ -87,6 +87,8 @@ def test_scenes_are_listed_with_what_to_watch_for() -> None:
             ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
             "a trace of 9,999,999 steps takes 320 GB here",
         ),
+        (("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"), "--steps and --seconds both"),
+        (("verify", "article"), "nothing to score: no [[expect]] in article"),
         (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
     ],
     ids=lambda value: "-".join(value[:1] + value[2:]) if isinstance(value, tuple) else "",

@@ -303,6 +303,23 @@ def test_heap_comes_to_rest_at_bounded_cost() -> None:
 # What rounding, the scene or a collapse may do
 
 
+@pytest.mark.parametrize(
+    ("mass", "digits"), [(1, 3), (100, 31), (10_000, 314), (1_000_000, 3141), (100_000_000, 31415)]
+)
+def test_contacts_of_a_light_ball_between_a_wall_and_a_heavy_one_count_the_digits_of_pi(
+    mass: float, digits: int
+) -> None:
+    """G. Galperin, Regular and Chaotic Dynamics 8 (2003) 375: floor(pi sqrt(M / m)) contacts."""
+    scene = scene_of(ball([100, 50]), ball([300, 50], [-100, 0], mass=mass), size=(20_000, 100))
+    assert len(contacts_of(scene, 10)) == digits
+
+
+def test_ball_that_just_fits_between_walls_keeps_what_goes_along_them() -> None:
+    state = after(scene_of(ball([10, 200], [1, 100]), size=(20, 400)), 1)
+    assert state.position[0] == pytest.approx([10, 300], abs=1e-9)
+    assert state.velocity[0, 1] == 100
+
+
 def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
     """Ten balls fill the floor from wall to wall, and those on top press them together."""
     row = "[[balls]]\nradius = 10\nelasticity = 0.7\ngrid = [10, 1]\nspacing = 20\nposition = [10, 190]\n"

@@ -49,6 +49,7 @@ ROUNDING: Final = 1e-12  # share of its speed at which a pair parts at least, wh
 SLOW: Final = 10  # hops' speeds, below which a contact counts as rattling
 RATTLE: Final = 10  # slow contacts within HOP before a disc is held
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
+PATIENCE: Final = 10_000_000  # as many where nothing takes energy: then only what goes to and fro is stopped
 PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
@@ -341,7 +342,11 @@ def _bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, flo
         _carry(world, i, p, carrier, shortest, nx, ny)
     if now - body.met < LEAN and _rattles(world, i, closing, now):
         _hold(world, i, now)
-    if body.streak > JAM:
+    lossless = not world.falls and body.elasticity * piece.elasticity == 1
+    if lossless and body.streak > PATIENCE:
+        disc.vx += parting * nx
+        disc.vy += parting * ny
+    elif not lossless and body.streak > JAM:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
     return nx, ny, body.mass * (closing + parting), disc.radius + piece.thick - distance
 
