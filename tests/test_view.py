@@ -18,7 +18,7 @@ from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, action_of
 from sandbox.view.draw import FRAME
-from sandbox.view.layout import Layout
+from sandbox.view.layout import Layout, natural_size
 from sandbox.view.picture import draw_picture
 from sandbox.view.window import Window, has_display
 
@@ -324,6 +324,17 @@ def test_panes_and_titles_neither_overlap_nor_leave_the_window(
         assert pygame.Rect((0, 0), window).contains(place)
     for pane in range(panes):
         assert layout.pane_at(layout.arenas[pane].center) == pane
+
+
+@pytest.mark.parametrize("arena", [(800.0, 600.0), (1000.0, 500.0), (300.0, 900.0)])
+def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tuple[float, float]) -> None:
+    for desktop in ((1400, 800), (1920, 1080)):
+        size = natural_size(arena, 2, desktop)
+        left, right = Layout(size, arena, 2).arenas
+        assert left.y == right.y
+        assert left.right < right.x
+        assert size[0] <= desktop[0]
+        assert size[1] <= desktop[1]
 
 
 def test_without_a_display_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,8 +86,15 @@ class Layout:
 
 
 def natural_size(arena: Vector, panes: int, desktop: tuple[int, int]) -> tuple[int, int]:
-    """Choose the size of a new window: every arena at its own size, where the desktop has room for that."""
-    columns = min(panes, 3)
-    width, height = arena[0] * columns, arena[1] * math.ceil(panes / columns)
-    shrink = min(1.0, 0.9 * desktop[0] / width, 0.8 * desktop[1] / height)
-    return max(480, round(width * shrink)), max(320, round(height * shrink) + 60)
+    """Choose the size of a new window: every arena at its own size, or as large as the desktop has room for."""
+
+    def size(columns: int) -> Vector:
+        return arena[0] * columns, arena[1] * math.ceil(panes / columns)
+
+    def shrink(columns: int) -> float:
+        width, height = size(columns)
+        return min(1.0, 0.9 * desktop[0] / width, 0.8 * desktop[1] / height)
+
+    columns = max(range(min(panes, 2), panes + 1), key=shrink)  # two side by side, whatever their shape
+    width, height = (side * shrink(columns) for side in size(columns))
+    return max(480, round(width)), max(320, round(height) + 60)
