@@ -97,8 +97,9 @@ class ArticleEngine(SteppedEngine):
         beyond = _beyond_the_rule(scene)
         if beyond:
             are = "is" if len(beyond) == 1 else "are"
+            other = "pymunk" if "friction" in beyond else "impulse"
             raise Refused(
-                f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines impulse"
+                f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines {other}"
             )
         super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
         self._size = scene.arena.size
