@@ -138,15 +138,14 @@ def trace(
     out: Annotated[str, typer.Option(metavar="FILE", help="A .npz, .csv or extended .xyz file; - prints csv.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
-    from sandbox.trajectory import simulate, trace_writer
+    from sandbox.trajectory import simulate, trace_writer, write_trace
 
     if steps is not None and seconds is not None:
         raise Mistake("--steps and --seconds both say how long; give one of them")
-    write = trace_writer(out)
+    trace_writer(out)  # an ending that is none is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
-    with whole_file(out) as file:
-        write(trajectory, file)
+    write_trace(trajectory, out)
 
 
 @app.command()

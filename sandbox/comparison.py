@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final
 
@@ -120,13 +120,11 @@ def compare(
     *,
     against: str | None = None,
     inputs: Sequence[Input] = (),
-    progress: Callable[[int], None] | None = None,
 ) -> Comparison:
     """Run a scene in several engines, all together, for its seconds.
 
     Where no engines are named: Pymunk, the reference that can honour the scene, and the exact engine. They are
-    measured against `against`, which is the exact engine where it takes part, and else the last. `progress` is told
-    the steps done.
+    measured against `against`, which is the exact engine where it takes part, and else the last.
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
     names = list(engines) if engines else _all_by_default(scene)
@@ -153,8 +151,6 @@ def compare(
                 for expect in scene.expect
                 if start <= round(expect.at * scene.rate) <= lockstep.steps
             ]
-        if progress:
-            progress(lockstep.steps)
     runs = {name: tally.run(held) for name, tally in tallies.items()}
     return Comparison(scene, against, np.arange(scene.steps + 1) / scene.rate, runs)
 
