@@ -52,6 +52,16 @@ def test_a_score_is_of_the_expectation_that_is_missed_most() -> None:
     assert score.expect.tolerance == 1e-3
 
 
+def test_an_error_is_the_largest_of_what_one_expectation_says() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n[[expect]]\nat = 1\nball = 0\n"
+        "position = [260, 300]\nvelocity = [57, 4]\ntolerance = 1\nbecause = 'its position is right'\n"
+    )
+    [row] = verify([scene], ["exact"]).values()
+    assert isinstance(row["exact"], Score)
+    assert row["exact"].error == pytest.approx(5)
+
+
 def test_those_must_pass_that_were_asked_for_or_else_the_exact_engine() -> None:
     board = verify([load("oblique")], ["pymunk", "exact"])
     assert all_passed(board, None)
