@@ -5,9 +5,11 @@ What is slow to import is imported by the commands that need it.
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
-    from sandbox.verify import Board
 
 app = typer.Typer(
     help="Run a scene in several physics engines side by side, and be told how far they are apart.",
@@ -28,6 +29,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+PATIENCE: Final = 1.0  # s, after which a run shows how far it is
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
 Engines = Annotated[
@@ -104,21 +107,26 @@ def compare(
     max_drift: Annotated[
         float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes more.")
     ] = None,
+    advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk, and tell the gain.")] = False,
 ) -> None:
-    """Tell how far engines are apart.
+    """Tell how far engines are apart, since when, and why.
 
     FILE may be -, for standard output. Exit code 1 says that a limit was passed.
     """
-    from sandbox.comparison import compare as compare_engines
+    from sandbox.tables import print_advice, print_comparison
+    from sandbox.verdict import advise as try_settings
 
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
-    comparison = compare_engines(chosen, _names(engines), against=against, inputs=replayed)
+    comparison = _compare(chosen, _names(engines), against, replayed)
+    trials = try_settings(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        _write(_json(comparison.as_json()), json_file)
+        tried = {"advice": [vars(trial) for trial in trials]} if advise else {}
+        _write(_json(comparison.as_json() | tried), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
     if "-" not in (json_file, csv_file):
-        _print_comparison(comparison)
+        print_comparison(comparison)
+        print_advice(trials)
     beyond = list(comparison.beyond(max_gap, max_drift))
     for limit in beyond:
         print(limit, file=sys.stderr)
@@ -164,6 +172,7 @@ def verify(
     """
     from sandbox.engines import registry
     from sandbox.scene import bundled, load
+    from sandbox.tables import print_board
     from sandbox.verify import all_passed, as_json
     from sandbox.verify import verify as score_engines
 
@@ -176,7 +185,7 @@ def verify(
     if json_file:
         _write(_json(as_json(board)), json_file)
     if json_file != "-":
-        _print_board(board)
+        print_board(board)
     if not all_passed(board, named):
         raise typer.Exit(1)
 
@@ -189,6 +198,7 @@ def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="
     """
     from sandbox.scene import load
     from sandbox.spawn import spawn, warnings
+    from sandbox.tables import counted
 
     _tell_of_compiling()
     mistakes = []
@@ -199,7 +209,7 @@ def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="
         except Mistake as mistake:
             mistakes.append(str(mistake))
             continue
-        print(f"{name}: {_counted(len(scene.bodies), 'ball')}, no mistakes")
+        print(f"{name}: {counted(len(scene.bodies), 'ball')}, no mistakes")
         for warning in warnings(scene, initial):
             print(warning)
     if mistakes:
@@ -310,73 +320,43 @@ def _write(text: str, file: str) -> None:
         opened.write(text.encode())
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
+def _compare(scene: "Scene", names: list[str] | None, against: str | None, inputs: "Sequence[Input]") -> "Comparison":
+    """Compare engines; on a terminal, show how far it is where that takes long."""
+    from sandbox.comparison import compare as compare_engines
+
+    with _progress(scene.title or scene.name) as done:
+        return compare_engines(scene, names, against=against, inputs=inputs, progress=done)
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], object] | None]:
+    """Yield what takes the share that is done, and shows it once a second is over; None if nobody sees it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    task, since = bar.add_task(what, total=1.0), monotonic()
+
+    def show(done: float) -> None:
+        bar.update(task, completed=done)
+        if monotonic() - since > PATIENCE:
+            bar.start()
+
+    yield show
+    bar.stop()
 
 
 def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence[Input]") -> None:
-    from sandbox.comparison import compare as compare_engines
+    from sandbox.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
 
-    comparison = compare_engines(scene, names, inputs=inputs)
-    _print_comparison(comparison)
+    comparison = _compare(scene, names, None, inputs)
+    print_comparison(comparison)
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
-
-
-_ROWS: Final = {  # what the table calls each figure, and how it is written
-    "energy_ratio": ("energy left", "{:.4%}"),
-    "energy_drift": ("largest energy change", "{:.2e}"),
-    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
-    "gap_rms": ("gap, RMS", "{:.4g} px"),
-    "gap_max": ("gap, largest", "{:.4g} px"),
-    "pair_contacts": ("contacts of balls", "{}"),
-    "wall_contacts": ("contacts with walls", "{}"),
-    "max_overlap": ("deepest overlap", "{:.3g} px"),
-    "escaped": ("balls that escaped", "{}"),
-}
-
-
-def _print_comparison(comparison: "Comparison") -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    scene = comparison.scene
-    print(
-        f"{scene.title or scene.name}: {_counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s at {scene.rate} steps a second, against {comparison.against}"
-    )
-    table = Table(box=None, pad_edge=False)
-    table.add_column("")
-    for name in comparison.runs:
-        table.add_column(name, justify="right")
-    for figure, (label, form) in _ROWS.items():
-        values = [getattr(run.figures, figure) for run in comparison.runs.values()]
-        table.add_row(label, *("-" if value is None else form.format(value) for value in values))
-    if any(run.scores for run in comparison.runs.values()):
-        met = (f"{run.figures.met} of {run.figures.expected}" for run in comparison.runs.values())
-        table.add_row("expectations met", *met)
-    for rows in zip(*(run.theory for run in comparison.runs.values() if run.theory), strict=True):
-        table.add_row(rows[0].figure, *(f"{row.measured:.4g}" for row in rows))
-        table.add_row(f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows))
-    Console().print(table)
-
-
-def _print_board(board: "Board") -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    from sandbox.truth import Score
-
-    table = Table(box=None, pad_edge=False)
-    table.add_column("scene")
-    for name in next(iter(board.values()), {}):
-        table.add_column(name, justify="right")
-    for scene, row in board.items():
-        scores = (
-            f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"
-            for one in row.values()
-        )
-        table.add_row(scene, *scores)
-    Console().print(table)

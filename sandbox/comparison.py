@@ -1,19 +1,22 @@
-"""Engines in step -> a comparison: how far each is from the yardstick, and what it does to energy and momentum."""
+"""Engines in step -> a comparison: how far each is from the yardstick, since when, and why."""
 
 import csv
 import io
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
-from typing import Any, Final
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sandbox.engines import Engine, default_engines, takes
-from sandbox.gas import Row, beside_theory, is_gas
+from sandbox.difference import Account, Difference, differences
+from sandbox.engines import Engine, create, default_engines, takes
+from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input
+from sandbox.ledger import Entry, Ledger, step_at
 from sandbox.mistakes import Mistake, nearest
 from sandbox.quantity import deepest_overlap, energy, length, momentum
-from sandbox.scene import Scene
+from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Bools, Contacts, Floats, State
 from sandbox.trajectory import Lockstep
@@ -22,6 +25,9 @@ from sandbox.truth import Score, score
 YARDSTICK: Final = "exact"  # what the others are measured against, wherever it takes part
 SAMPLES: Final = 200  # states of a gas, about, whose speeds are held beside their law
 BLOCK_BYTES: Final = 32_000_000  # of states kept between two reckonings, an engine
+PATH_BYTES: Final = 20_000_000  # of positions kept of a run, an engine
+PACE: Final = 64  # steps between two words on how far a run is
+TWIN: Final = "the yardstick's twin"
 
 
 @dataclass(frozen=True)
@@ -39,8 +45,8 @@ class Figures:
     escaped: int  # balls whose centre is outside the arena at the end
     expected: int  # of the scene's expectations, those that fall into the run
     met: int  # of these, those that the engine meets
-    first_difference: None = None
-    ledger: None = None
+    first_difference: Difference | None  # the first contact that is not as the yardstick has it
+    ledger: tuple[Entry, ...]  # every change of energy, momentum and places, by its cause
 
 
 @dataclass(frozen=True)
@@ -48,8 +54,10 @@ class Run:
     """What one engine did, over time.
 
     energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
-    yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; contacts: in order of time; scores: of the
-    scene's expectations that fall into the run; theory: what is expected of a gas, beside what was measured.
+    yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, since when a ball is further than its
+    radius from the yardstick's; contacts: in order of time; differences: those that are not as the yardstick has them,
+    while the two are not apart; scores: of the scene's expectations that fall into the run; theory: what is expected of
+    a gas, beside what was measured; path: (frames, n, 2) px, float32, of every so many steps.
     """
 
     figures: Figures
@@ -58,21 +66,35 @@ class Run:
     gap_rms: Floats
     gap_max: Floats
     gap_of_ball: Floats
+    apart: float | None
     contacts: Contacts
+    differences: tuple[Difference, ...]
     scores: list[Score]
     theory: tuple[Row, ...]
+    path: NDArray[np.float32]
     final: State
+
+    @property
+    def ledger(self) -> tuple[Entry, ...]:
+        """The ledger's lines."""
+        return self.figures.ledger
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Several engines' runs of one scene. `time` is (steps + 1,) s."""
+    """Several engines' runs of one scene.
+
+    time: (steps + 1,) s; horizon: s, when a twin of the yardstick, begun with its first ball one unit in the last place
+    to the right, has a ball a radius away; None where that is later than the end; stride: steps between two frames of
+    the runs' paths.
+    """
 
     scene: Scene
     against: str
     time: Floats
     runs: dict[str, Run]
-    horizon: None = None
+    horizon: float | None
+    stride: int
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -83,22 +105,33 @@ class Comparison:
             "seconds": float(self.time[-1]),
             "against": self.against,
             "horizon": self.horizon,
-            "engines": {
-                name: vars(run.figures) | ({"theory": [vars(row) for row in run.theory]} if run.theory else {})
-                for name, run in self.runs.items()
-            },
+            "engines": {name: self._of_engine(run) for name, run in self.runs.items()},
         }
 
+    def _of_engine(self, run: Run) -> dict[str, Any]:
+        start = float(run.energy[0])
+        told = asdict(run.figures)
+        told["ledger"] = {
+            entry.cause: {key: value for key, value in asdict(entry).items() if key != "cause"}
+            | {"share": entry.energy / start if start else None}
+            for entry in run.figures.ledger
+        }
+        if run.theory:
+            told["theory"] = {
+                row.figure: {key: value for key, value in asdict(row).items() if key != "figure"} for row in run.theory
+            }
+        return told
+
     def as_csv(self) -> str:
-        """Return what `--csv` writes: a row an engine."""
-        common = {"scene": self.scene.name, "seed": self.scene.seed, "rate": self.scene.rate}
+        """Return what `--csv` writes: a row an engine, with what is nested under dotted names."""
+        document = self.as_json()
+        common = {key: value for key, value in document.items() if key != "engines"}
+        rows = [{"engine": name} | common | _flat(told) for name, told in document["engines"].items()]
+        columns = dict.fromkeys(key for row in rows for key in row)
         text = io.StringIO()
-        figures = [field.name for field in fields(Figures)]
-        table = csv.DictWriter(text, [*common, "engine", "seconds", "against", *figures], lineterminator="\n")
+        table = csv.DictWriter(text, columns, lineterminator="\n")
         table.writeheader()
-        for name, run in self.runs.items():
-            row = {"engine": name, "seconds": float(self.time[-1]), "against": self.against}
-            table.writerow(common | row | vars(run.figures))
+        table.writerows(rows)
         return text.getvalue()
 
     def beyond(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
@@ -114,17 +147,27 @@ class Comparison:
                     )
 
 
+def _flat(told: Mapping[str, Any], under: str = "") -> dict[str, Any]:
+    """Bring nested tables onto one level: {"a": {"b": 1}} is {"a.b": 1}."""
+    flat: dict[str, Any] = {}
+    for key, value in told.items():
+        flat |= _flat(value, f"{under}{key}.") if isinstance(value, dict) else {f"{under}{key}": value}
+    return flat
+
+
 def compare(
     scene: Scene,
     engines: Sequence[str] | None = None,
     *,
     against: str | None = None,
     inputs: Sequence[Input] = (),
+    progress: Callable[[float], object] | None = None,
 ) -> Comparison:
     """Run a scene in several engines, all together, for its seconds.
 
     Where no engines are named: Pymunk, the reference that can honour the scene, and the exact engine. They are
-    measured against `against`, which is the exact engine where it takes part, and else the last.
+    measured against `against`, which is the exact engine where it takes part, and else the last. `progress` is told now
+    and then which share of the run is done.
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
     names = list(engines) if engines else _all_by_default(scene)
@@ -132,17 +175,22 @@ def compare(
     if against not in names:
         raise Mistake(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
     lockstep = Lockstep(scene, names, inputs)
-    tallies = {name: _Tally(scene, engine) for name, engine in lockstep.engines.items()}
-    held = np.zeros(scene.steps + 1, bool)
+    stride = max(1, lockstep.initial.position.nbytes // 2 * (scene.steps + 1) // PATH_BYTES)
+    tallies = {name: _Tally(scene, engine, stride) for name, engine in lockstep.engines.items()}
+    twin = _Twin(lockstep, against)
     block = max(1, BLOCK_BYTES // lockstep.initial.position.nbytes // 2)
     for start in range(0, scene.steps + 1, block):
         states: dict[str, list[State]] = {name: [] for name in names}
         for step in range(start, min(start + block, scene.steps + 1)):
             if step:
                 lockstep.step()
-                held[step] = lockstep.hand.ball is not None
-            for name, state in lockstep.states().items():
-                states[name].append(state)
+            seen = lockstep.states()
+            twin.look(seen)
+            for name in names:
+                states[name].append(seen[name])
+                tallies[name].pulls.append(_Pull(lockstep.hand.ball, lockstep.pulls.get(name, (0.0, 0.0))))
+            if progress and step % PACE == 0:
+                progress(step / scene.steps)
         yardstick = np.stack([state.position for state in states[against]])
         for name, tally in tallies.items():
             tally.add(states[name], yardstick)
@@ -151,8 +199,33 @@ def compare(
                 for expect in scene.expect
                 if start <= round(expect.at * scene.rate) <= lockstep.steps
             ]
-    runs = {name: tally.run(held) for name, tally in tallies.items()}
-    return Comparison(scene, against, np.arange(scene.steps + 1) / scene.rate, runs)
+    right = tallies[against].account()
+    runs = {name: tally.run(right if name != against else None, twin.apart) for name, tally in tallies.items()}
+    return Comparison(scene, against, np.arange(scene.steps + 1) / scene.rate, runs, twin.apart, stride)
+
+
+class _Twin:
+    """The yardstick once more, with the first ball one unit in the last place to the right.
+
+    What that does grows by a factor at every contact. Once a ball is a radius from where it should be, no solver that
+    rounds can be right about paths. apart: s, when that was; None where it is still to come.
+    """
+
+    def __init__(self, lockstep: Lockstep, against: str) -> None:
+        initial = lockstep.initial
+        position = initial.position.copy()
+        position[0, 0] = np.nextafter(position[0, 0], np.inf)
+        lockstep.engines[TWIN] = create(against, lockstep.scene, replace(initial, position=position))
+        self.apart: float | None = None
+        self._lockstep, self._against = lockstep, against
+
+    def look(self, seen: Mapping[str, State]) -> None:
+        """Look at the states of a step, while it is there."""
+        if TWIN in seen:
+            gap = length(seen[TWIN].position - seen[self._against].position)
+            if np.any(gap > self._lockstep.scene.bodies.radius):
+                self.apart = seen[TWIN].time
+                del self._lockstep.engines[TWIN]
 
 
 def _all_by_default(scene: Scene) -> list[str]:
@@ -161,23 +234,36 @@ def _all_by_default(scene: Scene) -> list[str]:
     return default_engines(scene, initial) + yardstick
 
 
+class _Pull(NamedTuple):
+    """What the hand did in a step: the ball that it pulled, and by how much (px/s)."""
+
+    ball: int | None
+    dv: Vector
+
+
 class _Tally:
     """Reckons up one engine's states, block by block."""
 
-    def __init__(self, scene: Scene, engine: Engine) -> None:
+    def __init__(self, scene: Scene, engine: Engine, stride: int) -> None:
         self.scene = scene
         self.engine = engine
         engine.contacts()  # begins their collecting
         self.contacts: list[Contacts] = []
-        self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max
+        self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max, apart
         self.gap_of_ball = np.zeros(len(scene.bodies))
         self.scores: list[Score] = []
         self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
         self.every = max(1, scene.steps // SAMPLES)
         self.overlap = 0.0
+        self.ledger = Ledger(scene, together=getattr(engine, "together", False))
+        self.pulls: list[_Pull] = []  # of each step of the block to come, and in the end of all
+        self.held: list[Bools] = []
+        self.path: list[NDArray[np.float32]] = []
+        self.stride = stride
+        self.final: State | None = None
 
     def add(self, states: list[State], yardstick: Floats) -> None:
-        """Reckon up some steps. yardstick: (steps, n, 2) px, where the balls should be."""
+        """Reckon up some steps, of which `pulls` has what the hand did. yardstick: (steps, n, 2) px, of the same."""
         scene, bodies = self.scene, self.scene.bodies
         position = np.stack([state.position for state in states])
         velocity = np.stack([state.velocity for state in states])
@@ -188,32 +274,51 @@ class _Tally:
             length(velocity) @ bodies.mass,
             np.sqrt(np.mean(gap**2, axis=1)),
             gap.max(axis=1),
+            (gap > bodies.radius).any(axis=1),
         )
+        done = sum(map(len, self.series))
+        self.path.append(position[-done % self.stride :: self.stride].astype(np.float32))
         self.series.append(np.column_stack(columns))
-        if is_gas(scene):
+        if obeys_laws(scene):
             self.velocities.append(velocity[:: self.every])
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
         self.overlap = max(self.overlap, *(deepest_overlap(state.position, bodies.radius)[0] for state in states))
         self.contacts.append(self.engine.contacts())
+        self.book(position, velocity)
         self.final = states[-1]
 
-    def run(self, held: Bools) -> Run:
-        """Sum it all up. held: (steps + 1,), whether the hand pulled during the step that led there."""
-        joules, px, py, momenta, gap_rms, gap_max = np.concatenate(self.series).T
+    def book(self, position: Floats, velocity: Floats) -> None:
+        """Enter the block in the ledger, which begins with the state before it."""
+        pulled = np.array([-1 if pull.ball is None else pull.ball for pull in self.pulls])
+        pull = np.array([pull.dv for pull in self.pulls])
+        self.pulls.clear()
+        self.held.append(pulled >= 0)
+        if self.final is not None:
+            position = np.concatenate([self.final.position[None], position])
+            velocity = np.concatenate([self.final.velocity[None], velocity])
+            pulled, pull = np.append(-1, pulled), np.concatenate([np.zeros((1, 2)), pull])
+        self.ledger.add(position, velocity, self.contacts[-1], pulled, pull)
+
+    def account(self) -> Account:
+        """Return the contacts with what the ledger says of them."""
+        return Account(np.concatenate(self.contacts), self.ledger.rows, self.ledger.missed)
+
+    def run(self, right: Account | None, horizon: float | None) -> Run:
+        """Sum it all up. right: the contacts of another engine, the yardstick; horizon: s, up to which they matter."""
+        joules, px, py, momenta, gap_rms, gap_max, apart = np.concatenate(self.series).T
+        assert self.final is not None
         total = np.column_stack([px, py])
-        contacts = np.concatenate(self.contacts)
+        account, rate = self.account(), self.scene.rate
+        contacts = account.contacts
         at_wall = contacts[contacts["second"] < 0]
-        walled = held.copy()
-        walled[np.ceil(at_wall["time"] * self.scene.rate - 1e-6).astype(int)] = True
-        change = np.diff(total, axis=0) - np.multiply(
-            self.scene.gravity, self.scene.bodies.mass.sum() / self.scene.rate
-        )
-        from_nowhere = length(np.cumsum(np.where(walled[1:, None], 0.0, change), axis=0))
         outside = ((self.final.position < 0) | (self.final.position > self.scene.arena.size)).any(axis=1)
+        parted = float(apart.argmax() / rate) if apart.any() else None
+        until = min(time for time in (parted, horizon, self.final.time) if time is not None)
+        differing = differences(self.scene, account, right, until) if right else ()
         figures = Figures(
             energy_ratio=float(joules[-1] / joules[0]) if joules[0] else None,
             energy_drift=float(np.abs(joules / joules[0] - 1).max()) if joules[0] else None,
-            momentum_drift=float(from_nowhere.max(initial=0.0) / (momenta.max() or 1.0)),
+            momentum_drift=float(self.from_nowhere(total, at_wall).max(initial=0.0) / (momenta.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
             pair_contacts=len(contacts) - len(at_wall),
@@ -222,10 +327,35 @@ class _Tally:
             escaped=int(outside.sum()),
             expected=len(self.scores),
             met=sum(one.passed for one in self.scores),
+            first_difference=differing[0] if differing else None,
+            ledger=self.ledger.entries(),
         )
-        theory: tuple[Row, ...] = ()
-        if self.velocities:
-            theory = beside_theory(self.scene, contacts, np.concatenate(self.velocities), self.final.time) or ()
         return Run(
-            figures, joules, total, gap_rms, gap_max, self.gap_of_ball, contacts, self.scores, theory, self.final
+            figures=figures,
+            energy=joules,
+            momentum=total,
+            gap_rms=gap_rms,
+            gap_max=gap_max,
+            gap_of_ball=self.gap_of_ball,
+            apart=parted,
+            contacts=contacts,
+            differences=differing,
+            scores=self.scores,
+            theory=self.beside_theory(contacts) if is_gas(self.scene) or horizon is not None else (),
+            path=np.concatenate(self.path),
+            final=self.final,
         )
+
+    def from_nowhere(self, total: Floats, at_wall: Contacts) -> Floats:
+        """Return the momentum that no wall, gravity or hand gave, (steps,) kg px/s, from all balls' (steps + 1, 2)."""
+        walled = np.concatenate(self.held)
+        walled[step_at(at_wall["time"], self.scene.rate)] = True
+        fall = np.multiply(self.scene.gravity, self.scene.bodies.mass.sum() / self.scene.rate)
+        change = np.diff(total, axis=0) - fall
+        return length(np.cumsum(np.where(walled[1:, None], 0.0, change), axis=0))
+
+    def beside_theory(self, contacts: Contacts) -> tuple[Row, ...]:
+        """Return what theory expects of a gas, beside what was measured."""
+        if not self.velocities or self.final is None:
+            return ()
+        return beside_theory(self.scene, contacts, np.concatenate(self.velocities), self.final.time) or ()

@@ -157,30 +157,35 @@ class Row:
     because: str
 
 
-def is_gas(scene: Scene) -> bool:
-    """Tell whether this theory speaks of a scene: many equal elastic discs, smooth, below freezing, only four walls."""
+def obeys_laws(scene: Scene) -> bool:
+    """Tell whether the laws that are exact speak of a scene: equal elastic discs, smooth, only four walls."""
     bodies = scene.bodies
     alike = np.ptp(bodies.radius) == 0 and np.ptp(bodies.mass) == 0
     elastic = bool(np.all(bodies.elasticity == 1)) and scene.arena.elasticity == 1
     alone = not scene.walls and not any(scene.gravity) and not bodies.friction.any()
-    fluid = packing_fraction(bodies.radius, scene.arena.size) < FREEZING
-    return bool(len(bodies) >= MANY and alike and elastic and alone and fluid)
+    return bool(len(bodies) > 1 and alike and elastic and alone)
+
+
+def is_gas(scene: Scene) -> bool:
+    """Tell whether the theory of fluids speaks of a scene too: of many discs, below freezing."""
+    fluid = packing_fraction(scene.bodies.radius, scene.arena.size) < FREEZING
+    return obeys_laws(scene) and len(scene.bodies) >= MANY and fluid
 
 
 def beside_theory(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[Row, ...] | None:
-    """Put a run's figures beside theory's, or return None: for a scene that is no gas, or where nothing moves.
+    """Put a run's figures beside theory's, or return None: for a scene that has no law, or where nothing moves.
 
     contacts: all those of so many seconds; velocity: (times, n, 2) px/s, at some times among them. The run is to be
     in equilibrium, which takes some contacts per disc from a start that is not.
     """
     bodies, size = scene.bodies, scene.arena.size
     energies = kinetic_energy(velocity, bodies.mass)
-    if not is_gas(scene) or not np.all(energies):
+    if not obeys_laws(scene) or not np.all(energies):
         return None
     n, kinetic = len(bodies), float(np.mean(energies))
     radius, mean_square_speed = float(bodies.radius[0]), 2 * kinetic / float(bodies.mass.sum())
     pairs = int(np.count_nonzero(contacts["second"] >= 0))
-    return (
+    exact = (
         Row("distance of speeds from their law", speed_distance(velocity), 0.0, "equal shares of the energy's sphere"),
         Row(
             "wall pressure, kg/s²",
@@ -188,6 +193,11 @@ def beside_theory(scene: Scene, contacts: Contacts, velocity: Floats, seconds: f
             virial_pressure(contacts, bodies.radius, kinetic, size, seconds),
             "virial theorem",
         ),
+    )
+    if not is_gas(scene):
+        return exact
+    return (
+        *exact,
         Row(
             "compressibility",
             pair_compressibility(contacts, bodies.radius, kinetic, seconds),

@@ -11,7 +11,7 @@ from sandbox.engines import create
 from sandbox.inputs import Hand, Input
 from sandbox.mistakes import Mistake
 from sandbox.output import whole_file
-from sandbox.scene import Scene
+from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Floats, State
 
@@ -27,6 +27,7 @@ class Lockstep:
         self.engines = {name: create(name, scene, self.initial) for name in names}
         self.steps = 0
         self.hand = Hand(scene)
+        self.pulls: dict[str, Vector] = {}  # px/s that the hand gave in the last step, where it held a ball
         self.given: list[Input] = []  # all inputs obeyed so far
         self._to_come = list(reversed(inputs))
 
@@ -40,10 +41,12 @@ class Lockstep:
         while self._to_come and self._to_come[-1].step <= self.steps:
             self.obey(self._to_come.pop())
         ball = self.hand.ball
+        self.pulls = {}
         if ball is not None:
-            for engine in self.engines.values():
+            for name, engine in self.engines.items():
                 state = engine.state()
-                engine.kick(ball, self.hand.pull(state.position[ball], state.velocity[ball]))
+                self.pulls[name] = self.hand.pull(state.position[ball], state.velocity[ball])
+                engine.kick(ball, self.pulls[name])
         for engine in self.engines.values():
             engine.step()
         self.steps += 1

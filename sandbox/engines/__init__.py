@@ -28,7 +28,11 @@ REFERENCES: Final = ("article", "impulse")  # what Pymunk is compared with where
 
 
 class Engine(Protocol):
-    """One solver running one scene. The same scene and the same kicks give the same bytes, in any process."""
+    """One solver running one scene. The same scene and the same kicks give the same bytes, in any process.
+
+    A solver that resolves all contacts of one time together, not one after another, says so by `together = True` on
+    its class: the ledger then asks of each contact what is right at the end of them all.
+    """
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""
@@ -37,7 +41,7 @@ class Engine(Protocol):
         """Return a snapshot, which later steps leave alone."""
 
     def contacts(self) -> Contacts:
-        """Return the contacts resolved since the last call, in order of time, first, second.
+        """Return the contacts resolved since the last call, in order of time and, of one time, as they were resolved.
 
         The first call returns none and begins the collecting, so that who never asks pays nothing.
         """

@@ -44,6 +44,8 @@ class Box2DEngine:
     made, see `impulses`.
     """
 
+    together = True
+
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),

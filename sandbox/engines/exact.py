@@ -476,7 +476,7 @@ class ExactEngine:
             self._found.append(self._carried())
 
     def _carried(self) -> Contacts:
-        """Return a contact for each wall that carries a ball, with what it has pressed in a step."""
+        """Return a contact for each wall that carries a ball, with what it has pressed in a step, or since it does."""
         event, body = self._world.event, self._world.body
         taken = self._world.gravity - np.column_stack([body["ax"], body["ay"]])
         pull = np.hypot(*taken.T)
@@ -486,7 +486,8 @@ class ExactEngine:
         contacts["first"] = event["ball"][lying]
         contacts["second"] = ~self._world.piece["wall"][event["wall"][lying]]
         contacts["normal"] = taken[lying] / pull[lying, None]
-        contacts["impulse"] = body["mass"][lying] * pull[lying] / self._rate
+        pressed = np.minimum(1 / self._rate, self._now - body["last"][lying])
+        contacts["impulse"] = body["mass"][lying] * pull[lying] * pressed
         return contacts
 
     @property
@@ -504,8 +505,7 @@ class ExactEngine:
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
         found, self._found = self._found, []
-        contacts = np.concatenate(found) if found else no_contacts()
-        return contacts[np.lexsort((contacts["second"], contacts["first"], contacts["time"]))]
+        return np.concatenate(found) if found else no_contacts()
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""

@@ -21,9 +21,13 @@ _CONTACT_FIELDS: Final = (
     | ArbiterFields.DISTANCE_1
 )
 
+_KEPT: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # a contact, and its last `Space.step`
+
 
 class PymunkEngine:
     """A scene in a `pymunk.Space`, which is open to look at as `space`: body k is ball k."""
+
+    together = True
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.space = pymunk.Space()
@@ -47,6 +51,8 @@ class PymunkEngine:
         self._segments = tuple(np.array([getattr(wall, end) for wall in segments]) for end in ("a", "b", "radius"))
         self._buffer = Buffer()
         self._found: list[Contacts] | None = None
+        self._kept = np.empty(0, _KEPT)
+        self._calls = 0
 
     def step(self) -> None:
         """Call `Space.step` once for each substep."""
@@ -74,6 +80,7 @@ class PymunkEngine:
 
     def _collect(self, time: float) -> None:
         """Read the contacts that the last `Space.step` solved."""
+        self._calls += 1
         self._buffer.clear()
         get_space_arbiters(self.space, _CONTACT_FIELDS, self._buffer)
         ids = np.frombuffer(self._buffer.int_buf(), np.uintp).reshape(-1, 2)
@@ -88,9 +95,30 @@ class PymunkEngine:
         contacts["normal"] = np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4]
         contacts["impulse"] = np.abs(_dot(values[:, 0:2], values[:, 2:4]))
         contacts["depth"] = -values[:, 4]
-        solved = contacts[(contacts["impulse"] > 0) & self._touching(contacts)]
+        contacts = contacts[self._touching(contacts)]
+        if not len(contacts):
+            return
+        contacts["impulse"] -= self._unspent(contacts)
+        solved = contacts[contacts["impulse"] != 0]
         assert self._found is not None
         self._found.append(solved[np.lexsort((solved["second"], solved["first"]))])
+
+    def _unspent(self, contacts: Contacts) -> Floats:
+        """Return how much of each touching pair's total impulse is from an earlier touch, and was not given again.
+
+        Pymunk keeps a contact's impulse for `collision_persistence` steps. Where two that have parted touch again by
+        then, the solver starts from it, and counts it in, though it gives only the difference.
+        """
+        now = np.empty(len(contacts), _KEPT)
+        now["pair"] = contacts["first"] * len(self._numbers) + contacts["second"]
+        now["impulse"], now["call"] = contacts["impulse"], self._calls
+        kept = self._kept[self._calls - self._kept["call"] <= self.space.collision_persistence]
+        self._kept = np.concatenate([now, kept[~np.isin(kept["pair"], now["pair"])]])
+        unspent = np.zeros(len(now))
+        _, of_now, of_kept = np.intersect1d(now["pair"], kept["pair"], return_indices=True)
+        parted = kept["call"][of_kept] < self._calls - 1
+        unspent[of_now] = np.where(parted, kept["impulse"][of_kept], 0.0)
+        return unspent
 
     def _touching(self, contacts: Contacts) -> Bools:
         """Tell which pairs overlap now, with Chipmunk's own arithmetic.

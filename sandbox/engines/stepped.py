@@ -54,7 +54,7 @@ class SteppedEngine(ABC):
         count = self.advance()
         self._steps += 1
         if self._found is not None and count:
-            found = self.log[:count][np.lexsort((self.log["second"][:count], self.log["first"][:count]))]
+            found = self.log[:count].copy()
             found["time"] = self._steps / self._rate
             found["impulse"] *= self._impulse_unit
             self._found.append(found)

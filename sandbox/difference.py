@@ -1,0 +1,288 @@
+"""Where an engine and the yardstick part: the contacts that they do not have alike, and why.
+
+Contacts are matched by pair and time. One of the yardstick's that has no match is missing, one of the engine's is
+extra; of those that match, some come in another order than in the yardstick, and some end otherwise: with other
+velocities. The cause is what the ledger says of that contact. Where that explains less than half of the difference, the
+two balls came into the contact otherwise, and the cause is what was done to their places before.
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from sandbox.ledger import CAUSES, LONGEST, SHARE, Booked, Integers
+from sandbox.quantity import length
+from sandbox.scene import Scene, Vector
+from sandbox.state import Bools, Contacts
+
+MOST: Final = 200  # differences that are told of one engine
+LOOKED: Final = 20_000  # contacts, of the first of which they are
+CAUSE: Final = tuple(CAUSES)
+
+Kind = Literal["outcome", "missing", "extra", "order"]
+Velocities = tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A contact that an engine and the yardstick do not have alike."""
+
+    kind: Kind
+    time: float  # s: in the engine; in the yardstick where it is missing
+    first: int  # ball
+    second: int  # ball, or ~wall
+    cause: str  # of CAUSES
+    because: str  # in words
+    before: Velocities | None  # px/s of the ball or balls in the engine; None where missing
+    after: Velocities | None
+    should_before: Velocities | None  # in the yardstick; None where extra
+    should_after: Velocities | None
+
+
+class Account(NamedTuple):
+    """An engine's contacts, what the ledger says of each, and which pairs passed into each other: (step, i, j)."""
+
+    contacts: Contacts
+    rows: Booked
+    passed: Sequence[tuple[int, int, int]]
+
+
+class Place(NamedTuple):
+    """Where a difference is: numbers of the contact in the engine and in the yardstick, -1 where there is none."""
+
+    time: float
+    kind: Kind
+    mine: int
+    right: int
+    size: float  # px/s by which it ends otherwise
+
+
+def differences(scene: Scene, mine: Account, right: Account, until: float) -> tuple[Difference, ...]:
+    """Tell what an engine and the yardstick do not have alike up to a time (s), in order of time.
+
+    Where all velocities agree it is the contacts that put balls in other places. At most MOST are told, of the first
+    LOOKED contacts.
+    """
+    for account in (mine, right):
+        if len(account.contacts) > LOOKED:
+            until = min(until, float(account.contacts["time"][LOOKED]))
+    pairs = _Pairs(scene, mine, right, until)
+    places = sorted([*pairs.otherwise(), *pairs.alone()])[:MOST]
+    if not places:
+        return tuple(pairs.tell(place) for place in pairs.astray())
+    found = [pairs.tell(place) for place in places]
+    if not found[0].cause:
+        found[:1] = pairs.with_cause(places[0], found[0])
+    return tuple(one if one.cause else _inherited(one, found[0]) for one in found)
+
+
+def _inherited(one: Difference, since: Difference) -> Difference:
+    """Say that a contact differs because others did before."""
+    because = f"The balls are on other courses since {since.time:.3f} s."
+    return replace(one, cause=since.cause, because=because)
+
+
+class _Pairs:
+    """The contacts of one engine, each with the yardstick's that it answers to."""
+
+    def __init__(self, scene: Scene, mine: Account, right: Account, until: float) -> None:
+        self.scene, self.mine, self.right = scene, mine, right
+        slack = LONGEST / scene.rate
+        self.until = min(until, scene.seconds - slack)  # what comes later may be answered after the end
+        self.answers, self.answered = _match(mine.contacts, right.contacts, until, slack)
+
+    def otherwise(self) -> Iterator[Place]:
+        """Find what both have, and what ends with other velocities, or comes in another order."""
+        matched = np.flatnonzero(self.answers >= 0)
+        answers = self.answers[matched]
+        contacts, mine, right = self.mine.contacts[matched], self.mine.rows[matched], self.right.rows[answers]
+        fall = np.multiply.outer(contacts["time"] - self.right.contacts["time"][answers], self.scene.gravity)
+        difference = mine["after"] - right["after"] - fall[:, None]
+        difference[contacts["second"] < 0, 1] = 0.0
+        size = length(difference).max(axis=1)
+        fastest = np.maximum(np.abs(mine["before"]).max(axis=(1, 2)), np.abs(right["before"]).max(axis=(1, 2)))
+        disordered = self._disordered(matched)
+        for at in np.flatnonzero((size > SHARE * fastest) | disordered).tolist():
+            kind: Kind = "order" if disordered[at] else "outcome"
+            yield Place(float(contacts["time"][at]), kind, int(matched[at]), int(answers[at]), float(size[at]))
+
+    def alone(self) -> Iterator[Place]:
+        """Find what only one of the two has."""
+        for k in np.flatnonzero(self.answers < 0).tolist():
+            time = float(self.mine.contacts["time"][k])
+            if time <= self.until:
+                yield Place(time, "extra", k, -1, math.inf)
+        for r in np.flatnonzero(~self.answered).tolist():
+            time = float(self.right.contacts["time"][r])
+            if time <= self.until:
+                yield Place(time, "missing", -1, r, math.inf)
+
+    def astray(self) -> Iterator[Place]:
+        """Find the contacts that put balls where they should not be."""
+        radius = self.scene.bodies.radius[self.mine.contacts["first"][: len(self.answers)]]
+        for k in np.flatnonzero(self.mine.rows["moved"][: len(self.answers)] > SHARE * radius)[:MOST].tolist():
+            yield Place(float(self.mine.contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)
+
+    def with_cause(self, place: Place, one: Difference) -> list[Difference]:
+        """Find why a contact that is right by itself, or is none, differs: by what was done to the two before."""
+        contacts, balls = self.mine.contacts[: len(self.answers)], [one.first, one.second]
+        earlier = np.isin(contacts["first"], balls) | np.isin(contacts["second"], [ball for ball in balls if ball >= 0])
+        moved = np.where(earlier & (contacts["time"] < one.time), self.mine.rows["moved"][: len(contacts)], 0.0)
+        if moved.max(initial=0.0) > SHARE * self.scene.bodies.radius[one.first]:
+            k = int(moved.argmax())
+            return [self.tell(Place(float(contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)), one]
+        if place.kind == "missing":
+            return [replace(one, cause="missed", because=self._graze(place.right))]
+        cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
+        return [replace(one, cause=cause, because=_ON_THE_WAY[cause])]
+
+    def _graze(self, r: int) -> str:
+        """Say why a contact of the yardstick's may be missing."""
+        contact, row = self.right.contacts[r], self.right.rows[r]
+        first, second = int(contact["first"]), int(contact["second"])
+        if second >= 0:
+            reach = float(self.scene.bodies.radius[[first, second]].sum())
+            together = 2 * reach * float(row["approach"]) / float(np.sum((row["before"][0] - row["before"][1]) ** 2))
+            if together * self.scene.rate < 1:
+                return f"The two graze: they would overlap for {1e3 * together:.2g} ms, less than a step."
+        return f"The engine has no such contact within {1e3 * LONGEST / self.scene.rate:.3g} ms."
+
+    def _disordered(self, matched: Integers) -> Bools:
+        """Tell after which contacts a ball has one that comes earlier in the yardstick."""
+        last: dict[int, int] = {}
+        found = np.zeros(len(matched), bool)
+        balls = zip(*(self.mine.contacts[key][matched].tolist() for key in ("first", "second")), strict=True)
+        for at, pair in enumerate(balls):
+            for ball in pair:
+                if ball >= 0 and ball in last and self.answers[matched[last[ball]]] > self.answers[matched[at]]:
+                    found[last[ball]] = True
+                last[ball] = at
+        return found
+
+    def tell(self, place: Place) -> Difference:
+        """Describe a difference. Its cause is left empty where the contact itself does not explain it."""
+        mine = self.mine.rows[place.mine] if place.mine >= 0 else None
+        right = self.right.rows[place.right] if place.right >= 0 else None
+        contact = self.right.contacts[place.right] if mine is None else self.mine.contacts[place.mine]
+        first, second = int(contact["first"]), int(contact["second"])
+        cause = because = ""
+        if mine is None:
+            step = place.time * self.scene.rate
+            if any((i, j) == (first, second) and 0 <= at - step <= 2 * LONGEST for at, i, j in self.mine.passed):
+                cause, because = "missed", "The two passed into each other, and the engine told of no contact."
+        elif place.kind != "order" and self._explains(contact, mine, place.size):
+            cause, because = CAUSE[mine["cause"]], explain(self.scene, contact, mine)
+        return Difference(
+            place.kind,
+            place.time,
+            first,
+            second,
+            cause,
+            because,
+            *(_of_balls(row, key, second) for row in (mine, right) for key in ("before", "after")),
+        )
+
+    def _explains(self, contact: np.void, row: np.void, size: float) -> bool:
+        """Tell whether what is wrong with a contact is half, at least, of what it ends otherwise (px/s)."""
+        mass = self.scene.bodies.mass
+        lighter = min(mass[contact["first"]], mass[contact["second"]] if contact["second"] >= 0 else math.inf)
+        return CAUSE[row["cause"]] != "rounding" and bool(row["wrong"] / lighter >= min(size, abs(row["approach"])) / 2)
+
+
+def _of_balls(row: np.void | None, key: str, second: int) -> Velocities | None:
+    if row is None:
+        return None
+    return tuple((float(x), float(y)) for x, y in row[key][: 1 if second < 0 else 2])
+
+
+def _match(mine: Contacts, right: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
+    """Match contacts of the same pair in order, where they are no further apart in time than the slack (s).
+
+    Returns for each of mine up to a time the number of the other's or -1, and which of the other's are matched.
+    """
+    mine = mine[: np.searchsorted(mine["time"], until + slack, "right")]
+    right = right[: np.searchsorted(right["time"], until + slack, "right")]
+    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for r in range(len(right) - 1, -1, -1):
+        waiting[int(right["first"][r]), int(right["second"][r])].append(r)
+    answers = np.full(len(mine), -1)
+    answered = np.zeros(len(right), bool)
+    for k, (time, first, second) in enumerate(
+        zip(*(mine[key].tolist() for key in ("time", "first", "second")), strict=True)
+    ):
+        queue = waiting[first, second]
+        while queue and right["time"][queue[-1]] < time - slack:
+            queue.pop()
+        if queue and right["time"][queue[-1]] <= time + slack:
+            answers[k] = queue.pop()
+            answered[answers[k]] = True
+    return answers, answered
+
+
+# In words
+
+_ON_THE_WAY: Final = {
+    "gravity": "Gravity, integrated in steps, brought the balls there at other speeds.",
+    "friction": "Friction turned the balls on their way.",
+    "untold": "The balls changed on their way, and the engine told of no contact.",
+}
+
+
+def explain(scene: Scene, contact: np.void, row: np.void) -> str:
+    """Say in words what is wrong with a contact, by what the ledger says of it."""
+    cause = CAUSE[row["cause"]]
+    if cause in ("small", "large"):
+        return _of_impulse(scene, contact, row)
+    if cause in ("late", "early"):
+        return _of_time(scene, contact, row)
+    return {
+        "overshoot": f"It was put back on the wall: {row['moved']:.3g} px of its way back were thrown away.",
+        "pushed": f"The two were pushed apart, and are {row['moved']:.3g} px from where they should be.",
+        "turned": "It was on its way back from the wall, and was turned round again.",
+        "stale": "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
+        "unconverged": "Several contacts at once: the solver's iterations ended before all were right.",
+        "gravity": "Gravity pulled for a whole step, though the wall was met within it.",
+    }.get(cause, f"{CAUSES[cause].capitalize()}.")
+
+
+def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
+    """Say how much of an impulse is missing or too much, and which restitution that makes."""
+    first, second, bodies = int(contact["first"]), int(contact["second"]), scene.bodies
+    approach = float(row["approach"])
+    if approach <= 0:
+        return f"The two were parting, and had an impulse of {contact['impulse']:.4g} kg px/s."
+    share = float(contact["impulse"] / row["due"])
+    restitution = round(-float(row["left"]) / approach, 9) + 0.0  # not -0
+    amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"{_percent(share - 1)} of it is too much"
+    still = ", the balls are still approaching" if restitution < 0 else ""
+    if second < 0:
+        due = float(row["due"]) / (float(bodies.mass[first]) * approach) - 1
+        wall = scene.wall_name(~second)
+        return f"The {wall} gave back {_percent(restitution)} of the speed, where {_percent(due)} is right."
+    radius, mass = float(bodies.radius[first]), float(bodies.mass[first])
+    alike = radius == bodies.radius[second] and mass == bodies.mass[second]
+    if alike and math.isclose(contact["impulse"] * radius, mass * approach, rel_tol=1e-9):
+        return (
+            f"The impulse was 2 v_n / {2 * radius:g} where 2 equal masses need v_n: {amount}{still}. Divided by the "
+            f"diameter, it is a restitution of {restitution:.3g} (2/r - 1)."
+        )
+    return f"Of the impulse, {amount}{still}: it is a restitution of {restitution:.3g}."
+
+
+def _of_time(scene: Scene, contact: np.void, row: np.void) -> str:
+    """Say how late or early a contact was found, and what that does."""
+    late, depth = float(row["late"]), float(contact["depth"])
+    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if late * scene.rate > 1 + SHARE else ""
+    found = f"Found {1e3 * abs(late):.3g} ms {'late' if late > 0 else 'early'}{steps}, "
+    found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
+    if row["turned"] > SHARE:
+        return f"{found}, so the normal is turned by {math.degrees(row['turned']):.2g}°."
+    return f"{found}, and {row['moved']:.3g} px from where it should be then."
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"

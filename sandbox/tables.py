@@ -1,0 +1,132 @@
+"""What the commands print: a comparison, advice, scores, as tables that fit the terminal."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from rich.console import Console
+from rich.table import Table
+
+from sandbox.comparison import Comparison
+from sandbox.difference import Difference
+from sandbox.ledger import CAUSES
+from sandbox.scene import Scene
+from sandbox.truth import Score
+from sandbox.verdict import Trial, advice, verdict
+from sandbox.verify import Board
+
+LEAST_SHOWN: Final = 5e-7  # share of the energy, which the table shows to a millionth
+
+_ROWS: Final = {  # what the table calls each figure, and how it is written
+    "energy_ratio": ("energy left", "{:.4%}"),
+    "energy_drift": ("largest energy change", "{:.2e}"),
+    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
+    "gap_rms": ("gap, RMS", "{:.4g} px"),
+    "gap_max": ("gap, largest", "{:.4g} px"),
+    "pair_contacts": ("contacts of balls", "{}"),
+    "wall_contacts": ("contacts with walls", "{}"),
+    "max_overlap": ("deepest overlap", "{:.3g} px"),
+    "escaped": ("balls that escaped", "{}"),
+}
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print what a comparison comes to, its figures, and each engine's first difference."""
+    scene, horizon = comparison.scene, comparison.horizon
+    console = Console(highlight=False, markup=False)
+    console.print(
+        f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
+        f"{comparison.time[-1]:g} s at {scene.rate} steps a second, against {comparison.against}; "
+        f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
+    )
+    console.print(f"{verdict(comparison)}\n")
+    table = Table(box=None, pad_edge=False)
+    table.add_column("")
+    for name in comparison.runs:
+        table.add_column(name, justify="right")
+    for label, *values in rows_of(comparison):
+        table.add_row(label, *values)
+    console.print(table)
+    for name, run in comparison.runs.items():
+        if first := run.figures.first_difference:
+            console.print(f"\n{name}, {first.time:.3f} s, {_pair(scene, first)}: {_KINDS[first.kind]}{first.because}")
+            console.print(_speeds(first, comparison.against))
+
+
+_KINDS: Final = {"outcome": "", "missing": "missing. ", "extra": "extra. ", "order": "in another order. "}
+
+
+def _speeds(first: Difference, against: str) -> str:
+    """Say how fast the balls were before and after, in the engine and in the yardstick."""
+    told = []
+    for where, before, after in (
+        ("", first.before, first.after),
+        (f"in {against} ", first.should_before, first.should_after),
+    ):
+        if before and after:
+            speeds = (" and ".join(f"{math.hypot(*one):.4g}" for one in velocities) for velocities in (before, after))
+            told.append(f"{where}{' before, '.join(speeds)} after")
+    return f"Speeds, px/s: {'; '.join(told)}."
+
+
+def _pair(scene: Scene, difference: Difference) -> str:
+    first, second = difference.first, difference.second
+    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and the {scene.wall_name(~second)}"
+
+
+def rows_of(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield the lines of the table: a label, and what stands under each engine."""
+    runs = comparison.runs.values()
+    for figure, (label, form) in _ROWS.items():
+        values = [getattr(run.figures, figure) for run in runs]
+        yield [label, *("-" if value is None else form.format(value) for value in values)]
+    if any(run.scores for run in runs):
+        yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
+    firsts = [run.figures.first_difference for run in runs]
+    yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
+    yield ["  its cause", *(CAUSES[first.cause] if first else "-" for first in firsts)]
+    booked = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
+    for cause, words in CAUSES.items():
+        shares = [
+            of_run[cause] / run.energy[0] if run.energy[0] and cause in of_run else 0.0
+            for of_run, run in zip(booked, runs, strict=True)
+        ]
+        if any(abs(share) > LEAST_SHOWN for share in shares):
+            yield [f"energy: {words}", *(f"{share:+.4%}" if abs(share) > LEAST_SHOWN else "-" for share in shares)]
+    for rows in zip(*(run.theory for run in runs if run.theory), strict=True):
+        yield [rows[0].figure, *(f"{row.measured:.4g}" for row in rows)]
+        yield [f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows)]
+
+
+def print_advice(trials: Sequence[Trial]) -> None:
+    """Print how other settings do, where some were tried."""
+    if not trials:
+        return
+    console = Console(highlight=False, markup=False)
+    table = Table("pymunk with", box=None, pad_edge=False)
+    for column in ("paths hold until", "energy astray", "gap, RMS"):
+        table.add_column(column, justify="right")
+    for trial in trials:
+        until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
+        table.add_row(trial.settings, until, f"{trial.astray:.2e}", f"{trial.gap_rms:.4g} px")
+    console.print("\n", table, "\n", advice(trials), sep="")
+
+
+def print_board(board: Board) -> None:
+    """Print the scores: a row a scene, a column an engine."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("scene")
+    for name in next(iter(board.values()), {}):
+        table.add_column(name, justify="right")
+    for scene, row in board.items():
+        scores = (
+            f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"
+            for one in row.values()
+        )
+        table.add_row(scene, *scores)
+    Console().print(table)
+
+
+def counted(count: int, what: str) -> str:
+    """Say how many of what: 1 ball, 2 balls."""
+    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"

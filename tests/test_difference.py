@@ -1,0 +1,271 @@
+"""The first difference: planted faults are named as what they are, at the contact where they are."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+import sandbox.engines
+from sandbox.comparison import compare
+from sandbox.difference import Difference
+from sandbox.scene import Scene, Vector, load
+from sandbox.state import CONTACT, Contacts, State, no_contacts
+
+
+class Faulty:
+    """A plain stepped engine in a box, right up to what is found late; faults are planted by overriding a method."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.scene, self.dt = scene, 1 / scene.rate
+        self.time, self.steps = 0.0, 0
+        self.x, self.v = initial.position.copy(), initial.velocity.copy()
+        self.m, self.r = scene.bodies.mass, scene.bodies.radius
+        self.found: list[tuple[Any, ...]] = []
+
+    def impulse(self, i: int, j: int, right: float) -> float:
+        return right
+
+    def sees(self, i: int, j: int) -> bool:
+        return True
+
+    def put_back(self, depth: float) -> float:
+        return 2 * depth
+
+    def bounce(self, right: float) -> float:
+        return right
+
+    def step(self) -> None:
+        self.steps += 1
+        self.x += self.v * self.dt
+        for i, x in enumerate(self.x):
+            for wall, (nx, ny) in enumerate(((-1, 0), (0, -1), (1, 0), (0, 1))):
+                n = np.array([nx, ny], float)
+                face = max(0.0, float(n @ np.array(self.scene.arena.size)))
+                depth, u = x @ n + self.r[i] - face, self.v[i] @ n
+                if depth > 0 and u > 0:
+                    impulse = self.bounce(2 * self.m[i] * u)
+                    self.v[i] -= impulse / self.m[i] * n
+                    self.x[i] -= self.put_back(depth) * n
+                    self.tell(i, ~wall, n, impulse, depth)
+        for i in range(len(self.x)):
+            for j in range(i + 1, len(self.x)):
+                away = self.x[j] - self.x[i]
+                depth = self.r[i] + self.r[j] - np.hypot(*away)
+                n = away / np.hypot(*away)
+                u = (self.v[i] - self.v[j]) @ n
+                if depth > 0 and u > 0 and self.sees(i, j):
+                    impulse = self.impulse(i, j, 2 * u / (1 / self.m[i] + 1 / self.m[j]))
+                    self.v[i] -= impulse / self.m[i] * n
+                    self.v[j] += impulse / self.m[j] * n
+                    self.tell(i, j, n, impulse, depth)
+
+    def tell(self, i: int, other: int, n: Any, impulse: float, depth: float) -> None:
+        self.found.append((self.steps * self.dt, i, other, tuple(n), impulse, depth))
+
+    def state(self) -> State:
+        return State(self.steps * self.dt, self.x.copy(), self.v.copy())
+
+    def contacts(self) -> Contacts:
+        found, self.found = self.found, []
+        return np.array(found, CONTACT) if found else no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        self.v[ball] += dv
+
+
+class TooMuch(Faulty):
+    def impulse(self, i: int, j: int, right: float) -> float:
+        return 1.02 * right
+
+
+class OneStepLate(Faulty):
+    """Waits for a step between seeing two overlap and parting them."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        self.seen: dict[tuple[int, int], int] = {}
+
+    def sees(self, i: int, j: int) -> bool:
+        return self.steps > self.seen.setdefault((i, j), self.steps)
+
+
+class Blind(Faulty):
+    def sees(self, i: int, j: int) -> bool:
+        return (i, j) != (1, 2)
+
+
+class SoftWalls(Faulty):
+    def bounce(self, right: float) -> float:
+        return right * 1.99 / 2
+
+
+class Discards(Faulty):
+    """Puts a ball 1 px less far back than it should, where it is 1 px deep."""
+
+    def put_back(self, depth: float) -> float:
+        return 2 * depth - 1
+
+
+First = Callable[[str, Scene], Difference | None]
+
+
+@pytest.fixture
+def first_of(monkeypatch: pytest.MonkeyPatch) -> First:
+    """Register one of the engines above as `faulty`, and find its first difference from exact."""
+
+    def find(engine: str, scene: Scene) -> Difference | None:
+        monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", f"test_difference:{engine}")
+        return compare(scene, ["faulty", "exact"]).runs["faulty"].figures.first_difference
+
+    return find
+
+
+# Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
+ROW = scene_of(
+    "radius = 20\nposition = [100, 300]\nvelocity = [240, 0]",
+    "radius = 20\nposition = [300, 300]",
+    "radius = 20\nposition = [502, 300]",
+    more="seconds = 3",
+)
+# One ball that a wall of 780 stops 1.4 px deep; another that never meets it.
+WALL = scene_of(
+    "radius = 20\nposition = [302, 300]\nvelocity = [480, 0]", "radius = 20\nposition = [100, 100]", more="seconds = 2"
+)
+
+
+def test_without_a_fault_there_is_no_difference_but_of_places(first_of: First) -> None:
+    assert first_of("Faulty", WALL) is None
+    late = first_of("Faulty", load("oblique"))
+    assert late is not None
+    assert late.cause == "late"
+
+
+def test_two_per_cent_too_much_impulse(first_of: First) -> None:
+    one = first_of("TooMuch", ROW)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "large")
+    assert one.because == "Of the impulse, 2 % of it is too much: it is a restitution of 1.04."
+    assert one.after is not None
+    assert one.after[0][0] == pytest.approx(-0.02 * 240)
+    assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
+
+
+def test_contacts_one_step_late(first_of: First) -> None:
+    one = first_of("OneStepLate", load("oblique"))
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "late")
+    late = 1e3 * (53 / 60 - EXACT_OBLIQUE)
+    assert late > 1e3 / 60
+    assert one.because.startswith(f"Found {late:.3g} ms late, which is more than a step of 16.7 ms, ")
+
+
+EXACT_OBLIQUE = 0.8585786437626906  # s
+
+
+def test_one_pair_ignored(first_of: First) -> None:
+    one = first_of("Blind", ROW)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, "missed")
+    assert one.because == "The two passed into each other, and the engine told of no contact."
+    assert one.time == pytest.approx((160 + 162) / 240)
+    assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
+
+
+def test_walls_that_give_back_too_little(first_of: First) -> None:
+    one = first_of("SoftWalls", WALL)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "small")
+    assert one.because == "The right wall gave back 99 % of the speed, where 100 % is right."
+    assert one.after is not None
+    assert one.after[0] == pytest.approx((-0.99 * 480, 0.0))
+
+
+def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
+    one = first_of("Discards", WALL)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "overshoot")
+    assert one.because == "It was put back on the wall: 1 px of its way back were thrown away."
+    assert one.after == one.should_after
+
+
+# The article's rule, by radius
+
+
+@pytest.mark.parametrize(
+    ("radius", "cause", "said"),
+    [
+        (20, "small", ("2 v_n / 40 ", "95 % of it is missing, the balls are still approaching", " -0.9 (2/r - 1)")),
+        (4, "small", ("2 v_n / 8 ", "75 % of it is missing, the balls are still approaching", " -0.5 (2/r - 1)")),
+        (2, "small", ("2 v_n / 4 ", "50 % of it is missing.", " a restitution of 0 (2/r - 1)")),
+        (0.5, "large", ("2 v_n / 1 ", "100 % of it is too much.", " 3 (2/r - 1)")),
+    ],
+)
+def test_the_article_s_denominator_is_named_with_its_restitution(
+    radius: float, cause: str, said: tuple[str, ...]
+) -> None:
+    scene = meeting(radius)
+    run = compare(scene, ["article", "exact"]).runs["article"]
+    one = run.figures.first_difference
+    assert one is not None
+    assert one.cause == cause
+    for words in said:
+        assert words in one.because
+    gained = sum(entry.energy for entry in run.figures.ledger if entry.cause == cause)
+    assert (gained > 0) == (cause == "large")
+
+
+def test_at_radius_one_the_article_is_right() -> None:
+    run = compare(meeting(1), ["article", "exact"]).runs["article"]
+    assert not {"small", "large"} & {entry.cause for entry in run.figures.ledger}
+    assert run.figures.energy_ratio == pytest.approx(1)
+
+
+def meeting(radius: float) -> Scene:
+    return scene_of(
+        f"radius = {radius}\nposition = [100, 300]\nvelocity = [30, 0]",
+        f"radius = {radius}\nposition = [{130.25 + 2 * radius}, 300]",
+        more="seconds = 1.5",
+    )
+
+
+# The causes in the article's own scene
+
+
+def test_each_engine_s_cause_in_the_article_s_scene() -> None:
+    runs = compare(load("article"), ["pymunk", "article", "impulse", "exact"]).runs
+    firsts = {name: run.figures.first_difference for name, run in runs.items()}
+    causes = {name: first.cause for name, first in firsts.items() if first}
+    assert causes == {"pymunk": "late", "article": "small", "impulse": "late"}
+    article = firsts["article"]
+    assert article is not None
+    assert article.because == (
+        "The impulse was 2 v_n / 40 where 2 equal masses need v_n: 95 % of it is missing, the balls are still "
+        "approaching. Divided by the diameter, it is a restitution of -0.9 (2/r - 1)."
+    )
+
+
+def test_a_graze_within_a_step_is_missing_and_told_as_such() -> None:
+    """400 px/s, the centres 39.9 px aside: they overlap for 2 √(40² - 39.9²) / 400 s = 14 ms, between two steps."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [400, 0]",
+        "radius = 20\nposition = [303.4, 339.9]",
+        more="seconds = 1",
+    )
+    one = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, "missed")
+    assert one.because == "The two graze: they would overlap for 14 ms, less than a step."
+
+
+def test_beyond_the_horizon_no_difference_is_told() -> None:
+    comparison = compare(load("gas-100"))
+    assert comparison.horizon is not None
+    for run in comparison.runs.values():
+        assert all(one.time <= comparison.horizon for one in run.differences)
+        assert list(run.differences) == sorted(run.differences, key=lambda one: one.time)
+
+
+def test_the_yardstick_does_not_differ_from_itself() -> None:
+    assert compare(load("funnel").changed(seconds=2.0), ["exact"]).runs["exact"].differences == ()
