@@ -174,7 +174,7 @@ class _Pairs:
             step = place.time * self.scene.rate
             if any((i, j) == (first, second) and 0 <= at - step <= 2 * LONGEST for at, i, j in self.mine.passed):
                 cause, because = "missed", "The two passed into each other, and the engine told of no contact."
-        elif place.kind != "order" and self._explains(contact, mine, place.size):
+        elif self._explains(contact, mine, place.size):
             cause, because = CAUSE[mine["cause"]], explain(self.scene, contact, mine)
         return Difference(
             place.kind,
