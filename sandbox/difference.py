@@ -137,6 +137,11 @@ class _Pairs:
             return [self.tell(Place(float(contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)), one]
         if place.kind == "missing":
             return [replace(one, cause="missed", because=self._graze(place.right))]
+        if place.kind == "order":
+            because = (
+                "Several contacts were found late, at the end of a step, and resolved in another order than they came."
+            )
+            return [replace(one, cause="late", because=because)]
         cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
         return [replace(one, cause=cause, because=_ON_THE_WAY[cause])]
 

@@ -259,6 +259,22 @@ def test_a_graze_within_a_step_is_missing_and_told_as_such() -> None:
     assert one.because == "The two graze: they would overlap for 14 ms, less than a step."
 
 
+def test_contacts_of_one_step_in_another_order() -> None:
+    """Ball 2 meets the heavy 1 two milliseconds before 0 does: a step finds both, and resolves 0 and 1 first."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
+        "radius = 20\nmass = 100\nposition = [240.6, 300]",
+        "radius = 20\nposition = [380.8, 300]\nvelocity = [-200, 0]",
+        more="seconds = 1",
+    )
+    one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("order", 0, 1, "late")
+    assert one.because.startswith(
+        "Several contacts were found late, at the end of a step, and resolved in another order"
+    )
+
+
 def test_beyond_the_horizon_no_difference_is_told() -> None:
     comparison = compare(load("gas-100"))
     assert comparison.horizon is not None
