@@ -15,7 +15,7 @@ from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input
 from sandbox.ledger import Entry, Ledger, step_at
 from sandbox.mistakes import Mistake, nearest
-from sandbox.quantity import deepest_overlap, energy, length, momentum
+from sandbox.quantity import energy, length, momentum
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Bools, Contacts, Floats, State
@@ -254,7 +254,6 @@ class _Tally:
         self.scores: list[Score] = []
         self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
         self.every = max(1, scene.steps // SAMPLES)
-        self.overlap = 0.0
         self.ledger = Ledger(scene, together=getattr(engine, "together", False))
         self.pulls: list[_Pull] = []  # of each step of the block to come, and in the end of all
         self.held: list[Bools] = []
@@ -282,7 +281,6 @@ class _Tally:
         if obeys_laws(scene):
             self.velocities.append(velocity[:: self.every])
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
-        self.overlap = max(self.overlap, *(deepest_overlap(state.position, bodies.radius)[0] for state in states))
         self.contacts.append(self.engine.contacts())
         self.book(position, velocity)
         self.final = states[-1]
@@ -323,7 +321,7 @@ class _Tally:
             gap_max=float(gap_max.max()),
             pair_contacts=len(contacts) - len(at_wall),
             wall_contacts=len(at_wall),
-            max_overlap=float(self.overlap),
+            max_overlap=self.ledger.deepest,
             escaped=int(outside.sum()),
             expected=len(self.scores),
             met=sum(one.passed for one in self.scores),

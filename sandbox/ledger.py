@@ -447,7 +447,8 @@ def _walk(law, page, position, velocity, pulled, pull, free, contacts, step_of, 
 class Ledger:
     """The books of one engine, kept block by block of steps.
 
-    energy: (steps, causes) of each step so far, kg px²/s²; rows: of each contact so far, BOOKED.
+    deepest: px that two balls overlapped at the end of any step; missed: step, first and second of each pair that
+    passed into each other with no contact told.
     """
 
     def __init__(self, scene: Scene, *, together: bool) -> None:
@@ -471,6 +472,7 @@ class Ledger:
         self._met = np.full(len(bodies), -np.inf)
         self._passing = [np.empty(0, np.int64), np.empty(0, np.int64)]
         self.missed: list[tuple[int, int, int]] = []
+        self.deepest = 0.0
         self._steps = 0
 
     def add(self, position: Floats, velocity: Floats, contacts: Contacts, pulled: Integers, pull: Floats) -> None:
@@ -497,16 +499,19 @@ class Ledger:
         self._energy.append(page.energy[1:])
         self._rows.append(page.row)
         self._steps += steps
-        self._missed(position, velocity, contacts, step_of)
+        self._look_at_overlaps(position, velocity, contacts, step_of)
 
-    def _missed(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
-        """Count the pairs that pass into each other with no contact told."""
+    def _look_at_overlaps(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
+        """Find the deepest overlap, and the pairs that pass into each other with no contact told."""
         n = position.shape[1]
         told = contacts["first"] * n + contacts["second"]
         told[contacts["second"] < 0] = -1
         order = np.lexsort((told, step_of))
         bounds = np.searchsorted(step_of, np.arange(len(position) + 1))
-        passed, *self._passing = _passed(position, velocity, self._law.radius, told[order], bounds, *self._passing)
+        deepest, passed, *self._passing = _overlaps(
+            position, velocity, self._law.radius, told[order], bounds, *self._passing
+        )
+        self.deepest = max(self.deepest, float(deepest))
         self._sums[2, MISSED] += len(passed)
         self.missed += [(self._steps - len(position) + 1 + int(step), *divmod(int(key), n)) for step, key in passed]
 
@@ -564,9 +569,8 @@ def _flight(scene: Scene, position: Floats, velocity: Floats, contacts: Contacts
 
 
 @njit(cache=True)
-def _depth(position, radius, i, j):  # type: ignore[no-untyped-def]
-    distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
-    return radius[i] + radius[j] - distance
+def _depth(position, reach, i, j):  # type: ignore[no-untyped-def]
+    return reach - math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
 
 
 @njit(cache=True)
@@ -576,28 +580,34 @@ def _nears(position, velocity, i, j):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _passed(position, velocity, radius, told, bounds, passing, longer):  # type: ignore[no-untyped-def]
-    """Find the pairs that go deeper into each other for two steps, in which no contact of theirs is told.
+def _overlaps(position, velocity, radius, told, bounds, passing, longer):  # type: ignore[no-untyped-def]
+    """Sweep over the overlapping pairs of each state, along the axis on which the balls are spread further.
 
     told: keys of the contacts, n first + second, sorted in each step, which has those from bounds[step] on; passing:
-    keys of those that went deeper in the step before the block, and longer: of those that are found. Returns the step
-    and key where a second such step ends, (passages, 2), and both keys of the last step.
+    keys of the pairs that went deeper, untold, in the step before the block, and longer: of those that are found.
+    Returns how deep the deepest overlap is (px); the step and key of each pair that has gone deeper into each other for
+    two steps, in which no contact of theirs is told, (passages, 2); and both keys of the last step.
     """
-    n, reach = len(radius), 2 * radius.max()
+    n, widest, deepest = len(radius), 2 * radius.max(), 0.0
+    spread_x, spread_y = np.ptp(position[0, :, 0]), np.ptp(position[0, :, 1])
+    axis = 0 if spread_x >= spread_y else 1
     found = [(0, 0)]
-    for step in range(1, len(position)):
-        here, before = position[step], position[step - 1]
-        order = np.argsort(here[:, 0])
+    for step in range(len(position)):
+        here, before = position[step], position[max(step - 1, 0)]
+        order = np.argsort(here[:, axis])
         now, again = [np.int64(-1)], [np.int64(-1)]
         for a in range(n):
             for b in range(a + 1, n):
-                if here[order[b], 0] - here[order[a], 0] >= reach:
+                if here[order[b], axis] - here[order[a], axis] >= widest:
                     break
                 i, j = min(order[a], order[b]), max(order[a], order[b])
-                earlier, slight = _depth(before, radius, i, j), SHARE * radius[i]
-                if earlier <= slight or _depth(here, radius, i, j) <= earlier + slight:
+                reach = radius[i] + radius[j]
+                depth = _depth(here, reach, i, j)
+                deepest, slight = max(deepest, depth), SHARE * reach
+                if depth <= slight or not _nears(here, velocity[step], i, j):
                     continue
-                if not (_nears(here, velocity[step], i, j) and _nears(before, velocity[step - 1], i, j)):
+                earlier = _depth(before, reach, i, j)
+                if not slight < earlier < depth - slight or not _nears(before, velocity[step - 1], i, j):
                     continue
                 key = i * n + j
                 at = bounds[step] + np.searchsorted(told[bounds[step] : bounds[step + 1]], key)
@@ -608,5 +618,6 @@ def _passed(position, velocity, radius, told, bounds, passing, longer):  # type:
                     again.append(key)
                     if not np.any(longer == key):
                         found.append((step, key))
-        passing, longer = np.array(now)[1:], np.array(again)[1:]
-    return np.array(found)[1:], passing, longer
+        if step > 0:
+            passing, longer = np.array(now)[1:], np.array(again)[1:]
+    return deepest, np.array(found)[1:], passing, longer

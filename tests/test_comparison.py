@@ -36,7 +36,10 @@ def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
 def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load("gas-100").changed(seconds=2.0)
     whole = compare(scene)
+    assert any(entry.cause == "missed" for entry in whole.runs["article"].figures.ledger)
     monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
+    assert compare(scene).as_json() == whole.as_json()
+    monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 0)
     assert compare(scene).as_json() == whole.as_json()
 
 
