@@ -375,6 +375,7 @@ class Scene(Model):
 
     _file: str = PrivateAttr("scene")
     _lines: Mapping[KeyPath, int] = PrivateAttr(default_factory=dict)
+    _source: str = PrivateAttr("")
 
     @field_validator("balls")
     @classmethod
@@ -422,13 +423,18 @@ class Scene(Model):
             scene = Scene.model_validate({key: getattr(self, key) for key in Scene.model_fields} | changes)
         except ValidationError as error:
             raise Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, Scene))) from None
-        scene._file, scene._lines = self._file, self._lines
+        scene._file, scene._lines, scene._source = self._file, self._lines, self._source
         return scene
 
     @property
     def name(self) -> str:
         """The name of its file, without the ending."""
         return Path(self._file).stem
+
+    @property
+    def source(self) -> str:
+        """The text that it was read from."""
+        return self._source
 
     @property
     def steps(self) -> int:
@@ -519,7 +525,7 @@ def parse(text: str, file: str) -> Scene:
         raise Mistake(
             "\n".join(f"{file}:{line}: {what}" if line else f"{file}: {what}" for line, what in found)
         ) from None
-    scene._file, scene._lines = file, lines_of_keys(text)
+    scene._file, scene._lines, scene._source = file, lines_of_keys(text), text
     return scene
 
 
