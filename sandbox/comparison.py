@@ -86,7 +86,7 @@ class Comparison:
 
     time: (steps + 1,) s; horizon: s, when a twin of the yardstick, begun with its first ball one unit in the last place
     to the right, has a ball a radius away; None where that is later than the end; stride: steps between two frames of
-    the runs' paths.
+    the runs' paths; inputs: what was replayed into all of them.
     """
 
     scene: Scene
@@ -95,6 +95,7 @@ class Comparison:
     runs: dict[str, Run]
     horizon: float | None
     stride: int
+    inputs: tuple[Input, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -201,7 +202,8 @@ def compare(
             ]
     right = tallies[against].account()
     runs = {name: tally.run(right if name != against else None, twin.apart) for name, tally in tallies.items()}
-    return Comparison(scene, against, np.arange(scene.steps + 1) / scene.rate, runs, twin.apart, stride)
+    time = np.arange(scene.steps + 1) / scene.rate
+    return Comparison(scene, against, time, runs, twin.apart, stride, tuple(inputs))
 
 
 class _Twin:

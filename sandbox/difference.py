@@ -43,6 +43,12 @@ class Difference:
     should_after: Velocities | None
 
 
+def who(scene: Scene, difference: Difference) -> str:
+    """Name the two that a difference is of."""
+    first, second = difference.first, difference.second
+    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and the {scene.wall_name(~second)}"
+
+
 class Account(NamedTuple):
     """An engine's contacts, what the ledger says of each, and which pairs passed into each other: (step, i, j)."""
 

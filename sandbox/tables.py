@@ -8,26 +8,13 @@ from rich.console import Console
 from rich.table import Table
 
 from sandbox.comparison import Comparison
-from sandbox.difference import Difference
+from sandbox.difference import Difference, who
 from sandbox.ledger import CAUSES
-from sandbox.scene import Scene
 from sandbox.truth import Score
-from sandbox.verdict import Trial, advice, verdict
+from sandbox.verdict import Trial, advice, key_figures, verdict
 from sandbox.verify import Board
 
 LEAST_SHOWN: Final = 5e-7  # share of the energy, which the table shows to a millionth
-
-_ROWS: Final = {  # what the table calls each figure, and how it is written
-    "energy_ratio": ("energy left", "{:.4%}"),
-    "energy_drift": ("largest energy change", "{:.2e}"),
-    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
-    "gap_rms": ("gap, RMS", "{:.4g} px"),
-    "gap_max": ("gap, largest", "{:.4g} px"),
-    "pair_contacts": ("contacts of balls", "{}"),
-    "wall_contacts": ("contacts with walls", "{}"),
-    "max_overlap": ("deepest overlap", "{:.3g} px"),
-    "escaped": ("balls that escaped", "{}"),
-}
 
 
 def print_comparison(comparison: Comparison) -> None:
@@ -49,7 +36,7 @@ def print_comparison(comparison: Comparison) -> None:
     console.print(table)
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
-            console.print(f"\n{name}, {first.time:.3f} s, {_pair(scene, first)}: {_KINDS[first.kind]}{first.because}")
+            console.print(f"\n{name}, {first.time:.3f} s, {who(scene, first)}: {_KINDS[first.kind]}{first.because}")
             console.print(_speeds(first, comparison.against))
 
 
@@ -69,21 +56,11 @@ def _speeds(first: Difference, against: str) -> str:
     return f"Speeds, px/s: {'; '.join(told)}."
 
 
-def _pair(scene: Scene, difference: Difference) -> str:
-    first, second = difference.first, difference.second
-    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and the {scene.wall_name(~second)}"
-
-
 def rows_of(comparison: Comparison) -> Iterator[list[str]]:
     """Yield the lines of the table: a label, and what stands under each engine."""
     runs = comparison.runs.values()
-    for figure, (label, form) in _ROWS.items():
-        values = [getattr(run.figures, figure) for run in runs]
-        yield [label, *("-" if value is None else form.format(value) for value in values)]
-    if any(run.scores for run in runs):
-        yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
+    yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
-    yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
     yield ["  its cause", *(CAUSES[first.cause] if first else "-" for first in firsts)]
     booked = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
     for cause, words in CAUSES.items():

@@ -1,4 +1,4 @@
-"""What a comparison comes to, in a paragraph that a person can act on; and what other settings of Pymunk would do."""
+"""What a comparison comes to: key figures, a paragraph to act on; and what other settings of Pymunk would do."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -21,6 +21,31 @@ CURES: Final = {
 }
 FINER: Final = 4  # times the steps, in a trial
 MANY: Final = 200  # iterations, in a trial
+
+
+_ROWS: Final = {  # what the table calls each figure, and how it is written
+    "energy_ratio": ("energy left", "{:.4%}"),
+    "energy_drift": ("largest energy change", "{:.2e}"),
+    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
+    "gap_rms": ("gap, RMS", "{:.4g} px"),
+    "gap_max": ("gap, largest", "{:.4g} px"),
+    "pair_contacts": ("contacts of balls", "{}"),
+    "wall_contacts": ("contacts with walls", "{}"),
+    "max_overlap": ("deepest overlap", "{:.3g} px"),
+    "escaped": ("balls that escaped", "{}"),
+}
+
+
+def key_figures(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield what is shown of each engine in every table: a label, and a value an engine."""
+    runs = comparison.runs.values()
+    for figure, (label, form) in _ROWS.items():
+        values = [getattr(run.figures, figure) for run in runs]
+        yield [label, *("-" if value is None else form.format(value) for value in values)]
+    if any(run.scores for run in runs):
+        yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
+    firsts = [run.figures.first_difference for run in runs]
+    yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
 
 
 def verdict(comparison: Comparison) -> str:
