@@ -103,6 +103,9 @@ def compare(
     inputs: Inputs = None,
     json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
     csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
+    report: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write a page to look at, in one .html file.")
+    ] = None,
     max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
     max_drift: Annotated[
         float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes more.")
@@ -116,6 +119,8 @@ def compare(
     from sandbox.tables import print_advice, print_comparison
     from sandbox.verdict import advise as try_settings
 
+    if report and report != "-" and Path(report).suffix != ".html":
+        raise Mistake(f"{report}: a report must end in .html")
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     comparison = _compare(chosen, _names(engines), against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
@@ -124,7 +129,11 @@ def compare(
         _write(_json(comparison.as_json() | tried), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
-    if "-" not in (json_file, csv_file):
+    if report:
+        from sandbox.report import page
+
+        _write(page(comparison), report)
+    if "-" not in (json_file, csv_file, report):
         print_comparison(comparison)
         print_advice(trials)
     beyond = list(comparison.beyond(max_gap, max_drift))

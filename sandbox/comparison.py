@@ -135,6 +135,12 @@ class Comparison:
         table.writerows(rows)
         return text.getvalue()
 
+    def _repr_html_(self) -> str:
+        """Show itself in a notebook."""
+        from sandbox.report import in_notebook  # noqa: PLC0415  (Bokeh is slow to import)
+
+        return in_notebook(self)
+
     def beyond(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
         """Tell which limits are passed: by whom, by how much, and since when."""
         for name, run in self.runs.items():

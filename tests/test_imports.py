@@ -18,7 +18,7 @@ LAYERS = (  # each may import from those before it, and from its own
     ("engines",),
     ("trajectory", "truth", "ledger"),
     ("difference",),
-    ("comparison", "verdict"),
+    ("comparison", "verdict", "report"),
     ("verify", "bench"),
     ("tables",),
     ("view",),

@@ -1,0 +1,326 @@
+"""The report's charts: what each engine did over time, under one cursor, and the ledger."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.models import FactorRange, Range1d
+from bokeh.models.annotations import Label, Legend, LegendItem, Span
+from bokeh.plotting import figure
+from bokeh.themes import Theme
+from bokeh.transform import dodge
+
+from sandbox.comparison import Comparison, Run
+from sandbox.ledger import CAUSES
+from sandbox.quantity import length
+from sandbox.scene import PALETTE
+from sandbox.state import Floats
+
+POINTS: Final = 2_000  # of a line, about: more than a screen has columns
+MARKS: Final = 12  # along a line, so that lines are told apart without colour
+DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
+MARKERS: Final = ("circle", "square", "triangle", "diamond", "inverted_triangle", "star")
+HATCHES: Final = ("blank", "right_diagonal_line", "dot", "horizontal_line", "cross", "left_diagonal_line")
+INK: Final = "#222222"
+FONT: Final = "system-ui, sans-serif"
+THEME: Final = Theme(
+    json={
+        "attrs": {
+            "Plot": {"outline_line_color": None, "sizing_mode": "stretch_width", "background_fill_alpha": 0},
+            "Axis": {
+                "axis_label_text_font": FONT,
+                "axis_label_text_font_size": "16px",
+                "axis_label_text_font_style": "normal",
+                "axis_label_text_color": INK,
+                "major_label_text_font": FONT,
+                "major_label_text_font_size": "16px",
+                "major_label_text_color": INK,
+                "minor_tick_line_color": None,
+            },
+            "Grid": {"grid_line_color": "#e3e3e3"},
+            "Legend": {
+                "label_text_font": FONT,
+                "label_text_font_size": "16px",
+                "label_text_color": INK,
+                "orientation": "horizontal",
+                "border_line_color": None,
+                "background_fill_alpha": 0,
+                "padding": 0,
+                "margin": 4,
+                "spacing": 16,
+                "glyph_width": 44,
+            },
+            "Label": {"text_font": FONT, "text_font_size": "16px", "text_color": INK},
+        }
+    }
+)
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A figure with the words that stand round it; `told` is for those who do not see it."""
+
+    name: str
+    title: str
+    about: str
+    told: str
+    figure: figure
+
+
+@dataclass(frozen=True)
+class Look:
+    """How an engine's lines and bars look; no two share a dash and a marker, and the yardstick's is black."""
+
+    color: str
+    dash: str
+    marker: str
+    hatch: str
+
+
+def charts(comparison: Comparison) -> list[Chart]:
+    """Draw gap, energy, momentum and contacts over time, and the ledger, where there is one."""
+    over_time = [_energy(comparison), _momentum(comparison), _contacts(comparison)]
+    gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
+    ledger = [_ledger(comparison)] if _bars(comparison)[1] else []
+    return gap + over_time + ledger
+
+
+def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return Bokeh's JSON of charts, and the name of the chart that each root is, by its id."""
+    document = Document(theme=THEME)
+    for chart in drawn:
+        document.add_root(chart.figure)
+    numbers: dict[str, str] = {}
+    written = _renumbered(document.to_json(deferred=False), numbers)
+    return written, {numbers[chart.figure.id]: chart.name for chart in drawn}
+
+
+def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
+    """Give Bokeh's models ids of the page's own: its own ids go on counting from one page to the next."""
+    if isinstance(node, list):
+        return [_renumbered(value, numbers) for value in node]
+    if not isinstance(node, dict):
+        return node
+    return {
+        key: numbers.setdefault(value, f"model-{len(numbers)}") if key == "id" else _renumbered(value, numbers)
+        for key, value in node.items()
+    }
+
+
+def keeping_extremes(values: Floats, most: int = POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Choose about `most` indices of a series: the ends, and the lowest and the highest of each stretch."""
+    if len(values) <= most:
+        return np.arange(len(values))
+    stretch = -(-2 * len(values) // most)
+    stretches = np.pad(values, (0, -len(values) % stretch), mode="edge").reshape(-1, stretch)
+    starts = np.arange(len(stretches)) * stretch
+    chosen = np.concatenate([[0], starts + stretches.argmin(axis=1), starts + stretches.argmax(axis=1)])
+    return np.unique(np.append(np.minimum(chosen, len(values) - 1), len(values) - 1))
+
+
+def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
+    """Return each engine's energy over time and its unit: % of the start, or where that was 0, kg px²/s²."""
+    runs = comparison.runs
+    if all(run.energy[0] for run in runs.values()):
+        return {name: 100 * run.energy / run.energy[0] for name, run in runs.items()}, "%"
+    return {name: run.energy for name, run in runs.items()}, "kg px²/s²"
+
+
+def contacts_by(time: Floats, run: Run) -> Floats:
+    """Count a run's contacts up to each time."""
+    return np.searchsorted(run.contacts["time"], time + 1e-9, side="right").astype(float)
+
+
+def _looks(comparison: Comparison) -> dict[str, Look]:
+    others = [name for name in comparison.runs if name != comparison.against]
+    looks = {comparison.against: Look("#000000", "solid", "x", "blank")}
+    for index, name in enumerate(others):
+        kinds = (PALETTE, DASHES, MARKERS, HATCHES)
+        looks[name] = Look(*(kind[index % len(kind)] for kind in kinds))
+    return {name: looks[name] for name in comparison.runs}
+
+
+# Over time
+
+
+def _gap(comparison: Comparison) -> Chart:
+    series = {name: run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
+    positive = np.concatenate([values[values > 0] for values in series.values()])
+    low, high = (positive.min(), positive.max()) if len(positive) else (1e-15, 1.0)
+    plot = _figure(comparison, "px", y_axis_type="log", y_range=Range1d(start=float(low) / 3, end=float(high) * 3))
+    # A log axis has no 0: a line begins where its engine first differs at all.
+    _draw(plot, comparison, {name: np.where(values > 0, values, np.nan) for name, values in series.items()})
+    _mark_first_differences(plot, comparison)
+    if comparison.horizon is not None:
+        late = comparison.horizon > comparison.time[-1] / 2
+        label = Label(x=comparison.horizon, y=6, y_units="screen", text="horizon")
+        label.text_align, label.x_offset = ("right", -6) if late else ("left", 6)
+        plot.add_layout(label)
+    return Chart(
+        "gap",
+        "Gap",
+        f"How far the furthest ball is from its copy in {comparison.against}, on a log scale. Where a line begins, an "
+        "engine differs at all; a large mark is the first contact that differs; beyond the horizon only statistics "
+        "mean anything.",
+        _told("Largest gap at the end", series, "px"),
+        plot,
+    )
+
+
+def _energy(comparison: Comparison) -> Chart:
+    series, unit = energies(comparison)
+    plot = _figure(comparison, "% of the start" if unit == "%" else unit, y_range=_from_zero(series))
+    _draw(plot, comparison, series)
+    about = "Of motion and height together. Elastic balls keep all of it."
+    return Chart("energy", "Energy", about, _told("Energy at the end", series, unit), plot)
+
+
+def _momentum(comparison: Comparison) -> Chart:
+    series = {name: length(run.momentum) for name, run in comparison.runs.items()}
+    plot = _figure(comparison, "kg px/s", y_range=_from_zero(series))
+    _draw(plot, comparison, series)
+    about = "The length of all balls' momenta added. Walls, gravity and the hand change it; contacts of balls must not."
+    return Chart("momentum", "Momentum", about, _told("Momentum at the end", series, "kg px/s"), plot)
+
+
+def _contacts(comparison: Comparison) -> Chart:
+    series = {name: contacts_by(comparison.time, run) for name, run in comparison.runs.items()}
+    plot = _figure(comparison, "so far", y_range=_from_zero(series))
+    _draw(plot, comparison, series)
+    about = "Of balls with each other and with walls. Balls that stick are counted again in every step."
+    return Chart("contacts", "Contacts", about, _told("Contacts in all", series, ""), plot)
+
+
+def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
+    """Make an empty chart over time, with the cursor that the player moves and the horizon."""
+    end = float(comparison.time[-1]) or 1.0
+    plot = figure(
+        height=300,
+        x_range=Range1d(start=0, end=end, bounds=(0, end)),
+        x_axis_label="time, s",
+        y_axis_label=unit,
+        tools="xbox_zoom,reset",
+        **options,
+    )
+    plot.toolbar.logo = None
+    if comparison.horizon is not None:
+        plot.add_layout(Span(location=comparison.horizon, dimension="height", line_dash="dashed", line_color="#777777"))
+    # On the overlay level, moving it does not paint the lines again.
+    plot.add_layout(Span(name="cursor", location=0, dimension="height", line_color=INK, line_width=2, level="overlay"))
+    return plot
+
+
+def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> None:
+    """Draw a line an engine, the yardstick's below the others, and name them above the chart."""
+    items = {}
+    looks = _looks(comparison)
+    for name in sorted(series, key=lambda name: name != comparison.against):
+        look, values = looks[name], series[name].astype(np.float32)
+        kept = keeping_extremes(np.nan_to_num(values))
+        marked = _marks(len(values), list(looks).index(name), len(looks))
+        time = comparison.time.astype(np.float32)
+        line = plot.line(time[kept], values[kept], line_color=look.color, line_dash=look.dash, line_width=2.5)
+        marks = plot.scatter(
+            time[marked],
+            values[marked],
+            marker=look.marker,
+            size=10,
+            line_color=look.color,
+            line_width=2,
+            fill_color="white",
+        )
+        items[name] = _legend_item(name, line, marks)
+    plot.add_layout(Legend(items=[items[name] for name in series]), "above")
+
+
+def _legend_item(name: str, *renderers: Any) -> LegendItem:
+    return LegendItem(label=name, renderers=list(renderers))
+
+
+def _marks(steps: int, index: int, of: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Choose where a line has its marks: evenly, and no two lines in one place."""
+    return np.unique(((np.arange(MARKS) + (index + 0.5) / of) / MARKS * (steps - 1)).astype(np.intp))
+
+
+def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
+    for name, look in _looks(comparison).items():
+        run = comparison.runs[name]
+        if not run.differences:
+            continue
+        time = run.differences[0].time
+        step = min(int(np.ceil(time * comparison.scene.rate - 1e-9)), len(run.gap_max) - 1)
+        if run.gap_max[step] > 0:
+            plot.scatter(
+                [time],
+                [run.gap_max[step]],
+                marker=look.marker,
+                size=22,
+                line_color=look.color,
+                line_width=3,
+                fill_alpha=0,
+            )
+
+
+def _from_zero(series: dict[str, Floats]) -> Range1d:
+    low = min(0.0, *(float(values.min()) for values in series.values()))
+    high = max(float(values.max()) for values in series.values())
+    return Range1d(start=low, end=high + 0.08 * (high - low) or 1.0)
+
+
+def _told(what: str, series: dict[str, Floats], unit: str) -> str:
+    ends = ", ".join(f"{name} {values[-1]:.4g} {unit}".rstrip() for name, values in series.items())
+    return f"{what}: {ends}."
+
+
+# The ledger
+
+
+def _ledger(comparison: Comparison) -> Chart:
+    """Draw a bar for each cause and engine."""
+    energy, causes = _bars(comparison)
+    looks = {name: look for name, look in _looks(comparison).items() if energy[name]}
+    _, unit = energies(comparison)
+    axis = "% of the energy at the start" if unit == "%" else unit
+    rows = FactorRange(factors=causes[::-1])
+    height = 90 + len(causes) * max(40, 22 * len(looks))
+    plot = figure(height=height, y_range=rows, x_axis_label=axis, tools="", toolbar_location=None)
+    thick = 0.8 / len(looks)
+    items = []
+    for index, (name, look) in enumerate(looks.items()):
+        bars = plot.hbar(
+            y=dodge("cause", (len(looks) - 1 - 2 * index) / 2 * thick, range=rows),
+            right="energy",
+            height=0.85 * thick,
+            source={"cause": causes, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
+            fill_color=look.color,
+            fill_alpha=0.75,
+            line_color=INK,
+            hatch_pattern=look.hatch,
+            hatch_color=INK,
+            hatch_alpha=0.6,
+        )
+        items.append(_legend_item(name, bars))
+    plot.add_layout(Span(location=0, dimension="height", line_color=INK))
+    plot.add_layout(Legend(items=items), "above")
+    told = "Change of energy by cause, as in the table that follows."
+    about = (
+        "What each cause changed of an engine's energy; an engine's bars add up to all that it gained or lost. "
+        "Causes that changed less than a thousandth of the longest bar are in the table only."
+    )
+    return Chart("ledger", "Energy by cause", about, told, plot)
+
+
+def _bars(comparison: Comparison) -> tuple[dict[str, dict[str, float]], list[str]]:
+    """Return the energy that each engine's causes changed, in the unit of `energies`, and the causes worth a bar."""
+    _, unit = energies(comparison)
+    energy = {
+        name: {
+            CAUSES[entry.cause]: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0) for entry in run.ledger
+        }
+        for name, run in comparison.runs.items()
+    }
+    largest = {words: max(abs(of_run.get(words, 0.0)) for of_run in energy.values()) for words in CAUSES.values()}
+    longest = max(largest.values())
+    return energy, [words for words, length in largest.items() if length > longest / 1000]

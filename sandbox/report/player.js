@@ -1,0 +1,270 @@
+// The player: draws the panes at a time, and moves the cursor that the charts share.
+// Lengths are px of the scene, times s; a frame is a row of the packed paths.
+"use strict";
+(() => {
+  const element = (id) => document.getElementById(id);
+  const read = (id) => JSON.parse(element(id).textContent);
+  const unpack = (text, Numbers) => new Numbers(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+
+  const data = read("data");
+  const [width, height] = data.size;
+  const balls = data.radius.length;
+  const panes = [...document.querySelectorAll("#panes figure")].map((figure, index) => ({
+    name: figure.querySelector("strong").textContent,
+    canvas: figure.querySelector("canvas"),
+    reading: figure.querySelector(".reading"),
+    path: unpack(data.engines[index].path, Uint16Array),
+    readings: unpack(data.engines[index].readings, Float32Array),
+  }));
+  const yardstick = panes[data.against];
+  const last = yardstick.path.length / (2 * balls) - 1;
+  const second = Math.round(1 / data.frame);
+
+  const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);
+  const differences = [...document.querySelectorAll("[data-time]")]; // their buttons, in order of time
+  differences.sort((a, b) => a.dataset.time - b.dataset.time);
+  let frame = 0;
+  let playing = false;
+  let chosen = null; // the button of a difference
+  const cursors = [];
+
+  // Panes
+
+  const place = (pane, at, ball) => {
+    const index = 2 * (at * balls + ball);
+    return [pane.path[index] * data.unit - data.margin, pane.path[index + 1] * data.unit - data.margin];
+  };
+
+  const isDark = (color) => {
+    const [red, green, blue] = [1, 3, 5].map((start) => parseInt(color.slice(start, start + 2), 16));
+    return 0.299 * red + 0.587 * green + 0.114 * blue < 128;
+  };
+  const ink = isDark(data.background) ? "#ffffff" : "#000000"; // seen on the background, as a ball's own colour may not be
+
+  const addCircle = (context, x, y, radius) => {
+    context.moveTo(x + radius, y);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+  };
+
+  function draw(pane) {
+    const context = pane.canvas.getContext("2d");
+    const scale = pane.canvas.width / width;
+    const thin = devicePixelRatio / scale; // one px of the screen
+    context.setTransform(scale, 0, 0, scale, 0, 0);
+    context.lineCap = "round";
+    context.fillStyle = data.background;
+    context.fillRect(0, 0, width, height);
+    drawWalls(context, thin);
+    if (trails.checked) drawTrails(context, pane, 2 * thin);
+    drawBalls(context, pane, thin);
+    if (ghosts.checked && pane !== yardstick) drawGhosts(context, thin);
+    if (isChosen(pane)) drawRings(context, pane, 3 * thin);
+  }
+
+  function drawWalls(context, thin) {
+    context.strokeStyle = ink;
+    for (const [x0, y0, x1, y1, thickness] of data.walls) {
+      context.lineWidth = Math.max(thickness, thin);
+      context.beginPath();
+      context.moveTo(x0, y0);
+      context.lineTo(x1, y1);
+      context.stroke();
+    }
+  }
+
+  function drawTrails(context, pane, thick) {
+    context.lineWidth = thick;
+    context.lineJoin = "bevel";
+    context.globalAlpha = 0.45;
+    const skip = data.numbered ? 1 : 5; // with many balls, corners are cut a little, which is several times as fast
+    const start = Math.ceil(Math.max(0, frame - second) / skip) * skip;
+    for (let ball = 0; ball < balls; ball++) {
+      context.strokeStyle = data.colors[ball] === data.background ? ink : data.colors[ball];
+      context.beginPath();
+      for (let at = start; at < frame; at += skip) context.lineTo(...place(pane, at, ball));
+      context.lineTo(...place(pane, frame, ball));
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  function drawBalls(context, pane, thin) {
+    context.lineWidth = thin;
+    context.strokeStyle = ink;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    for (let ball = 0; ball < balls; ball++) {
+      const [x, y] = place(pane, frame, ball);
+      const radius = data.radius[ball];
+      context.fillStyle = data.colors[ball];
+      context.beginPath();
+      addCircle(context, x, y, radius);
+      context.fill();
+      context.stroke();
+      if (data.numbered && radius / thin >= 6) {
+        context.fillStyle = isDark(data.colors[ball]) ? "#ffffff" : "#000000";
+        context.font = `600 ${1.2 * radius}px system-ui, sans-serif`;
+        context.fillText(ball, x, y);
+      }
+    }
+  }
+
+  function drawGhosts(context, thin) {
+    context.lineWidth = 1.5 * thin;
+    context.strokeStyle = ink;
+    context.setLineDash([4 * thin, 3 * thin]);
+    context.beginPath();
+    for (let ball = 0; ball < balls; ball++) addCircle(context, ...place(yardstick, frame, ball), data.radius[ball]);
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  const isChosen = (pane) =>
+    chosen &&
+    (pane === yardstick || pane.name === chosen.dataset.engine) &&
+    Math.abs(frame * data.frame - chosen.dataset.time) <= 1;
+
+  function drawRings(context, pane, thick) {
+    context.lineWidth = thick;
+    context.strokeStyle = ink;
+    context.beginPath();
+    for (const ball of chosen.dataset.balls.split(" ").map(Number)) {
+      addCircle(context, ...place(pane, frame, ball), data.radius[ball] + 2 * thick);
+    }
+    context.stroke();
+  }
+
+  function fit() {
+    for (const { canvas } of panes) {
+      canvas.width = Math.round(canvas.clientWidth * devicePixelRatio);
+      canvas.height = Math.round((canvas.width * height) / width);
+    }
+    show(frame);
+  }
+
+  // Time
+
+  function show(wanted) {
+    frame = Math.min(Math.max(wanted, 0), last);
+    const time = frame * data.frame;
+    scrubber.value = frame;
+    element("time").value = `${time.toFixed(3)} s`;
+    scrubber.setAttribute("aria-valuetext", element("time").value);
+    for (const pane of panes) {
+      draw(pane);
+      tell(pane);
+    }
+    for (const cursor of cursors) cursor.location = time;
+  }
+
+  function tell(pane) {
+    const [gap, energy, contacts] = pane.readings.subarray(3 * frame, 3 * frame + 3);
+    const told = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts} contact${contacts === 1 ? "" : "s"}`];
+    if (pane !== yardstick) told.unshift(`gap ${gap === 0 || gap >= 0.1 ? gap.toFixed(1) : gap.toExponential(0)} px`);
+    pane.reading.replaceChildren(
+      ...told.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
+    );
+  }
+
+  const frameAt = (time) => Math.ceil(time / data.frame - 1e-6); // the first that has what happened at that time
+
+  function setPlaying(value) {
+    playing = value;
+    play.textContent = playing ? "Pause" : "Play";
+    if (!playing) return;
+    let time = (frame < last ? frame : 0) * data.frame;
+    let before = null;
+    const tick = (now) => {
+      if (!playing) return;
+      if (before !== null) time += ((now - before) / 1000) * speed.value;
+      before = now;
+      const next = Math.floor(time / data.frame + 1e-6);
+      if (next !== frame) show(next);
+      if (frame < last) requestAnimationFrame(tick);
+      else setPlaying(false);
+    };
+    requestAnimationFrame(tick);
+  }
+
+  function seek(wanted) {
+    setPlaying(false);
+    show(wanted);
+  }
+
+  function choose(button) {
+    chosen?.removeAttribute("aria-current");
+    chosen = button;
+    chosen.setAttribute("aria-current", "true");
+    const told = chosen.closest("li").cloneNode(true);
+    told.querySelector("button").replaceWith(`${chosen.dataset.engine} at ${chosen.textContent}: `);
+    element("chosen").replaceChildren(...told.childNodes);
+    seek(frameAt(chosen.dataset.time));
+  }
+
+  function chooseNext() {
+    const here = chosen && frameAt(chosen.dataset.time) === frame;
+    const next = here
+      ? differences[differences.indexOf(chosen) + 1]
+      : differences.find((button) => frameAt(button.dataset.time) > frame);
+    if (next) choose(next);
+  }
+
+  function changeSpeed(by) {
+    speed.selectedIndex = Math.min(Math.max(speed.selectedIndex + by, 0), speed.options.length - 1);
+  }
+
+  function toggle(box) {
+    box.checked = !box.checked;
+    show(frame);
+  }
+
+  // Hands
+
+  const keys = {
+    " ": () => setPlaying(!playing),
+    ArrowLeft: () => seek(frame - 1),
+    ArrowRight: () => seek(frame + 1),
+    Home: () => seek(0),
+    End: () => seek(last),
+    d: chooseNext,
+    g: () => toggle(ghosts),
+    t: () => toggle(trails),
+    "+": () => changeSpeed(1),
+    "-": () => changeSpeed(-1),
+  };
+
+  document.addEventListener("keydown", (event) => {
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const own = event.target.closest("select") || (key === " " && event.target.closest("button, [type=checkbox]"));
+    if (!(key in keys) || own || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    keys[key]();
+  });
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("[data-time]");
+    if (!button) return;
+    choose(button);
+    element("player").parentElement.scrollIntoView();
+  });
+  play.addEventListener("click", () => setPlaying(!playing));
+  element("back").addEventListener("click", () => seek(frame - 1));
+  element("on").addEventListener("click", () => seek(frame + 1));
+  scrubber.addEventListener("input", () => seek(Number(scrubber.value)));
+  for (const box of [ghosts, trails]) box.addEventListener("change", () => show(frame));
+
+  scrubber.max = last;
+  new ResizeObserver(fit).observe(element("panes"));
+
+  const charts = read("document");
+  Bokeh.set_log_level("warn");
+  Bokeh.embed
+    .embed_items({ charts: charts.document }, [{ docid: "charts", roots: charts.roots, root_ids: Object.keys(charts.roots) }])
+    .then(() => {
+      for (const figure of Bokeh.documents[0].roots()) {
+        const found = figure.center.filter((renderer) => renderer.name === "cursor");
+        cursors.push(...found);
+        if (found.length) figure.on_event("tap", (event) => seek(Math.round(event.x / data.frame)));
+      }
+      show(frame);
+    });
+})();
