@@ -17,8 +17,8 @@ from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, action_of
-from sandbox.view.draw import FRAME
 from sandbox.view.layout import Layout, natural_size
+from sandbox.view.palette import FRAME
 from sandbox.view.picture import draw_picture
 from sandbox.view.window import Window, has_display
 

@@ -10,8 +10,9 @@ from sandbox.quantity import energy
 from sandbox.scene import Scene, rgb
 from sandbox.state import State
 from sandbox.view.debug_draw import draw_space, paint
-from sandbox.view.draw import INK, capsule, contrast, disc, write
+from sandbox.view.draw import capsule, disc, write
 from sandbox.view.layout import Layout
+from sandbox.view.palette import INK, contrast
 
 
 class Pane:

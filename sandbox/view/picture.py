@@ -9,8 +9,9 @@ from sandbox.comparison import Comparison
 from sandbox.engines import create
 from sandbox.inputs import Hand
 from sandbox.output import whole_file
-from sandbox.view.draw import FAINT, FRAME, write
+from sandbox.view.draw import write
 from sandbox.view.layout import Layout
+from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, draw_panes
 
 SIZE = (1280, 560)  # px

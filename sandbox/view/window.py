@@ -17,8 +17,9 @@ from sandbox.scene import Scene, bundled, load
 from sandbox.spawn import spawn
 from sandbox.trajectory import Lockstep
 from sandbox.view.controls import CONTROLS, DRAG, action_of
-from sandbox.view.draw import FAINT, FRAME, INK, font, write
+from sandbox.view.draw import font, write
 from sandbox.view.layout import Layout, natural_size
+from sandbox.view.palette import FAINT, FRAME, INK
 from sandbox.view.pane import Pane, draw_panes
 from sandbox.view.picture import save_picture
 
