@@ -17,6 +17,7 @@ from sandbox.inputs import End, Input, Release, load_inputs
 from sandbox.scene import Scene, load, rgb
 from sandbox.trajectory import simulate
 from sandbox.view.layout import Layout
+from sandbox.view.window import Window
 
 SCENE = """
 [arena]
@@ -87,7 +88,9 @@ class Desktop:
     def layout(self) -> Layout:
         geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
         size = int(geometry["WIDTH"]), int(geometry["HEIGHT"])
-        return Layout(size, self.scene.arena.size, len(ENGINES))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            return Window(self.scene, ENGINES).layout_in(size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into one of the window."""

@@ -16,7 +16,7 @@ from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.trajectory import simulate
-from sandbox.view.controls import CONTROLS, action_of
+from sandbox.view.controls import CONTROLS, control_of
 from sandbox.view.layout import Layout, natural_size
 from sandbox.view.palette import FRAME
 from sandbox.view.picture import draw_picture
@@ -239,9 +239,9 @@ def test_every_control_is_a_method_with_a_key() -> None:
     for control in CONTROLS:
         assert callable(getattr(Window, control.action))
         for key in control.keys:
-            assert action_of(Event(pygame.KEYDOWN, key=key, unicode="")) == control.action
+            assert control_of(Event(pygame.KEYDOWN, key=key, unicode="")) == control
         for character in control.typed:
-            assert action_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control.action
+            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control
 
 
 @pytest.mark.parametrize("pane", [0, 1])

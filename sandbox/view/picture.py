@@ -28,7 +28,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         pane = Pane(scene, name, create(name, scene, run.final))
         pane.energy_at_start, pane.contacts = float(run.energy[0]), len(run.contacts)
         panes.append(pane)
-    draw_panes(surface, layout, panes, ghosts=False, hand=Hand(scene))
+    draw_panes(surface, layout, panes, hand=Hand(scene))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, FAINT, layout.text_height)
     return surface

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Sequence
+from itertools import groupby
 from time import monotonic, perf_counter
 from typing import Final
 
@@ -12,21 +13,25 @@ from pygame.event import Event
 from sandbox.engines import Refused, default_engines
 from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
-from sandbox.quantity import length
 from sandbox.scene import Scene, bundled, load
 from sandbox.spawn import spawn
 from sandbox.trajectory import Lockstep
-from sandbox.view.controls import CONTROLS, DRAG, action_of
-from sandbox.view.draw import font, write
+from sandbox.view.chart import Charts, History
+from sandbox.view.controls import CONTROLS, Control, control_of
+from sandbox.view.draw import card, write
+from sandbox.view.help import draw_help
 from sandbox.view.layout import Layout, natural_size
-from sandbox.view.palette import FAINT, FRAME, INK
-from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.overlay import ball_at
+from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.pane import Pane, draw_panes, facts
 from sandbox.view.picture import save_picture
+from sandbox.view.toolbar import Button, Slider, Toolbar, Widget
 
 FRAMES: Final = 60  # a second, of the screen
 BUDGET: Final = 0.025  # s of a frame that may go into physics; what does not fit slows time
 REACH: Final = 8  # px of the screen between the pointer and the edge of a ball it takes
 SPEEDS: Final = tuple(2.0**power for power in range(-6, 5))
+IDLE: Final = 250  # ms that a paused window sleeps for where nothing happens
 NOTICE: Final = 5.0  # s that a notice stays
 
 
@@ -56,10 +61,23 @@ class Window:
         size = natural_size(scene.arena.size, len(self.panes), desktop)
         self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.paused = False
-        self.ghosts = False
-        self.help = False
+        self.showing = {"charts"}  # what is shown that a control can hide
         self.speed = 1.0
+        self.pointer: tuple[int, int] | None = None  # where the mouse is, if over the window
+        self.toolbar = Toolbar(self._widgets())
+        self.stale = True  # something has changed beside step and status since the window was drawn
+        self.shown = (-1, "")  # step and status that the window shows
         self.running = True
+
+    def _widgets(self) -> list[Widget]:
+        sliders = [
+            Slider("time", "speed", "how fast time passes", SPEEDS, lambda: self.speed, self.set_speed, unit=" x"),
+        ]
+        widgets: list[Widget] = []
+        for group, controls in groupby(CONTROLS, key=lambda control: control.group):
+            widgets += [Button(control, self.do, self.is_on) for control in controls if control.icon]
+            widgets += [slider for slider in sliders if slider.group == group]
+        return widgets
 
     # What runs
 
@@ -69,6 +87,7 @@ class Window:
         self.lockstep = Lockstep(scene, names, inputs)
         self.scene = scene
         self.panes = [Pane(scene, name, engine) for name, engine in self.lockstep.engines.items()]
+        self.charts = Charts(History(scene, {pane.name: pane.state for pane in self.panes}))
         self.owed = 0.0  # steps that time has passed for
         self.notice = ("", 0.0)
 
@@ -84,32 +103,39 @@ class Window:
                 break
         for pane in self.panes:
             pane.refresh()
+        self.charts.history.add(self.lockstep.steps, {pane.name: pane.state for pane in self.panes})
 
     def run(self) -> None:
         """Show the window until it is closed."""
         clock = pygame.time.Clock()
         while self.running:
-            for event in [pygame.event.wait(250)] if self.paused else []:
+            for event in [pygame.event.wait(IDLE)] if self.paused else []:
                 self.on_event(event)
             for event in pygame.event.get():
                 self.on_event(event)
             seconds = min(clock.tick(FRAMES) / 1000, 4 / FRAMES)
             if not self.paused:
                 self.advance(seconds)
-            self.draw()
-            pygame.display.flip()
+            if self.stale or self.shown != (self.lockstep.steps, self.status):
+                self.draw()
+                pygame.display.flip()
         pygame.display.quit()
 
     # What keys and mouse do
 
     def on_event(self, event: Event) -> None:
         """Do what an event asks for."""
+        self.stale = self.stale or event.type != pygame.NOEVENT
+        if event.type in (pygame.MOUSEMOTION, pygame.WINDOWLEAVE):
+            self.pointer = event.pos if event.type == pygame.MOUSEMOTION else None
         if event.type == pygame.QUIT:
             self.quit()
+        elif self.toolbar.on_event(event, self.layout.toolbar):
+            pass
         elif event.type == pygame.KEYDOWN:
-            action = action_of(event)
-            if action:
-                getattr(self, action)()
+            control = control_of(event)
+            if control:
+                self.do(control)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self.grab(event.pos)
         elif event.type == pygame.MOUSEMOTION and self.lockstep.hand.ball is not None:
@@ -117,15 +143,23 @@ class Window:
         elif event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
             self.release()
 
+    def do(self, control: Control) -> None:
+        """Do what a control is for."""
+        act = getattr(self, control.action)
+        act(control.shows) if control.shows else act()
+
+    def is_on(self, control: Control) -> bool:
+        """Tell whether what a control turns on and off is on."""
+        return self.paused if control.action == "pause" else control.shows in self.showing
+
     def grab(self, point: tuple[int, int]) -> None:
         """Take the ball nearest to a point of the screen, if it is near enough."""
         pane = self.layout.pane_at(point)
         if pane is None:
             return
         at = self.layout.to_scene(pane, point)
-        away = length(self.panes[pane].state.position - at) - self.scene.bodies.radius
-        ball = int(away.argmin())
-        if away[ball] * self.layout.scale <= REACH:
+        ball, away = ball_at(self.panes[pane].state, self.scene.bodies.radius, at)
+        if away * self.layout.scale <= REACH:
             self.held_in = pane
             self.lockstep.obey(Grab(step=self.lockstep.steps, ball=ball, at=at))
 
@@ -184,13 +218,9 @@ class Window:
         except Mistake as mistake:
             self.tell(str(mistake))
 
-    def toggle_ghosts(self) -> None:
-        """Show or hide the outlines of the other pane's balls."""
-        self.ghosts = not self.ghosts
-
-    def toggle_help(self) -> None:
-        """Show or hide the keys."""
-        self.help = not self.help
+    def show(self, what: str) -> None:
+        """Show or hide something."""
+        self.showing ^= {what}
 
     def faster(self) -> None:
         """Let time pass twice as fast."""
@@ -199,6 +229,10 @@ class Window:
     def slower(self) -> None:
         """Let time pass half as fast."""
         self.speed = max(self.speed / 2, SPEEDS[0])
+
+    def set_speed(self, speed: float) -> None:
+        """Let time pass at some speed."""
+        self.speed = speed
 
     def save_picture(self) -> None:
         """Save what the window shows, in the folder it was opened from."""
@@ -222,17 +256,38 @@ class Window:
     @property
     def layout(self) -> Layout:
         """Where things stand, in the window as large as it is now."""
-        return Layout(self.screen.get_size(), self.scene.arena.size, len(self.panes))
+        return self.layout_in(self.screen.get_size())
+
+    def layout_in(self, size: tuple[int, int]) -> Layout:
+        """Return where things would stand in a window of some size, px."""
+        charts = len(self.charts.history.quantities) if "charts" in self.showing else 0
+        return Layout(size, self.scene.arena.size, len(self.panes), self.toolbar.widths, charts)
 
     def draw(self) -> None:
         """Draw everything."""
         layout = self.layout
         self.screen.fill(FRAME)
-        draw_panes(self.screen, layout, self.panes, ghosts=self.ghosts, hand=self.lockstep.hand)
+        draw_panes(self.screen, layout, self.panes, showing=self.showing, hand=self.lockstep.hand)
+        self.charts.draw(self.screen, layout.strip, layout.text_height, self.panes[0].state.time)
+        self.shown = self.lockstep.steps, self.status
         write(self.screen, self.status, layout.status, FAINT, layout.text_height)
-        if self.help:
-            self.draw_help(layout)
+        self.toolbar.draw(self.screen, layout.toolbar)
+        self.draw_facts(layout)
+        if "help" in self.showing:
+            draw_help(self.screen, layout)
+        self.toolbar.draw_tip(self.screen, layout.toolbar, layout.text_height)
         pygame.display.set_caption(f"{self.scene.title or self.scene.name} - sandbox")
+        self.stale = False
+
+    def draw_facts(self, layout: Layout) -> None:
+        """Draw what is to be told of the ball under the mouse."""
+        pane = layout.pane_at(self.pointer) if self.pointer else None
+        if pane is None or self.pointer is None or self.lockstep.hand.ball is not None:
+            return
+        at = layout.to_scene(pane, self.pointer)
+        ball, away = ball_at(self.panes[pane].state, self.scene.bodies.radius, at)
+        if away <= 0:
+            card(self.screen, facts(self.panes, ball), self.pointer, layout.text_height, self.screen.get_rect())
 
     @property
     def status(self) -> str:
@@ -244,17 +299,3 @@ class Window:
         pace = "paused" if self.paused else f"{self.speed:g} x"
         title = self.scene.title or self.scene.name
         return f"{title}    seed {self.scene.seed}    {time:.2f} s    {pace}    F1 help"
-
-    def draw_help(self, layout: Layout) -> None:
-        """Draw the table of keys over everything."""
-        rows = [DRAG, *((control.shown, control.does) for control in CONTROLS)]
-        height = layout.line_height
-        columns = [max(font(layout.text_height).size(row[column])[0] for row in rows) + height for column in (0, 1)]
-        panel = pygame.Rect(0, 0, sum(columns) + height, (len(rows) + 1) * height)
-        panel.center = self.screen.get_rect().center
-        pygame.draw.rect(self.screen, FRAME, panel, border_radius=8)
-        pygame.draw.rect(self.screen, FAINT, panel, 1, border_radius=8)
-        for index, (keys, does) in enumerate(rows):
-            line = pygame.Rect(panel.x + height, panel.y + height // 2 + index * height, panel.width - height, height)
-            write(self.screen, keys, line, INK, layout.text_height)
-            write(self.screen, does, line.move(columns[0], 0), FAINT, layout.text_height)
