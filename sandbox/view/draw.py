@@ -1,16 +1,19 @@
 """What everything in the window is drawn with: text, smooth discs, segments, arrows, dashes, cards."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import accumulate, cycle
 
+import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.scene import rgb
+from sandbox.state import Floats
 from sandbox.view.palette import FAINT, FRAME, INK
 
+FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
 SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
@@ -43,11 +46,18 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
 @lru_cache(maxsize=1024)
 def disc(radius: float, colour: str) -> Surface:
     """Draw a smooth disc on a clear surface of its size. radius: px of the screen."""
-    side = 2 * max(1, round(radius)) + 2
+    side = 2 * (max(1, round(radius)) + 1)
     large = Surface((SMOOTH * side, SMOOTH * side), pygame.SRCALPHA)
     centre = SMOOTH * side / 2
     pygame.draw.circle(large, rgb(colour), (centre, centre), SMOOTH * max(radius, 1.0))
     return pygame.transform.smoothscale(large, (side, side))
+
+
+def blit_discs(surface: Surface, pictures: Iterable[Surface], centre: Floats, radius: Floats) -> None:
+    """Place pictures of discs. centre: (n, 2), radius: (n,), px of the surface."""
+    half = np.maximum(1, np.rint(radius)) + 1
+    corners = np.clip(np.rint(centre) - half[:, None], -FAR, FAR).astype(int)
+    surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

@@ -10,8 +10,8 @@ from sandbox.inputs import Hand
 from sandbox.quantity import energy, kinetic_energy, potential_energy
 from sandbox.scene import Scene
 from sandbox.state import State
-from sandbox.view.debug_draw import draw_space, paint
-from sandbox.view.draw import capsule, dashes, disc, font, write
+from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.draw import blit_discs, capsule, dashes, disc, font, write
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Overlay, Sparks, Trail
 from sandbox.view.palette import INK, Palette
@@ -30,8 +30,7 @@ class Pane:
         self.trail.add(self.state)
         self.sparks = Sparks(scene.bodies.radius)
         self.energy_at_start = self._energy_now()
-        if isinstance(engine, PymunkEngine):
-            paint(engine.space, scene.colors)
+        self.debug_draw = DebugDraw(engine.space, scene.colors) if isinstance(engine, PymunkEngine) else None
 
     def _energy_now(self) -> float:
         return float(energy(self.scene, self.state.position, self.state.velocity))
@@ -71,8 +70,8 @@ class Pane:
             over.grid()
         if "trails" in showing:
             over.trails(self.trail.places())
-        if isinstance(self.engine, PymunkEngine):
-            draw_space(inside, self.engine.space, layout.scale)
+        if self.debug_draw:
+            self.debug_draw.draw(inside, layout.scale)
         else:
             self._draw_scene(inside, layout.scale, over.palette)
         if ghosts is not None:
@@ -94,12 +93,8 @@ class Pane:
         for wall in self.scene.walls:
             start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
             capsule(inside, palette.ink, start, end, wall.thickness / 2 * scale)
-        balls = zip(
-            (self.state.position * scale).tolist(), self.scene.bodies.radius.tolist(), self.scene.colors, strict=True
-        )
-        for (x, y), radius, colour in balls:
-            picture = disc(radius * scale, colour)
-            inside.blit(picture, (round(x) - picture.get_width() // 2, round(y) - picture.get_height() // 2))
+        radius = scale * self.scene.bodies.radius
+        blit_discs(inside, map(disc, radius.tolist(), self.scene.colors), scale * self.state.position, radius)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, palette: Palette) -> None:
         """Draw as much of the title as there is room for, after a sample of the engine's line in the charts."""
