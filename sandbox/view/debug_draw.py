@@ -76,6 +76,6 @@ def _turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, in
     """Draw a disc with the line that shows how it is turned, as pymunk does."""
     picture = disc(radius, colour).copy()
     half, angle = picture.get_width() // 2, turn * math.tau / TURNS
-    edge = half + round(radius * math.cos(angle)), half + round(radius * math.sin(angle))
+    edge = half + round((radius - 1) * math.cos(angle)), half + round((radius - 1) * math.sin(angle))
     pygame.draw.line(picture, line, (half, half), edge, 2 if radius > 20 else 1)
     return picture

@@ -14,6 +14,7 @@ from sandbox.state import Floats
 from sandbox.view.palette import FAINT, FRAME, INK
 
 FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
+FINE = 3  # text is drawn this many times as large: fitted to pixels in its own size, letters stand apart unevenly
 SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
@@ -21,14 +22,20 @@ Ink = Color | tuple[int, ...]
 
 @lru_cache(maxsize=64)
 def font(height: int) -> pygame.font.Font:
-    """Return pygame's own font in a height in px: outlines, so sharp in any size, and the same on every machine."""
+    """Return pygame's own font in a height in px: the same on every machine."""
     pygame.font.init()
     return pygame.font.Font(None, round(1.4 * height))
 
 
 @lru_cache(maxsize=1024)
 def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
-    return font(height).render(text, True, colour)
+    large = font(FINE * height).render(text, True, colour)
+    return pygame.transform.smoothscale(large, (text_width(text, height), round(large.get_height() / FINE)))
+
+
+def text_width(text: str, height: int) -> int:
+    """Return how wide a line of text is, px."""
+    return round(font(FINE * height).size(text)[0] / FINE)
 
 
 def lettering(text: str, colour: Color, height: int) -> Surface:
@@ -103,7 +110,7 @@ def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tu
 
 def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> Rect:
     """Draw a small table beside a point, never outside a place; return where. lines: the texts of each row."""
-    columns = [max(font(height).size(row[k])[0] for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
+    columns = [max(text_width(row[k], height) for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
     pad, line_height = height // 2, round(1.4 * height)
     stops = list(accumulate(columns, lambda x, width: x + width + 2 * pad, initial=pad))
     place = Rect(0, 0, stops[-1] - pad, len(lines) * line_height + pad)

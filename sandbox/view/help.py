@@ -3,7 +3,7 @@
 from pygame import Rect, Surface
 
 from sandbox.view.controls import HELP
-from sandbox.view.draw import font, panel, write
+from sandbox.view.draw import panel, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, INK
 
@@ -21,7 +21,7 @@ def draw_help(surface: Surface, layout: Layout) -> None:
 
 
 def _size(height: int, columns: int) -> tuple[Rect, tuple[int, int]]:
-    keys, does = (max(font(height).size(row[k])[0] for row in HELP) + height for k in (0, 1))
+    keys, does = (max(text_width(row[k], height) for row in HELP) + height for k in (0, 1))
     rows = -(-len(HELP) // columns)
     return Rect(0, 0, columns * (keys + does) + height, round((rows + 1) * 1.5 * height)), (keys, does)
 

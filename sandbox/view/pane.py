@@ -11,7 +11,7 @@ from sandbox.quantity import energy, kinetic_energy, potential_energy
 from sandbox.scene import Scene
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.draw import blit_discs, capsule, dashes, disc, font, write
+from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Overlay, Sparks, Trail
 from sandbox.view.palette import INK, Palette
@@ -107,7 +107,7 @@ class Pane:
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
         parts = self.title.split(SPACE)
-        while len(parts) > 1 and font(height).size(SPACE.join(parts))[0] > place.width:
+        while len(parts) > 1 and text_width(SPACE.join(parts), height) > place.width:
             parts.pop()
         write(surface, SPACE.join(parts), place, INK, height)
 
