@@ -29,6 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    (tmp_path / "docs").mkdir()
     write_inputs([Start(scene="article", seed=0, rate=60)], tmp_path / "mouse.jsonl")
     return tmp_path
 

@@ -48,6 +48,7 @@ CONTROLS = (
     _layer("grid", "L", "lines of a grid"),
     _layer("charts", "H", "the charts"),
     Control("window", "save_picture", "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
+    Control("window", "record", "F9", "start and stop recording a GIF", (pygame.K_F9,), icon="record", icon_on="stop"),
     Control("window", "show", "F1", "this help", (pygame.K_F1,), icon="help", shows="help"),
     Control("window", "quit", "Esc", "quit", (pygame.K_ESCAPE,)),
 )

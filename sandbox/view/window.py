@@ -19,6 +19,7 @@ from sandbox.trajectory import Lockstep
 from sandbox.view.chart import Charts, History
 from sandbox.view.controls import CONTROLS, Control, control_of
 from sandbox.view.draw import card, write
+from sandbox.view.film import Film, Gif
 from sandbox.view.help import draw_help
 from sandbox.view.layout import Layout, natural_size
 from sandbox.view.overlay import ball_at
@@ -67,6 +68,7 @@ class Window:
         self.toolbar = Toolbar(self._widgets())
         self.stale = True  # something has changed beside step and status since the window was drawn
         self.shown = (-1, "")  # step and status that the window shows
+        self.film: Film | None = None  # that is being recorded
         self.running = True
 
     def _widgets(self) -> list[Widget]:
@@ -113,13 +115,20 @@ class Window:
                 self.on_event(event)
             for event in pygame.event.get():
                 self.on_event(event)
-            seconds = min(clock.tick(FRAMES) / 1000, 4 / FRAMES)
-            if not self.paused:
-                self.advance(seconds)
-            if self.stale or self.shown != (self.lockstep.steps, self.status):
-                self.draw()
-                pygame.display.flip()
+            seconds = min(clock.tick(self.film.fps if self.film else FRAMES) / 1000, 4 / FRAMES)
+            self.frame(seconds)
+        self.stop_recording()
         pygame.display.quit()
+
+    def frame(self, seconds: float) -> None:
+        """Let some time of the screen pass, and show what there is to see."""
+        if not self.paused:
+            self.advance(1 / self.film.fps if self.film else seconds)
+        if self.stale or self.shown != (self.lockstep.steps, self.status):
+            self.draw()
+            pygame.display.flip()
+        if self.film and not self.paused:
+            self.film_frame(self.film)
 
     # What keys and mouse do
 
@@ -150,7 +159,8 @@ class Window:
 
     def is_on(self, control: Control) -> bool:
         """Tell whether what a control turns on and off is on."""
-        return self.paused if control.action == "pause" else control.shows in self.showing
+        on = {"pause": self.paused, "record": self.film is not None}
+        return on.get(control.action, control.shows in self.showing)
 
     def grab(self, point: tuple[int, int]) -> None:
         """Take the ball nearest to a point of the screen, if it is near enough."""
@@ -236,12 +246,51 @@ class Window:
 
     def save_picture(self) -> None:
         """Save what the window shows, in the folder it was opened from."""
-        name = f"{self.scene.name}-{self.scene.seed}-{self.lockstep.steps:06}.png"
+        name = self.file_name(".png")
         try:
             save_picture(self.screen, name)
             self.tell(f"saved {name}")
         except Mistake as mistake:
             self.tell(str(mistake))
+
+    def file_name(self, ending: str) -> str:
+        """Name a file after what is shown now."""
+        return f"{self.scene.name}-{self.scene.seed}-{self.lockstep.steps:06}{ending}"
+
+    def record(self) -> None:
+        """Begin to record what the window shows, at the pace at which it shows it; or end and save that.
+
+        While the window is paused, nothing is recorded.
+        """
+        if self.film:
+            self.stop_recording()
+            return
+        try:
+            self.film = Gif(self.file_name(".gif"), self.screen.get_size())
+        except Mistake as mistake:
+            self.tell(str(mistake))
+
+    def film_frame(self, film: Film) -> None:
+        """Add what is shown now to a film; a window of another size ends it."""
+        if film.size != self.screen.get_size():
+            self.stop_recording()
+            return
+        try:
+            film.add(self.screen)
+        except Mistake as mistake:
+            film.discard()
+            self.film = None
+            self.tell(str(mistake))
+
+    def stop_recording(self) -> None:
+        """Save the film that is being recorded, if one is."""
+        film, self.film = self.film, None
+        if film:
+            try:
+                film.save()
+                self.tell(f"saved {film.path}")
+            except Mistake as mistake:
+                self.tell(str(mistake))
 
     def quit(self) -> None:
         """Close the window."""
