@@ -156,7 +156,7 @@ class Overlay:
         for number, ((x, y), radius, colour) in enumerate(balls):
             height = max(9, min(round(radius * self.scale), self.text_height))
             text = lettering(str(number), contrast(colour), height)
-            self.surface.blit(text, (round(x - text.get_width() / 2), round(y - text.get_height() / 2)))
+            self.surface.blit(text, text.get_rect(center=(round(x), round(y))))
 
     def ghosts(self, state: State) -> None:
         """Draw the outlines of another engine's balls."""
