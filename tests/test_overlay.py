@@ -33,7 +33,7 @@ def overlay_of(scene: Scene, scale: float = 1.0) -> Overlay:
 def drawn(overlay: Overlay) -> pygame.Rect:
     """Return the smallest rectangle with all that was drawn on grey."""
     x, y = np.nonzero((pygame.surfarray.array3d(overlay.surface) != GREY).any(axis=2))
-    return pygame.Rect(x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1)
+    return pygame.Rect(int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
 
 
 @pytest.mark.parametrize("scale", [0.5, 1.0, 2.0])
@@ -101,7 +101,7 @@ def test_a_trail_runs_through_its_places_and_fades_to_the_past() -> None:
     assert 0 < away[0] < away[1] < away[2]
 
 
-def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np.ndarray:  # type: ignore[type-arg]
+def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np.ndarray:
     return np.array([(*row, 0.0) for row in rows], CONTACT)
 
 
@@ -146,9 +146,7 @@ def test_a_contact_is_drawn_along_its_normal_with_its_impulse() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
     overlay = overlay_of(scene)
     sparks = Sparks(np.array([20.0]))
-    sparks.add(
-        contacts_of((0.0, 0, -1, (0.0, 1.0), 250.0)), State(0.0, np.array([[200.0, 300.0]]), np.zeros((1, 2)))
-    )
+    sparks.add(contacts_of((0.0, 0, -1, (0.0, 1.0), 250.0)), State(0.0, np.array([[200.0, 300.0]]), np.zeros((1, 2))))
     overlay.contacts(sparks.latest(), 0.0)
     colour = palette("white").contact
     assert [overlay.surface.get_at((200, y)) == colour for y in (280, 300, 320, 340, 360)] == [0, 1, 1, 1, 0]
