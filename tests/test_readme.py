@@ -6,8 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import said
+from PIL import Image
 
 from sandbox.comparison import Comparison
 from sandbox.inputs import Start, write_inputs
@@ -41,6 +43,15 @@ def test_every_command_runs(command: str, folder: Path) -> None:
     assert (run.returncode, said(run.stderr)) == (0, "")
     for written in re.findall(r"--(?:out|json|csv) (\S+)", command):
         assert (folder / written).stat().st_size > 0
+
+
+def test_the_picture_is_what_its_command_draws(folder: Path) -> None:
+    [command] = [line for line in COMMANDS if line.endswith(" --out docs/window.png")]
+    subprocess.run([sys.executable, "-m", *command.split()], check=True, capture_output=True)
+    with Image.open(folder / "docs" / "window.png") as drawn, Image.open(ROOT / "docs" / "window.png") as kept:
+        assert drawn.size == kept.size
+        different = (np.asarray(drawn.convert("RGB")) != np.asarray(kept.convert("RGB"))).any(axis=2)
+    assert different.mean() < 0.02  # letters may differ where pygame has another version of its font
 
 
 def test_the_set_up_lines_are_those_that_ci_runs() -> None:

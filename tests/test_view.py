@@ -11,14 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 from pygame.event import Event
+from pymunk.pygame_util import DrawOptions
 
 from sandbox.comparison import compare
+from sandbox.engines.pymunk import PymunkEngine
 from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.state import CONTACT
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, Control, control_of
+from sandbox.view.frame import frame_ratio
 from sandbox.view.layout import Layout, natural_size
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import facts
@@ -80,6 +83,46 @@ def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> No
         "pymunk    energy 100.0%    contacts 0",
         "article    energy 100.0%    contacts 0",
     ]
+
+
+@pytest.mark.parametrize("quarter", [0, 1, 2, 3, 5])
+def test_debug_draw_s_discs_show_how_they_are_turned(quarter: int) -> None:
+    window = Window(scene_of(f'radius = 30\nposition = [200, 300]\ncolors = ["{RED}"]'), ["pymunk"])
+    engine = window.lockstep.engines["pymunk"]
+    assert isinstance(engine, PymunkEngine)
+    [ball] = [body for body in engine.space.bodies if body.body_type == body.DYNAMIC]
+    ball.angle = quarter * math.pi / 2
+    window.draw()
+    line = tuple(DrawOptions(window.screen).shape_outline_color.as_int())[:3]
+    seen = [
+        colour_at(window.screen, window.layout, 0, 200 + 18 * x, 300 + 18 * y) == line
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))  # clockwise, as y goes down
+    ]
+    assert seen == [quarter % 4 == k for k in range(4)]
+
+
+def test_what_is_no_disc_is_pymunk_s_to_draw(window: Window) -> None:
+    """Collision points are drawn by its own callbacks."""
+    engine = window.lockstep.engines["pymunk"]
+    assert isinstance(engine, PymunkEngine)
+    red, blue = (body for body in engine.space.bodies if body.body_type == body.DYNAMIC)
+    red.position = 565, 300
+    window.one_step()
+    window.draw()
+    red_of_points = tuple(DrawOptions(window.screen).collision_point_color.as_int())[:3]
+    arena = window.layout.arenas[0]
+    inside = pygame.surfarray.array3d(window.screen.subsurface(arena))
+    x = np.nonzero((inside == red_of_points).all(axis=2))[0]
+    assert len(x)
+    between = (red.position.x + blue.position.x) / 2
+    assert x.mean() / window.layout.scale == pytest.approx(between, abs=6)
+
+
+def test_a_frame_is_measured_beside_a_plain_pymunk_loop() -> None:
+    figures = list(frame_ratio("head-on", frames=2))
+    assert [figure.name for figure in figures] == ["frame", "frame / plain Pymunk"]
+    for figure in figures:
+        assert 0 < figure.lowest <= figure.median <= figure.highest
 
 
 def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
