@@ -497,7 +497,6 @@ def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pyt
     monkeypatch.setattr(window, "draw", draw)
     press(window, "p")
     for _ in range(5):
-        window.on_event(Event(pygame.NOEVENT))
         window.frame(1 / 60)
     assert drawn == [0]
     window.tell("a notice")

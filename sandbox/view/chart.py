@@ -166,7 +166,7 @@ class Charts:
 
     def plots(self, place: Rect, text_height: int) -> list[Rect]:
         """Return each chart's place within the strip, round its lines only."""
-        left = round(7.5 * text_height)
+        left = round(8.2 * text_height)
         bottom = round(1.4 * text_height)
         count, gap = len(self.history.quantities), max(2, text_height // 4)
         height = (place.height - bottom) / count
