@@ -39,6 +39,7 @@ def display() -> Iterator[str]:
     need("Xvfb", "xdotool")
     read, write = os.pipe()
     server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
+    server.append("-noreset")  # or it begins anew when a client leaves, and a window that opens then finds none
     with subprocess.Popen(server, pass_fds=[write], stderr=subprocess.DEVNULL) as xvfb:
         os.close(write)
         with os.fdopen(read) as pipe:
