@@ -12,7 +12,7 @@ from sandbox.state import CONTACT, State
 from sandbox.trajectory import Lockstep
 from sandbox.view.draw import lettering
 from sandbox.view.overlay import ARROW, SPARK, SPARKS, TRAIL, Overlay, Sparks, Trail, ball_at, round_up
-from sandbox.view.palette import palette
+from sandbox.view.palette import palette, paper
 
 BLUE = "#0072b2"
 GREY = (128, 128, 128)
@@ -212,11 +212,16 @@ def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash()
         low, high = sorted((luminance(a), luminance(b)))
         return (high + 0.05) / (low + 0.05)
 
-    for background in ("white", "black", "#22262b", "#f5f5dc"):
+    for background in ("white", "black", "#22262b", "#f5f5dc", "#14532d", "tomato"):
+        on_paper = palette(paper(background))
+        for line in on_paper.lines:
+            assert against(line.colour, on_paper.ground) > 2.6
         colours = palette(background)
         ground = Color(*rgb(background))
         assert against(colours.ink, ground) > 7
-        for colour in (colours.momentum, colours.contact, *(line.colour for line in colours.lines)):
+        if background == "tomato":  # which no colour but black and white stands out from
+            continue
+        for colour in (colours.momentum, colours.contact):
             assert against(colour, ground) > 2.6
         assert len({line.dash for line in colours.lines}) == len({tuple(line.colour) for line in colours.lines}) == 5
         assert colours.line(7) == colours.line(2)

@@ -18,7 +18,7 @@ from sandbox.scene import Scene
 from sandbox.state import Floats, State
 from sandbox.view.draw import dashes, lettering
 from sandbox.view.overlay import round_up
-from sandbox.view.palette import Line, Palette, palette
+from sandbox.view.palette import Line, Palette, palette, paper
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 LEAST_GAP: Final = 1e-14  # px, the least that the chart's axis reaches down to
@@ -140,7 +140,7 @@ class Charts:
     def __init__(self, history: History) -> None:
         self.history = history
         self.marks = Marks()
-        self.palette: Palette = palette(history.scene.arena.background)
+        self.palette: Palette = palette(paper(history.scene.arena.background))
         self._drawn: Surface | None = None
         self._as: tuple[Axes, Rect, int, int] | None = None  # what the drawing is of: axes, place, text, drops
         self._samples = 0  # of the series, how many are drawn

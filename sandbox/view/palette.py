@@ -1,6 +1,7 @@
 """The window's colours, which colour-blind people can tell apart, and what tells engines apart without colour."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 from pygame import Color
@@ -11,6 +12,7 @@ FRAME: Final = Color("#22262b")  # round the panes
 RAISED: Final = Color("#3a4047")  # what lies on the frame: buttons, cards
 INK: Final = Color("#e8eaed")
 FAINT: Final = Color("#9aa0a6")
+NIGHT: Final = "#14181d"
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
 YELLOW: Final = "#f0e442"  # Okabe and Ito's, left out of the balls' as it is hardly seen on white
@@ -31,7 +33,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Palette:
-    """The colours of everything that is drawn on a scene's background.
+    """The colours of everything that is drawn on some background.
 
     ink: text and marks; faint: grid and axes; momentum, contact: of arrows and sparks.
     """
@@ -48,8 +50,9 @@ class Palette:
         return self.lines[engine % len(self.lines)]
 
 
+@lru_cache(maxsize=64)
 def palette(background: str) -> Palette:
-    """Choose the colours that stand out from a scene's background."""
+    """Choose the colours that stand out from a background."""
     ground, ink = Color(*rgb(background)), contrast(background)
     dark = ink == Color("white")
     lines = zip(ON_DARK if dark else ON_LIGHT, DASHES, strict=True)
@@ -61,6 +64,11 @@ def palette(background: str) -> Palette:
         contact=Color(YELLOW if dark else VERMILLION),
         lines=tuple(Line(Color(colour), dash) for colour, dash in lines),
     )
+
+
+def paper(background: str) -> str:
+    """Choose the ground of charts: light or dark as a scene's background, but never a colour that hides a line's."""
+    return "white" if contrast(background) == Color("black") else NIGHT
 
 
 def contrast(background: str) -> Color:

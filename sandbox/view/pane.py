@@ -14,7 +14,7 @@ from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Overlay, Sparks, Trail
-from sandbox.view.palette import INK, Palette
+from sandbox.view.palette import INK, Palette, palette, paper
 
 
 class Pane:
@@ -87,22 +87,23 @@ class Pane:
         if "centre" in showing:
             over.centre(self.state)
         over.pull(self.state, hand)
-        self._draw_title(surface, layout, index, over.palette)
+        self._draw_title(surface, layout, index)
 
-    def _draw_scene(self, inside: Surface, scale: float, palette: Palette) -> None:
+    def _draw_scene(self, inside: Surface, scale: float, colours: Palette) -> None:
         for wall in self.scene.walls:
             start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
-            capsule(inside, palette.ink, start, end, wall.thickness / 2 * scale)
+            capsule(inside, colours.ink, start, end, wall.thickness / 2 * scale)
         radius = scale * self.scene.bodies.radius
         blit_discs(inside, map(disc, radius.tolist(), self.scene.colors), scale * self.state.position, radius)
 
-    def _draw_title(self, surface: Surface, layout: Layout, index: int, palette: Palette) -> None:
+    def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
         """Draw as much of the title as there is room for, after a sample of the engine's line in the charts."""
         place, height = layout.title(index), layout.text_height
         if layout.strip.height:
             sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
-            surface.fill(palette.ground, sample)
-            line, width = palette.line(index), max(2, height // 6)
+            colours = palette(paper(self.scene.arena.background))
+            surface.fill(colours.ground, sample)
+            line, width = colours.line(index), max(2, height // 6)
             for start, end in dashes(0, sample.width, line.dash, width):
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
