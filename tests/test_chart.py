@@ -10,10 +10,10 @@ from conftest import scene_of
 from pygame import Color, Rect, Surface
 
 from sandbox.scene import Scene, load
-from sandbox.state import State
+from sandbox.state import Floats, State
 from sandbox.trajectory import Lockstep
 from sandbox.view.chart import CAPACITY, HEADROOM, Charts, History, Marks, Series
-from sandbox.view.palette import palette
+from sandbox.view.palette import Line, palette
 
 PLACE = Rect(0, 0, 900, 300)
 TEXT = 16
@@ -144,6 +144,25 @@ def test_a_chart_gone_on_with_is_the_chart_drawn_at_once(scene: Scene) -> None:
     assert different.mean() < 2e-3  # ends of lines, that meet other lines
 
 
+def test_a_chart_is_gone_on_with_by_what_is_new(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    points: list[int] = []
+    draw_line = Charts._draw_line
+
+    def counting(surface: Surface, line: Line, x: Floats, y: Floats, width: int) -> None:
+        points.append(len(x))
+        draw_line(surface, line, x, y, width)
+
+    monkeypatch.setattr(Charts, "_draw_line", staticmethod(counting))
+    charts = run(scene, 5, lambda time: {"pymunk": 60.0})
+    draw(charts)
+    assert points == [301, 301]  # energy and momentum
+    draw(charts)
+    assert len(points) == 2
+    charts.history.add(301, states(scene, pymunk=61))
+    draw(charts)
+    assert points[2:] == [2, 2]
+
+
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     charts = run(scene, 11, lambda time: {"pymunk": 60.0})
     surface = draw(charts, time=11)
@@ -175,13 +194,14 @@ def test_the_cursor_stands_at_the_time(scene: Scene) -> None:
 def test_horizon_and_first_differences_are_marked_through_all_charts(scene: Scene) -> None:
     charts = run(scene, 2, lambda time: {"pymunk": 60.0, "article": 60.0})
     before = pygame.surfarray.array3d(draw(charts))
-    charts.marks = Marks(horizon=6.0, differences={"article": 8.0, "pymunk": 99.0})
+    charts.marks = Marks(horizon=6.0, differences={"article": 7.0, "pymunk": 10.1})
     surface = draw(charts)
     for plot in charts.plots(PLACE, TEXT):
-        assert rows_of(surface, plot, column(charts, 8), SECOND)
+        assert rows_of(surface, plot, column(charts, 7), SECOND)
         assert rows_of(surface, plot, column(charts, 6), Color("black"))
     changed = (pygame.surfarray.array3d(surface) != before).any(axis=2)
-    assert not changed[: column(charts, 5.9)].any()  # that of pymunk is beyond the axis
+    assert not changed[: column(charts, 5.9)].any()
+    assert not changed[column(charts, 9.5) :].any()  # that of pymunk is beyond the axis
 
 
 def test_charts_that_have_no_room_draw_nothing(scene: Scene) -> None:

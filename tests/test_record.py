@@ -162,6 +162,32 @@ def test_gif_has_the_colours_exactly_that_are_most_of_a_frame() -> None:
             assert np.abs(frame[30:].astype(int) - true[30:]).mean() < 30  # half of 512 colours, the nearest
 
 
+def test_a_gif_s_frame_has_nothing_of_the_palette_before() -> None:
+    first, second = pygame.Surface((64, 64)), pygame.Surface((64, 64))
+    first.fill("#808080")
+    first.fill("black", (0, 40, 1, 1))
+    for k in range(256):  # of each shade more than of the grey, so that this is not in the palette
+        second.fill((128 + k % 2, k, 128), (k % 64, k // 64 * 8, 1, 8))
+    second.fill("#808080", (0, 40, 1, 1))
+    with Gif("f.gif", (64, 64)) as film:
+        film.add(first)
+        film.add(second)
+    with Image.open("f.gif") as gif:
+        gif.seek(1)
+        assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=4)
+
+
+def test_a_frame_in_which_nothing_changed_costs_next_to_nothing() -> None:
+    sizes = []
+    for again in (0, 10):
+        with WebP("f.webp", (97, 61)) as film:
+            surface = next(surfaces(1))
+            for _ in range(1 + again):
+                film.add(surface)
+        sizes.append(Path("f.webp").stat().st_size)
+    assert sizes[1] - sizes[0] < 10 * 64
+
+
 @pytest.mark.parametrize("kind", [Gif, WebP])
 def test_a_film_that_is_given_up_leaves_nothing_and_what_was_there(kind: type[Film]) -> None:
     Path("old").write_text("old")

@@ -100,6 +100,19 @@ def test_the_keyboard_alone_reaches_everything(toolbar: Toolbar, told: Told) -> 
     assert not key(toolbar, pygame.K_ESCAPE)
 
 
+def test_keys_that_a_widget_does_not_know_are_the_window_s(toolbar: Toolbar, told: Told) -> None:
+    for toolbar.focus in range(3):
+        assert not key(toolbar, pygame.K_SPACE)
+    toolbar.focus = 2
+    assert not key(toolbar, pygame.K_RETURN)
+
+
+def test_the_mouse_takes_the_focus_from_the_keyboard(toolbar: Toolbar) -> None:
+    toolbar.focus = 2
+    mouse(toolbar, pygame.MOUSEBUTTONDOWN, 400, y=300)
+    assert toolbar.focus is None
+
+
 def test_a_slider_at_a_value_of_none_of_its_stops_goes_on_from_the_nearest(toolbar: Toolbar, told: Told) -> None:
     told.value = 0.9
     toolbar.focus = 2

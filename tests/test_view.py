@@ -369,6 +369,7 @@ def test_nothing_in_the_window_overlaps_or_leaves_it(
     layout = Layout(window, arena, panes, tools, charts)
     places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status, *layout.toolbar]
     places += [layout.strip] if layout.strip.height else []
+    assert layout.strip.height == 0 or layout.strip.height - layout.line_height >= 2.2 * charts * layout.text_height
     assert len(layout.toolbar) == sum(map(len, tools))
     for index, place in enumerate(places):
         assert place.collidelist(places[index + 1 :]) == -1

@@ -258,9 +258,8 @@ class Charts:
         for k, (quantity, plot, span) in enumerate(zip(history.quantities, plots, self._axes.spans, strict=True)):
             values = history.of(k)[since:]
             surface.set_clip(plot.inflate(0, 2))
-            for engine, name in enumerate(history.engines):
-                if quantity.logarithmic and name == history.yardstick:
-                    continue
+            for engine in range(len(history.engines)):
+                # A logarithmic axis has no place for 0, such as the yardstick's own gap.
                 shown = values[:, engine] > 0 if quantity.logarithmic else np.ones(len(values), bool)
                 y = _y(plot, span, np.log10(values[shown, engine]) if quantity.logarithmic else values[shown, engine])
                 self._draw_line(surface, self.palette.line(engine), self._x(plot, times[shown]), y, width)
