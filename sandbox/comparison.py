@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from sandbox.edits import AddBall, DeleteBall, SetGravity, SetRate
 from sandbox.engines import Engine, default_engines, takes
 from sandbox.gas import Row, beside_theory, is_gas
 from sandbox.inputs import Input
@@ -127,6 +128,12 @@ def compare(
     measured against `against`, which is the exact engine where it takes part, and else the last.
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
+    for given in inputs:
+        if isinstance(given, AddBall | DeleteBall | SetGravity | SetRate):
+            raise Mistake(
+                "a comparison is of one set of balls, one gravity and one rate; "
+                f"sandbox trace follows {given.do!r} at step {given.step}"
+            )
     names = list(engines) if engines else _all_by_default(scene)
     against = against or (YARDSTICK if YARDSTICK in names else names[-1])
     if against not in names:
@@ -140,7 +147,7 @@ def compare(
         for step in range(start, min(start + block, scene.steps + 1)):
             if step:
                 lockstep.step()
-                held[step] = lockstep.hand.ball is not None
+                held[step] = lockstep.touched
             for name, state in lockstep.states().items():
                 states[name].append(state)
         yardstick = np.stack([state.position for state in states[against]])

@@ -10,9 +10,10 @@ from sandbox.engines import registry
 
 ROOT = Path(sandbox.__file__).parent
 LAYERS = (  # each may import from those before it, and from its own
-    ("mistakes", "output", "state"),
+    ("mistakes", "output", "state", "clock"),
     ("scene",),
-    ("quantity", "inputs"),
+    ("quantity", "edits"),
+    ("inputs",),
     ("gas",),
     ("spawn",),
     ("engines",),

@@ -88,7 +88,7 @@ def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> No
 @pytest.mark.parametrize("quarter", [0, 1, 2, 3, 5])
 def test_debug_draw_s_discs_show_how_they_are_turned(quarter: int) -> None:
     window = Window(scene_of(f'radius = 30\nposition = [200, 300]\ncolors = ["{RED}"]'), ["pymunk"])
-    engine = window.lockstep.engines["pymunk"]
+    engine = window.lockstep.engines["pymunk"].engine
     assert isinstance(engine, PymunkEngine)
     [ball] = [body for body in engine.space.bodies if body.body_type == body.DYNAMIC]
     ball.angle = quarter * math.pi / 2
@@ -103,7 +103,7 @@ def test_debug_draw_s_discs_show_how_they_are_turned(quarter: int) -> None:
 
 def test_what_is_no_disc_is_pymunk_s_to_draw(window: Window) -> None:
     """Collision points are drawn by its own callbacks."""
-    engine = window.lockstep.engines["pymunk"]
+    engine = window.lockstep.engines["pymunk"].engine
     assert isinstance(engine, PymunkEngine)
     red, blue = (body for body in engine.space.bodies if body.body_type == body.DYNAMIC)
     red.position = 565, 300

@@ -41,7 +41,7 @@ class Stage:
         self.scene = scene
         self.showing = showing
         self.lockstep = Lockstep(scene, engines or default_engines(scene, spawn(scene)), inputs)
-        self.panes = [Pane(scene, name, engine) for name, engine in self.lockstep.engines.items()]
+        self.panes = [Pane(scene, name, runner.engine) for name, runner in self.lockstep.engines.items()]
         self.charts = Charts(History(scene, self.lockstep.states()))
         self.surface = Surface(size)
         charts = len(self.charts.history.quantities) if "charts" in showing else 0

@@ -88,7 +88,7 @@ class Window:
         names = engines or default_engines(scene, spawn(scene))
         self.lockstep = Lockstep(scene, names, inputs)
         self.scene = scene
-        self.panes = [Pane(scene, name, engine) for name, engine in self.lockstep.engines.items()]
+        self.panes = [Pane(scene, name, runner.engine) for name, runner in self.lockstep.engines.items()]
         self.charts = Charts(History(scene, {pane.name: pane.state for pane in self.panes}))
         self.owed = 0.0  # steps that time has passed for
         self.notice = ("", 0.0)
