@@ -75,7 +75,7 @@ class Lockstep:
         self.given: list[Input] = []  # all inputs obeyed so far
         self.balls = list(range(len(scene.bodies)))  # which each is of all that there ever were
         self.touched = False  # whether a person gave or took momentum in the last step
-        self._edited = False
+        self.edited = False  # since the last step
         self._born = len(self.balls)
         self._to_come = list(reversed(inputs))
 
@@ -100,7 +100,7 @@ class Lockstep:
         for name, engine in built.items():
             self.engines[name].replace(engine)
         self.scene = self.hand.scene = scene
-        self._edited = True
+        self.edited = True
         match edit:
             case AddBall():
                 self.balls.append(self._born)
@@ -119,7 +119,7 @@ class Lockstep:
         """Obey the inputs that are due, let the hand pull, and advance every engine by one step."""
         self.obey_due()
         ball = self.hand.ball
-        self.touched, self._edited = self._edited or ball is not None, False
+        self.touched, self.edited = self.edited or ball is not None, False
         if ball is not None:
             for runner in self.engines.values():
                 state = runner.state()
