@@ -79,7 +79,7 @@ def run(
     if has_display():
         window = Window(chosen, _names(engines), replayed)
         window.run()
-        chosen, given, steps = window.scene, window.lockstep.given, window.lockstep.steps
+        chosen, given, steps = window.scene, window.stage.session.given(), window.stage.session.step
     else:
         print("No display: comparing instead of opening the window.")
         _compare_and_draw(chosen, _names(engines), replayed)

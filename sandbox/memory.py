@@ -68,6 +68,11 @@ class Memory:
         exact = self._recent.get(step) or self._older.get(step)
         return exact or min((*self._recent.values(), *self._older.values()), key=lambda one: abs(one.step - step))
 
+    def between(self, first: int, last: int) -> list[Moment]:
+        """Return the moments that are kept of some steps, in order."""
+        steps = range(first, last + 1)
+        return [kept for step in steps if (kept := self._recent.get(step) or self._older.get(step))]
+
     def forget_from(self, step: int) -> None:
         """Forget a step and all after it."""
         for kept in [*self._recent, *self._older]:

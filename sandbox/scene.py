@@ -452,6 +452,11 @@ class Scene(Model):
         return Path(self._file).stem
 
     @property
+    def file(self) -> Path:
+        """Where it was read from."""
+        return Path(self._file)
+
+    @property
     def steps(self) -> int:
         """How many steps `seconds` are."""
         return round(self.seconds * self.rate)

@@ -51,6 +51,10 @@ class Session:
         """Whether what is shown is what the engines are at."""
         return not self._stale and self.lockstep.steps == self.step
 
+    def recall(self, first: int, last: int) -> list[Moment]:
+        """Return what is remembered of some steps, in order."""
+        return self._memory.between(first, last)
+
     def given(self) -> list[Input]:
         """Return the inputs of the run up to here."""
         return [one for one in self.inputs if one.step <= self.step]

@@ -26,19 +26,19 @@ def scene() -> Scene:
     return scene_of(*TWO, more="seconds = 10")
 
 
-def states(scene: Scene, **velocity: float) -> dict[str, State]:
-    """Make states in which the first ball flies so fast, and is as many px along."""
+def states(scene: Scene, time: float = 0.0, **velocity: float) -> dict[str, State]:
+    """Make states at a time in which the first ball flies so fast, and is as many px along."""
     made = {}
     for name, speed in velocity.items():
         position, flight = np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-        made[name] = State(0.0, position, flight)
+        made[name] = State(time, position, flight)
     return made
 
 
 def run(scene: Scene, seconds: int, course: Callable[[float], dict[str, float]]) -> Charts:
     charts = Charts(History(scene, states(scene, **course(0.0))))
     for step in range(1, seconds * scene.rate + 1):
-        charts.history.add(step, states(scene, **course(step / scene.rate)))
+        charts.history.add(step, states(scene, step / scene.rate, **course(step / scene.rate)))
     return charts
 
 
@@ -137,7 +137,7 @@ def test_a_chart_gone_on_with_is_the_chart_drawn_at_once(scene: Scene) -> None:
 
     charts = run(scene, 0, course)
     for step in range(1, 900):  # past the end of the first axis
-        charts.history.add(step, states(scene, **course(step / 60)))
+        charts.history.add(step, states(scene, step / 60, **course(step / 60)))
         gone_on = draw(charts)
     at_once = draw(run(scene, 15, course))
     different = (pygame.surfarray.array3d(gone_on) != pygame.surfarray.array3d(at_once)).any(axis=2)

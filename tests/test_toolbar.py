@@ -177,7 +177,7 @@ def test_every_icon_is_drawn_and_no_two_are_alike() -> None:
 
 
 def test_keys_are_of_one_control_each() -> None:
-    keys = [key for control in CONTROLS for key in control.keys]
+    keys = [(key, control.shift) for control in CONTROLS for key in control.keys]
     typed = [character for control in CONTROLS for character in control.typed]
     assert len(set(keys)) == len(keys)
     assert len(set(typed)) == len(typed)

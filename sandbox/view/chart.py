@@ -60,8 +60,10 @@ class Series:
 
     def cut(self, step: int) -> None:
         """Forget what came after a step."""
-        self._count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
-        self.drops += 1
+        count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
+        if count < self._count:
+            self._count = count
+            self.drops += 1
 
     @property
     def steps(self) -> np.ndarray[tuple[int], np.dtype[np.int_]]:
@@ -103,7 +105,7 @@ class History:
         unit = "% of the start" if self.energy_at_start else "kg px²/s²"
         gap = [Quantity("gap, RMS", "px", logarithmic=True)] if len(states) > 1 else []
         self.quantities = (Quantity("energy", unit), *gap, Quantity("momentum", "kg px/s"))
-        self.series = Series(len(self.quantities) * len(states))
+        self.series = Series(1 + len(self.quantities) * len(states))  # time, and each quantity of each engine
         self.add(0, states)
 
     def add(self, step: int, states: Mapping[str, State]) -> None:
@@ -114,7 +116,8 @@ class History:
     def _sample(self, states: Mapping[str, State]) -> list[float]:
         scene, mass = self.scene, self.scene.bodies.mass
         unit = self.energy_at_start / 100 or 1.0
-        values = [float(energy(scene, state.position, state.velocity)) / unit for state in states.values()]
+        values = [states[self.yardstick].time]
+        values += [float(energy(scene, state.position, state.velocity)) / unit for state in states.values()]
         if len(states) > 1:
             right = states[self.yardstick].position
             values += [float(np.sqrt(np.mean(length(state.position - right) ** 2))) for state in states.values()]
@@ -123,7 +126,12 @@ class History:
     def of(self, quantity: int) -> Floats:
         """Return a quantity over time, a column an engine: (samples, engines)."""
         n = len(self.engines)
-        return self.series.rows[:, quantity * n : (quantity + 1) * n]
+        return self.series.rows[:, 1 + quantity * n : 1 + (quantity + 1) * n]
+
+    @property
+    def times(self) -> Floats:
+        """When the samples are of, s: (samples,)."""
+        return self.series.rows[:, 0]
 
 
 @dataclass(frozen=True)
@@ -201,7 +209,7 @@ class Charts:
                 low, high = min(low, self._extent[k][0]), max(high, self._extent[k][1])
             spans.append((low, high))
         self._extent, self._seen = spans, len(history.series)
-        latest = history.series.steps[-1] / history.scene.rate
+        latest = float(history.times[-1])
         self._axes = Axes(
             _seconds(self._axes.seconds, latest),
             tuple(
@@ -253,7 +261,7 @@ class Charts:
         if self._samples == len(history.series):
             return
         since = max(0, self._samples - 1)
-        times = history.series.steps[since:] / history.scene.rate
+        times = history.times[since:]
         width = max(1, round(text_height / 8))
         for k, (quantity, plot, span) in enumerate(zip(history.quantities, plots, self._axes.spans, strict=True)):
             values = history.of(k)[since:]

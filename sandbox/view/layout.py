@@ -67,6 +67,12 @@ class Layout:
         return Rect(GAP, self.status.y - height, max(1, self.window[0] - 2 * GAP), height)
 
     @cached_property
+    def bar(self) -> Rect:
+        """Where the bar of time goes: above the status line of a window that has no charts; else of no height."""
+        height = 0 if self.strip.height or not self.tools else round(0.7 * self.text_height)
+        return Rect(GAP, self.strip.y - height, self.strip.width, height)
+
+    @cached_property
     def columns(self) -> int:
         """How many panes stand side by side: as many as make them largest."""
         return max(range(1, self.panes + 1), key=self._scale)
@@ -80,7 +86,7 @@ class Layout:
         """Width and height that a pane's arena may take."""
         rows = math.ceil(self.panes / columns)
         width = (self.window[0] - GAP) / columns - GAP
-        height = (self.strip.y - self.top - GAP) / rows - GAP - self.line_height
+        height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height
         return max(width, 1.0), max(height, 1.0)
 
     def _scale(self, columns: int) -> float:

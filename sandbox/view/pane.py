@@ -7,6 +7,7 @@ from pygame import Rect, Surface
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.inputs import Hand
+from sandbox.memory import Moment
 from sandbox.quantity import energy, kinetic_energy, potential_energy
 from sandbox.scene import Scene
 from sandbox.state import State
@@ -14,39 +15,46 @@ from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import Overlay, Sparks, Trail
-from sandbox.view.palette import INK, Palette, palette, paper
+from sandbox.view.palette import INK, contrast, palette, paper
 
 
 class Pane:
     """What is shown of one engine. A Pymunk space is drawn by Pymunk's debug-draw, any other engine by the scene."""
 
-    def __init__(self, scene: Scene, name: str, engine: Engine) -> None:
-        self.scene = scene
+    _balls: tuple[int, ...] = ()
+    _drawn: PymunkEngine | None = None
+    debug_draw: DebugDraw | None = None
+
+    def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
-        self.engine = engine
-        self.state = engine.state()
-        self.contacts = len(engine.contacts())
-        self.trail = Trail(len(scene.bodies))
-        self.trail.add(self.state)
-        self.sparks = Sparks(scene.bodies.radius)
-        self.energy_at_start = self._energy_now()
-        self.debug_draw = DebugDraw(engine.space, scene.colors) if isinstance(engine, PymunkEngine) else None
+        self.energy_at_start = _energy(moment.scene, moment.states[name])
+        self.show([moment], engine, live=True)
 
-    def _energy_now(self) -> float:
-        return float(energy(self.scene, self.state.position, self.state.velocity))
+    def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
+        """Show the last of some moments, and trails and contacts of those before.
 
-    def refresh(self) -> None:
-        """Look at the engine again."""
-        self.state = self.engine.state()
-        contacts = self.engine.contacts()
-        self.contacts += len(contacts)
-        self.trail.add(self.state)
-        self.sparks.add(contacts, self.state)
+        engine: that runs, and is at the last of them where it is live; afresh: what was shown is not what led here.
+        """
+        moment = moments[-1]
+        if afresh or moment.balls != self._balls:
+            moments = [one for one in moments if one.balls == moment.balls]
+            self.trail, self.sparks = Trail(len(moment.balls)), Sparks(moment.scene.bodies.radius)
+        for one in moments:
+            self.sparks.add(one.contacts[self.name], one.states[self.name])
+        for one in moments if afresh else moments[-1:]:
+            self.trail.add(one.states[self.name])
+        self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
+        self.contacts = moment.counts[self.name]
+        if isinstance(engine, PymunkEngine):
+            drawn = engine if live else PymunkEngine(self.scene, self.state)
+            if drawn is not self._drawn:
+                self._drawn, self.debug_draw = drawn, DebugDraw(drawn.space, self.scene.colors)
 
     @property
     def title(self) -> str:
         """Engine, energy left, contacts."""
-        left = f"{self._energy_now() / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
+        now = _energy(self.scene, self.state)
+        left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
         return f"{self.name}{SPACE}energy {left}{SPACE}contacts {self.contacts}"
 
     def draw(
@@ -73,7 +81,7 @@ class Pane:
         if self.debug_draw:
             self.debug_draw.draw(inside, layout.scale)
         else:
-            self._draw_scene(inside, layout.scale, over.palette)
+            draw_scene(inside, self.scene, self.state, layout.scale)
         if ghosts is not None:
             over.ghosts(ghosts)
         if "momentum" in showing:
@@ -88,13 +96,6 @@ class Pane:
             over.centre(self.state)
         over.pull(self.state, hand)
         self._draw_title(surface, layout, index)
-
-    def _draw_scene(self, inside: Surface, scale: float, colours: Palette) -> None:
-        for wall in self.scene.walls:
-            start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
-            capsule(inside, colours.ink, start, end, wall.thickness / 2 * scale)
-        radius = scale * self.scene.bodies.radius
-        blit_discs(inside, map(disc, radius.tolist(), self.scene.colors), scale * self.state.position, radius)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
         """Draw as much of the title as there is room for, after a sample of the engine's line in the charts."""
@@ -111,6 +112,20 @@ class Pane:
         while len(parts) > 1 and text_width(SPACE.join(parts), height) > place.width:
             parts.pop()
         write(surface, SPACE.join(parts), place, INK, height)
+
+
+def _energy(scene: Scene, state: State) -> float:
+    return float(energy(scene, state.position, state.velocity))
+
+
+def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:
+    """Draw a scene's walls and balls. scale: px of the surface for one px of the scene."""
+    ink = contrast(scene.arena.background)
+    for wall in scene.walls:
+        start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
+        capsule(surface, ink, start, end, wall.thickness / 2 * scale)
+    radius = scale * scene.bodies.radius
+    blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
 
 
 SPACE = "    "  # between the parts of a title

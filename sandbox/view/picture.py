@@ -8,7 +8,9 @@ from pygame import Surface
 from sandbox.comparison import Comparison
 from sandbox.engines import create
 from sandbox.inputs import Hand
+from sandbox.memory import Moment
 from sandbox.output import whole_file
+from sandbox.state import no_contacts
 from sandbox.view.draw import write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
@@ -24,9 +26,20 @@ def draw_picture(comparison: Comparison) -> Surface:
     surface.fill(FRAME)
     layout = Layout(SIZE, scene.arena.size, len(comparison.runs))
     panes = []
+    end = Moment(
+        step=len(comparison.time) - 1,
+        time=float(comparison.time[-1]),
+        scene=scene,
+        states={name: run.final for name, run in comparison.runs.items()},
+        contacts=dict.fromkeys(comparison.runs, no_contacts()),
+        counts={name: len(run.contacts) for name, run in comparison.runs.items()},
+        balls=tuple(range(len(scene.bodies))),
+        held=None,
+        target=(0.0, 0.0),
+    )
     for name, run in comparison.runs.items():
-        pane = Pane(scene, name, create(name, scene, run.final))
-        pane.energy_at_start, pane.contacts = float(run.energy[0]), len(run.contacts)
+        pane = Pane(end, name, create(name, scene, run.final))
+        pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
     draw_panes(surface, layout, panes, hand=Hand(scene))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"

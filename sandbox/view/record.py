@@ -6,20 +6,16 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.engines import default_engines
 from sandbox.inputs import Input
 from sandbox.mistakes import Mistake, nearest
 from sandbox.scene import Scene
-from sandbox.spawn import spawn
-from sandbox.trajectory import Lockstep
-from sandbox.view.chart import Charts, History
 from sandbox.view.controls import CONTROLS
 from sandbox.view.draw import write
 from sandbox.view.film import FILMS
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
-from sandbox.view.pane import Pane, draw_panes
 from sandbox.view.picture import save_picture
+from sandbox.view.stage import Stage
 
 SHOWN: Final = tuple(control.shows for control in CONTROLS if control.group == "see")
 LEAST: Final = 64  # px of a film's sides
@@ -27,8 +23,8 @@ MOST: Final = 8192
 PICTURE_FPS: Final = 60  # how often trails and charts look, for a picture
 
 
-class Stage:
-    """Engines that run a scene, and what is shown of them in a picture of some size, px."""
+class Camera:
+    """Takes pictures of a running scene, in some size, px."""
 
     def __init__(
         self,
@@ -40,28 +36,23 @@ class Stage:
     ) -> None:
         self.scene = scene
         self.showing = showing
-        self.lockstep = Lockstep(scene, engines or default_engines(scene, spawn(scene)), inputs)
-        self.panes = [Pane(scene, name, runner.engine) for name, runner in self.lockstep.engines.items()]
-        self.charts = Charts(History(scene, self.lockstep.states()))
+        self.stage = Stage(scene, engines, inputs)
         self.surface = Surface(size)
-        charts = len(self.charts.history.quantities) if "charts" in showing else 0
-        self.layout = Layout(size, scene.arena.size, len(self.panes), charts=charts)
+        charts = len(self.stage.charts.history.quantities) if "charts" in showing else 0
+        self.layout = Layout(size, scene.arena.size, len(self.stage.panes), charts=charts)
 
     def go_to(self, step: int) -> None:
         """Run to a step, and look at it."""
-        while self.lockstep.steps < step:
-            self.lockstep.step()
-        for pane in self.panes:
-            pane.refresh()
-        self.charts.history.add(step, {pane.name: pane.state for pane in self.panes})
+        while self.stage.session.step < step:
+            self.stage.session.advance()
+        self.stage.look()
 
     def draw(self) -> Surface:
         """Draw what is to be seen now."""
-        layout, time = self.layout, self.panes[0].state.time
+        layout, moment = self.layout, self.stage.moment
         self.surface.fill(FRAME)
-        draw_panes(self.surface, layout, self.panes, showing=self.showing, hand=self.lockstep.hand)
-        self.charts.draw(self.surface, layout.strip, layout.text_height, time)
-        caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {time:.2f} s"
+        self.stage.draw(self.surface, layout, self.showing)
+        caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, FAINT, layout.text_height)
         return self.surface
 
@@ -86,16 +77,16 @@ def record(
     watched: passes the frames' steps on, and may show how far they are. Raises Mistake for what cannot be recorded.
     """
     check(path, size, showing)
-    stage = Stage(scene, engines, size, showing, inputs)
+    camera = Camera(scene, engines, size, showing, inputs)
     if Path(path).suffix == ".png":
         for step in watched(steps_of_frames(scene, PICTURE_FPS)):
-            stage.go_to(step)
-        save_picture(stage.draw(), path)
+            camera.go_to(step)
+        save_picture(camera.draw(), path)
         return
     with FILMS[Path(path).suffix](path, size) as film:
         for step in watched(steps_of_frames(scene, film.fps)):
-            stage.go_to(step)
-            film.add(stage.draw())
+            camera.go_to(step)
+            film.add(camera.draw())
 
 
 def check(path: str, size: tuple[int, int], showing: Collection[str]) -> None:

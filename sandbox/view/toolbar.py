@@ -1,5 +1,6 @@
 """The toolbar: buttons and sliders, for the mouse alone and for the keyboard alone."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
@@ -40,6 +41,9 @@ class Widget(Protocol):
     def press(self, place: Rect, x: int) -> None:
         """Do what the mouse asks for that went down on it, or moved on since, at x (px of the window)."""
 
+    def let_go(self) -> None:
+        """Do what the mouse asks for by letting go of it."""
+
     def key(self, key: int) -> bool:
         """Do what a key asks for; tell whether it was for this widget."""
 
@@ -77,6 +81,9 @@ class Button:
         """Do it; a drag does no more."""
         self.do(self.control)
 
+    def let_go(self) -> None:
+        """Do no more."""
+
     def key(self, key: int) -> bool:
         """Do it on Enter."""
         if key in ENTER:
@@ -84,9 +91,12 @@ class Button:
         return key in ENTER
 
 
-@dataclass(frozen=True)
+@dataclass
 class Slider:
-    """Chooses one of some values, in order. value: the one now, which may be none of them."""
+    """Chooses one of some values, in order. value: the one now, which may be none of them.
+
+    at_once: the mouse chooses while it drags; else when it lets go.
+    """
 
     group: str
     name: str
@@ -95,12 +105,18 @@ class Slider:
     value: Callable[[], float]
     choose: Callable[[float], None]
     unit: str = ""
+    at_once: bool = True
     width: float = SLIDER
+    dragged: int | None = None  # value that the mouse has dragged it to, and not chosen yet
 
     @property
     def tip(self) -> str:
         """What it is, and its value."""
-        return f"{self.does}: {self.value():g}{self.unit}"
+        return f"{self.does}: {self._said()}"
+
+    def _said(self) -> str:
+        value = self.value() if self.dragged is None else self.values[self.dragged]
+        return "fastest" if value == math.inf else f"{value:g}{self.unit}"
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw name and value over a track with a knob."""
@@ -109,7 +125,7 @@ class Slider:
             pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
         height = round(0.38 * place.height)
         track = self._track(place)
-        name, value = lettering(self.name, FAINT, height), lettering(f"{self.value():g}{self.unit}", INK, height)
+        name, value = lettering(self.name, FAINT, height), lettering(self._said(), INK, height)
         surface.blit(name, (track.x, place.y + height // 6))
         surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
         pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
@@ -120,7 +136,17 @@ class Slider:
         """Choose the value that the track has at x."""
         track = self._track(place)
         share = min(max((x - track.x) / track.width, 0.0), 1.0)
-        self._choose(round(share * (len(self.values) - 1)))
+        index = round(share * (len(self.values) - 1))
+        if self.at_once:
+            self._choose(index)
+        else:
+            self.dragged = index
+
+    def let_go(self) -> None:
+        """Choose the value that the mouse left it at."""
+        if self.dragged is not None:
+            index, self.dragged = self.dragged, None
+            self._choose(index)
 
     def key(self, key: int) -> bool:
         """Choose the value before or after on an arrow."""
@@ -133,6 +159,8 @@ class Slider:
             self.choose(self.values[index])
 
     def _nearest(self) -> int:
+        if self.dragged is not None:
+            return self.dragged
         return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))
 
     @staticmethod
@@ -181,6 +209,8 @@ class Toolbar:
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
+            if self.held is not None:
+                self.widgets[self.held].let_go()
             self.held = None
         return False
 
