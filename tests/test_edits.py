@@ -12,6 +12,7 @@ from sandbox.engines import Refused
 from sandbox.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene
+from sandbox.spawn import spawn
 from sandbox.trajectory import Lockstep, Trajectory, simulate, write_trace
 
 ENGINES = ("pymunk", "impulse", "exact")
@@ -58,6 +59,15 @@ def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene
         assert replay.time[-1] == state.time == lockstep.time
         if not isinstance(edit, AddBall | DeleteBall):
             assert last(replay) != last(simulate(scene, name, steps=67))
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_an_edit_leaves_the_state_it_is_given_alone(scene: Scene, edit: Edit) -> None:
+    state = spawn(scene)
+    position, velocity = state.position.copy(), state.velocity.copy()
+    edit.change_state(state)
+    assert np.array_equal(state.position, position)
+    assert np.array_equal(state.velocity, velocity)
 
 
 def test_an_added_ball_is_the_last_and_flies_from_where_it_was_put(scene: Scene) -> None:

@@ -105,6 +105,20 @@ def test_engines_that_run_again_pass_the_same_moments(session: Session) -> None:
         session.advance()
 
 
+def test_contacts_of_a_step_at_which_balls_were_deleted_are_not_shown_with_other_numbers(session: Session) -> None:
+    while not len(session.shown.contacts["impulse"]):
+        session.advance()
+    counts = session.shown.counts
+    session.give(DeleteBall(step=session.step, ball=0))
+    shown = flat(session.shown)
+    assert not len(session.shown.contacts["impulse"])
+    assert session.shown.counts == counts
+    step = session.step
+    session.seek(0)
+    run(session, step)
+    assert flat(session.shown) == shown
+
+
 def test_catching_up_can_be_done_a_few_steps_at_a_time(session: Session) -> None:
     run(session, 50)
     end = flat(session.shown)
@@ -157,6 +171,7 @@ def test_undo_goes_back_to_before_the_last_deed_and_redo_to_after_it(session: Se
     after = flat(session.shown)
     run(session, 10)
     assert session.undo()
+    assert session.shown.step < deed[0].step  # and not what is undone
     session.catch_up()
     assert flat(session.shown) == before
     assert (session.inputs, session.end) == ([earlier], deed[0].step)
@@ -164,6 +179,7 @@ def test_undo_goes_back_to_before_the_last_deed_and_redo_to_after_it(session: Se
     session.catch_up()
     assert flat(session.shown) == after
     assert session.inputs == [earlier, *deed]
+    assert session.end == session.step
     run(session, 10)
     assert is_replay(session)
     assert not session.redo()
@@ -266,6 +282,18 @@ def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
     assert is_replay(session)
     run(session, 999)
     assert flat(session.shown) == end
+
+
+def test_steps_that_are_run_again_and_again_are_remembered_once(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sandbox.memory.BYTES", 10 * session.shown.size)
+    for _ in range(20):
+        session.seek(0)
+        run(session, 15)
+    for step in range(16):  # there is room for twenty
+        session.seek(step)
+        assert session.shown.step == step
 
 
 def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

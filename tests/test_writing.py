@@ -121,6 +121,17 @@ def test_balls_that_are_alike_are_one_group_and_the_file_reads_well(tmp_path: Pa
     )
 
 
+@pytest.mark.parametrize(
+    ("colors", "written"),
+    [(["red", "green", "red", "blue"], 4), (["red", "green", "red", "green", "red"], 2), (["red", "red"], 1)],
+)
+def test_colours_are_written_as_the_shortest_cycle(colors: list[str], written: int, tmp_path: Path) -> None:
+    scene = scene_of(f"radius = 20\ngrid = [{len(colors)}, 1]\nspacing = 50\ncolors = {colors}".replace("'", '"'))
+    saved = reloaded(scene, spawn(scene), tmp_path)
+    assert saved.colors == tuple(colors)
+    assert saved.balls[0].colors == tuple(colors[:written])
+
+
 def test_a_ball_in_a_wall_is_allowed_as_deep_as_it_is(tmp_path: Path) -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]")
     state = State(0.0, np.array([[14.7501, 100.0]]), np.zeros((1, 2)))
