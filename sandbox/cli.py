@@ -82,7 +82,7 @@ def run(
     if has_display():
         window = Window(chosen, _names(engines), replayed)
         window.run()
-        chosen, given, steps = window.scene, window.lockstep.given, window.lockstep.steps
+        chosen, given, steps = window.scene, window.stage.session.given(), window.stage.session.step
     else:
         print("No display: comparing instead of opening the window.")
         _compare_and_draw(chosen, _names(engines), replayed)
@@ -90,6 +90,31 @@ def run(
     if save_inputs:
         start = Start(scene=chosen.name, seed=chosen.seed, rate=chosen.rate)
         write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], save_inputs)
+
+
+@app.command()
+def record(
+    scene: SceneArgument,
+    out: Annotated[str, typer.Option(metavar="FILE", help="A .gif, .webp or .mp4 file, or .png for the end.")],
+    engines: Engines = None,
+    seed: Seed = None,
+    rate: Rate = None,
+    seconds: Seconds = None,
+    inputs: Inputs = None,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Width and height, px.")] = "1280x720",
+    show: Annotated[str, typer.Option(metavar="A,B,...", help="What the window's keys would show.")] = "charts",
+) -> None:
+    """Record a scene as a film, or a picture of its end, at its true pace.
+
+    A GIF has 50 frames a second, since its delays are in 1/100 s; WebP and MP4 have 60.
+    """
+    from sandbox.view.record import check
+    from sandbox.view.record import record as record_scene
+
+    pixels, showing = _size(size), [name.strip() for name in show.split(",") if name.strip()]
+    check(out, pixels, showing)  # what cannot be is told before anything runs
+    chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    record_scene(chosen, _names(engines), out, pixels, showing, replayed, _with_progress)
 
 
 @app.command()
@@ -318,6 +343,22 @@ def _names(engines: str | None) -> list[str] | None:
     if len(set(names)) < len(names):
         raise Mistake(f"--engines {engines}: names an engine twice")
     return names
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise Mistake(f"--size {text}: write width x height in px, as in 1280x720")
+    return int(width), int(height)
+
+
+def _with_progress(steps: Sequence[int]) -> Iterator[int]:
+    """Pass steps on, and show on a terminal how many are done."""
+    from rich.console import Console
+    from rich.progress import track
+
+    console = Console(stderr=True)
+    return iter(track(steps, "Recording", console=console, transient=True, disable=not console.is_terminal))
 
 
 def _json(value: object) -> str:

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.difference import Account, Difference, differences
-from sandbox.engines import Engine, create, default_engines, takes
+from sandbox.engines import Engine, default_engines, takes
 from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
-from sandbox.inputs import Input
+from sandbox.inputs import Input, clock_of
 from sandbox.ledger import Entry, Ledger, step_at
 from sandbox.mistakes import Mistake, nearest
 from sandbox.quantity import energy, length, momentum
@@ -84,13 +84,15 @@ class Run:
 class Comparison:
     """Several engines' runs of one scene.
 
-    time: (steps + 1,) s; horizon: s, when a twin of the yardstick, begun with its first ball one unit in the last place
-    to the right, has a ball a radius away; None where that is later than the end; stride: steps between two frames of
-    the runs' paths; inputs: what was replayed into all of them.
+    since: s, when the last edit was, if there was one: the comparison is of what follows, and all its times count from
+    there; time: (steps + 1,) s; horizon: s, when a twin of the yardstick, begun with its first ball one unit in the
+    last place to the right, has a ball a radius away; None where that is later than the end; stride: steps between two
+    frames of the runs' paths; inputs: what was replayed into all of them.
     """
 
     scene: Scene
     against: str
+    since: float
     time: Floats
     runs: dict[str, Run]
     horizon: float | None
@@ -103,6 +105,7 @@ class Comparison:
             "scene": self.scene.name,
             "seed": self.scene.seed,
             "rate": self.scene.rate,
+            "since": self.since,
             "seconds": float(self.time[-1]),
             "against": self.against,
             "horizon": self.horizon,
@@ -173,8 +176,9 @@ def compare(
     """Run a scene in several engines, all together, for its seconds.
 
     Where no engines are named: Pymunk, the reference that can honour the scene, and the exact engine. They are
-    measured against `against`, which is the exact engine where it takes part, and else the last. `progress` is told now
-    and then which share of the run is done.
+    measured against `against`, which is the exact engine where it takes part, and else the last. Where inputs edit the
+    scene, the comparison is of what follows the last edit. `progress` is told now and then which share of the run is
+    done.
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
     names = list(engines) if engines else _all_by_default(scene)
@@ -182,34 +186,68 @@ def compare(
     if against not in names:
         raise Mistake(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
     lockstep = Lockstep(scene, names, inputs)
-    stride = max(1, lockstep.initial.position.nbytes // 2 * (scene.steps + 1) // PATH_BYTES)
-    tallies = {name: _Tally(scene, engine, stride) for name, engine in lockstep.engines.items()}
-    twin = _Twin(lockstep, against)
-    block = max(1, BLOCK_BYTES // lockstep.initial.position.nbytes // 2)
-    for start in range(0, scene.steps + 1, block):
-        states: dict[str, list[State]] = {name: [] for name in names}
-        for step in range(start, min(start + block, scene.steps + 1)):
-            if step:
-                lockstep.step()
-            seen = lockstep.states()
-            twin.look(seen)
-            for name in names:
-                states[name].append(seen[name])
-                tallies[name].pulls.append(_Pull(lockstep.hand.ball, lockstep.pulls.get(name, (0.0, 0.0))))
-            if progress and step % PACE == 0:
-                progress(step / scene.steps)
-        yardstick = np.stack([state.position for state in states[against]])
-        for name, tally in tallies.items():
-            tally.add(states[name], yardstick)
+    steps = clock_of(scene.rate, inputs).step(scene.seconds)
+    stretch = _Stretch(lockstep, names, against, steps)
+    for step in range(steps):
+        lockstep.obey_due()
+        if lockstep.edited:
+            stretch = _Stretch(lockstep, names, against, steps - step)
+        lockstep.step()
+        stretch.look()
+        if progress and step % PACE == 0:
+            progress(step / steps)
+    return stretch.comparison(tuple(inputs))
+
+
+class _Stretch:
+    """A run from its start, or from an edit, on: what comes before an edit is of another scene, or other states."""
+
+    def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
+        self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
+        self.since = lockstep.time
+        self.expect = () if lockstep.steps else self.scene.expect
+        state_bytes = 4 * 8 * len(self.scene.bodies)
+        self.block = max(1, BLOCK_BYTES // state_bytes)
+        self.stride = max(1, state_bytes // 4 * (steps + 1) // PATH_BYTES)
+        self.tallies = {name: _Tally(self.scene, lockstep.engines[name].engine, self.stride, steps) for name in names}
+        self.twin = _Twin(lockstep, against)
+        self.steps = -1
+        self.look()
+        self.initial = self.tallies[against].states[0]
+
+    def look(self) -> None:
+        """Take in the states that the engines have now."""
+        self.steps += 1
+        for name, tally in self.tallies.items():
+            tally.states.append(tally.engine.state())
+            tally.pulls.append(_Pull(self.lockstep.hand.ball, self.lockstep.pulls.get(name, (0.0, 0.0))))
+        self.twin.look(self.tallies[self.against].states[-1])
+        if len(self.tallies[self.against].states) == self.block:
+            self.reckon()
+
+    def reckon(self) -> None:
+        """Reckon up the states taken in."""
+        begin = self.steps + 1 - len(self.tallies[self.against].states)
+        yardstick = np.stack([state.position for state in self.tallies[self.against].states])
+        for tally in self.tallies.values():
             tally.scores += [
-                score(scene, expect, lockstep.initial, states[name][round(expect.at * scene.rate) - start])
-                for expect in scene.expect
-                if start <= round(expect.at * scene.rate) <= lockstep.steps
+                score(self.scene, expect, self.initial, tally.states[round(expect.at * self.scene.rate) - begin])
+                for expect in self.expect
+                if begin <= round(expect.at * self.scene.rate) <= self.steps
             ]
-    right = tallies[against].account()
-    runs = {name: tally.run(right if name != against else None, twin.apart) for name, tally in tallies.items()}
-    time = np.arange(scene.steps + 1) / scene.rate
-    return Comparison(scene, against, time, runs, twin.apart, stride, tuple(inputs))
+            tally.add(yardstick)
+
+    def comparison(self, inputs: tuple[Input, ...]) -> Comparison:
+        """Sum it all up."""
+        if self.tallies[self.against].states:
+            self.reckon()
+        right = self.tallies[self.against].account()
+        runs = {
+            name: tally.run(right if name != self.against else None, self.twin.apart)
+            for name, tally in self.tallies.items()
+        }
+        time = np.arange(self.steps + 1) / self.scene.rate
+        return Comparison(self.scene, self.against, self.since, time, runs, self.twin.apart, self.stride, inputs)
 
 
 class _Twin:
@@ -220,19 +258,20 @@ class _Twin:
     """
 
     def __init__(self, lockstep: Lockstep, against: str) -> None:
-        initial = lockstep.initial
-        position = initial.position.copy()
+        state = lockstep.engines[against].engine.state()
+        position = state.position.copy()
         position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.engines[TWIN] = create(against, lockstep.scene, replace(initial, position=position))
+        lockstep.add(TWIN, against, replace(state, position=position))
         self.apart: float | None = None
-        self._lockstep, self._against = lockstep, against
+        self._lockstep = lockstep
 
-    def look(self, seen: Mapping[str, State]) -> None:
-        """Look at the states of a step, while it is there."""
-        if TWIN in seen:
-            gap = length(seen[TWIN].position - seen[self._against].position)
+    def look(self, right: State) -> None:
+        """Look at where it is, while it runs. right: the yardstick."""
+        runner = self._lockstep.engines.get(TWIN)
+        if runner is not None:
+            gap = length(runner.engine.state().position - right.position)
             if np.any(gap > self._lockstep.scene.bodies.radius):
-                self.apart = seen[TWIN].time
+                self.apart = right.time
                 del self._lockstep.engines[TWIN]
 
 
@@ -252,7 +291,7 @@ class _Pull(NamedTuple):
 class _Tally:
     """Reckons up one engine's states, block by block."""
 
-    def __init__(self, scene: Scene, engine: Engine, stride: int) -> None:
+    def __init__(self, scene: Scene, engine: Engine, stride: int, steps: int) -> None:
         self.scene = scene
         self.engine = engine
         engine.contacts()  # begins their collecting
@@ -261,19 +300,20 @@ class _Tally:
         self.gap_of_ball = np.zeros(len(scene.bodies))
         self.scores: list[Score] = []
         self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
-        self.every = max(1, scene.steps // SAMPLES)
+        self.every = max(1, steps // SAMPLES)
         self.ledger = Ledger(scene, together=getattr(engine, "together", False))
-        self.pulls: list[_Pull] = []  # of each step of the block to come, and in the end of all
+        self.states: list[State] = []  # that are not reckoned up yet
+        self.pulls: list[_Pull] = []  # of the steps that led there
         self.held: list[Bools] = []
         self.path: list[NDArray[np.float32]] = []
         self.stride = stride
         self.final: State | None = None
 
-    def add(self, states: list[State], yardstick: Floats) -> None:
-        """Reckon up some steps, of which `pulls` has what the hand did. yardstick: (steps, n, 2) px, of the same."""
+    def add(self, yardstick: Floats) -> None:
+        """Reckon up the states. yardstick: (steps, n, 2) px, where the balls should be in them."""
         scene, bodies = self.scene, self.scene.bodies
-        position = np.stack([state.position for state in states])
-        velocity = np.stack([state.velocity for state in states])
+        position = np.stack([state.position for state in self.states])
+        velocity = np.stack([state.velocity for state in self.states])
         gap = length(position - yardstick)
         columns = (
             energy(scene, position, velocity),
@@ -291,7 +331,8 @@ class _Tally:
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
         self.contacts.append(self.engine.contacts())
         self.book(position, velocity)
-        self.final = states[-1]
+        self.final = self.states[-1]
+        self.states.clear()
 
     def book(self, position: Floats, velocity: Floats) -> None:
         """Enter the block in the ledger, which begins with the state before it."""

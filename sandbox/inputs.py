@@ -6,6 +6,12 @@ Inputs belong to steps, not to clocks, so that the same inputs give the same run
     {"step": 12, "do": "grab", "ball": 1, "at": [400.0, 300.0]}
     {"step": 13, "do": "move", "at": [410.0, 300.0]}
     {"step": 40, "do": "release"}
+    {"step": 50, "do": "add", "position": [60.0, 60.0], "velocity": [120.0, 0.0], "radius": 20.0}
+    {"step": 60, "do": "delete", "ball": 0}
+    {"step": 70, "do": "velocity", "ball": 2, "velocity": [0.0, -60.0]}
+    {"step": 70, "do": "elasticity", "elasticity": 0.9}
+    {"step": 70, "do": "gravity", "gravity": [0.0, 900.0]}
+    {"step": 80, "do": "rate", "rate": 120}
     {"step": 95, "do": "end"}
 """
 
@@ -17,6 +23,8 @@ from typing import Final, Literal
 
 from pydantic import ValidationError
 
+from sandbox.clock import Clock
+from sandbox.edits import EDITS, DeleteBall, Edit, SetRate
 from sandbox.mistakes import Mistake, dotted, explain, read_text, shown
 from sandbox.output import whole_file
 from sandbox.scene import Count, Index, Model, Scene, Vector
@@ -67,10 +75,9 @@ class End(Model):
     do: Literal["end"] = "end"
 
 
-Input = Start | Grab | Move | Release | End
-_KINDS: Final[dict[str, type[Input]]] = {
-    "start": Start, "grab": Grab, "move": Move, "release": Release, "end": End
-}  # fmt: skip
+Input = Start | Grab | Move | Release | Edit | End
+_ALL: Final[tuple[type[Input], ...]] = (Start, Grab, Move, Release, *EDITS, End)
+_KINDS: Final = {kind.model_fields["do"].default: kind for kind in _ALL}
 
 
 class Hand:
@@ -82,9 +89,7 @@ class Hand:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._radius = scene.bodies.radius
-        self._size = scene.arena.size
-        self._dt = 1 / scene.rate
+        self.scene = scene  # that runs: an edit replaces it
         self.ball: int | None = None
         self.target: Vector = (0.0, 0.0)
 
@@ -96,24 +101,26 @@ class Hand:
                 self._aim(at)
             case Move(at=at) if self.ball is not None:
                 self._aim(at)
-            case Release() | End():
+            case DeleteBall(ball=ball) if self.ball is not None and ball < self.ball:
+                self.ball -= 1
+            case Release() | End() | DeleteBall(ball=self.ball):
                 self.ball = None
 
     def _aim(self, at: Vector) -> None:
         assert self.ball is not None
-        radius = float(self._radius[self.ball])
-        x, y = (min(max(to, radius), size - radius) for to, size in zip(at, self._size, strict=True))
+        radius = float(self.scene.bodies.radius[self.ball])
+        x, y = (min(max(to, radius), size - radius) for to, size in zip(at, self.scene.arena.size, strict=True))
         self.target = x, y
 
     def pull(self, position: Sequence[float], velocity: Sequence[float]) -> Vector:
         """Return the change of the held ball's velocity for one step, px/s, from where it is and how it moves."""
         assert self.ball is not None
-        h, w = self._dt, PULL
+        h, w = 1 / self.scene.rate, PULL
         vx, vy = (
             (v - h * w * w * (x - to)) / (1 + h * w) ** 2
             for x, v, to in zip(position, velocity, self.target, strict=True)
         )
-        vx, vy = _at_most(float(self._radius[self.ball]) / h, vx, vy)
+        vx, vy = _at_most(float(self.scene.bodies.radius[self.ball]) / h, vx, vy)
         dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
         if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKE:
             vx, vy = _at_most(math.sqrt(MOST_PULL * math.hypot(dx, dy)), vx, vy)
@@ -123,6 +130,15 @@ class Hand:
 def _at_most(length: float, x: float, y: float) -> Vector:
     norm = math.hypot(x, y)
     return (x, y) if norm <= length else (x * length / norm, y * length / norm)
+
+
+def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
+    """Return when the steps are of a run that begins at a rate, and has these inputs."""
+    clock = Clock(rate)
+    for given in inputs:
+        if isinstance(given, SetRate):
+            clock.change(given.step, given.rate)
+    return clock
 
 
 def load_inputs(path: Path, scene: Scene) -> list[Input]:
@@ -138,6 +154,8 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
                 raise Mistake(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Grab) and given.ball >= len(scene.bodies):
                 raise Mistake(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
+            if isinstance(given, Edit):
+                scene = given.change_scene(scene)
             inputs.append(given)
         except Mistake as mistake:
             found += [f"{path}:{number}: {what}" for what in str(mistake).splitlines()]

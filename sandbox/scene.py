@@ -1,4 +1,4 @@
-"""The model of a scene, and the only reader of its TOML.
+"""The model of a scene, and the only reader and writer of its TOML.
 
 A scene is checked whole before anything runs: `load` finds every mistake in the file and raises them
 together, each with its line.
@@ -10,13 +10,14 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
 
 import numpy as np
+import tomlkit
 from PIL import ImageColor
 from pydantic import (
     AfterValidator,
@@ -32,6 +33,7 @@ from pydantic import (
 )
 
 from sandbox.mistakes import (
+    MAX_BYTES,
     Finding,
     Mistake,
     dotted,
@@ -44,7 +46,8 @@ from sandbox.mistakes import (
     shown,
 )
 from sandbox.mistakes import Path as KeyPath
-from sandbox.state import Bodies
+from sandbox.output import whole_file
+from sandbox.state import Bodies, State
 
 MAX_BALLS: Final = 200_000
 MAX_STEPS: Final = 10_000_000
@@ -101,6 +104,8 @@ class Arena(Model):
     """Of the four walls."""
     background: Colour = "white"
     """A CSS colour name or #rrggbb."""
+    overlap: NotNegative = 0
+    """How deep a ball may stand in the four walls at the start, px; a scene saved while it runs may need it."""
 
 
 class Range(Model):
@@ -133,15 +138,15 @@ class Range(Model):
         return self
 
 
-PLACES: Final = ("position", "x", "inside", "grid")
-THROWS: Final = ("velocity", "vx", "vy", "speed", "rms_speed")
+PLACES: Final = ("position", "positions", "x", "inside", "grid")
+THROWS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
 
 
 class BallGroup(Model):
     """Balls that share a size and a way to be placed and thrown. In order, they are the scene's balls."""
 
     count: Annotated[Count, Field(le=MAX_BALLS)] | None = None
-    """How many; 1, or as many as the grid has places, where left out."""
+    """How many; 1, or as many as there are positions or places in the grid, where left out."""
     radius: Size
     """Radius of each, px."""
     mass: Size = 1
@@ -154,6 +159,8 @@ class BallGroup(Model):
     """CSS colour names or #rrggbb, taken in turn."""
     position: Vector | None = None
     """Centre, px; of a grid, the centre of its first ball."""
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    """Centres, one a ball, px."""
     x: Range | None = None
     """Centres drawn at random, px. Goes with y."""
     y: Range | None = None
@@ -166,6 +173,8 @@ class BallGroup(Model):
     """From centre to centre of a grid, px."""
     velocity: Vector | None = None
     """px/s."""
+    velocities: tuple[Vector, ...] | None = None
+    """One a ball, px/s."""
     vx: Range | None = None
     """Drawn at random, px/s; 0 where only vy is given."""
     vy: Range | None = None
@@ -180,6 +189,8 @@ class BallGroup(Model):
         """How many balls the group has."""
         if self.count is not None:
             return self.count
+        if self.positions is not None:
+            return len(self.positions)
         return self.grid[0] * self.grid[1] if self.grid else 1
 
     def first_of_grid(self, arena: Arena) -> Vector:
@@ -198,17 +209,23 @@ class BallGroup(Model):
         places = [key for key in PLACES if key in given and not (key == "position" and self.grid)]
         found += [((place,), f"is a second place beside {places[0]}; keep one of them") for place in places[1:]]
         if not places:
-            found.append(((), "needs a place: position, x and y, inside, or grid with spacing"))
+            found.append(((), "needs a place: position, positions, x and y, inside, or grid with spacing"))
         if (self.x is None) != (self.y is None):
             found.append((("x" if self.x else "y",), "needs both x and y"))
         if (self.grid is None) != (self.spacing is None):
             found.append((("grid" if self.grid else "spacing",), "needs both grid and spacing"))
         throws = [key for key in THROWS if key in given and not (key == "vy" and "vx" in given)]
         found += [((throw,), f"is a second way to throw beside {throws[0]}; keep one of them") for throw in throws[1:]]
+        if self.positions is not None and self.size != len(self.positions):
+            found.append((("count",), f"is not how many positions there are, {len(self.positions)}; leave it out"))
+        if self.velocities is not None and self.size != len(self.velocities):
+            found.append((("velocities",), f"must be one a ball, {self.size}, got {len(self.velocities)}"))
         if self.colors == ():
             found.append((("colors",), "must name one colour at least"))
         if places == ["position"] and self.size > 1:
-            found.append((("count",), f"puts {self.size} balls on one position; use x and y, inside, or grid"))
+            found.append(
+                (("count",), f"puts {self.size} balls on one position; use positions, x and y, inside, or grid")
+            )
         if self.grid and self.count and self.count > self.grid[0] * self.grid[1]:
             found.append((("count",), f"is more than the {self.grid[0] * self.grid[1]} places of the grid"))
         if found:
@@ -233,7 +250,8 @@ def _in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
             )
             break
         span, key = _span(group, arena, axis)
-        if span is not None and not (low - ROUNDING * size <= span[0] and span[1] <= high + ROUNDING * size):
+        slack = ROUNDING * size + arena.overlap
+        if span is not None and not (low - slack <= span[0] and span[1] <= high + slack):
             outside = span[0] if span[0] < low else span[1]
             found.append(
                 (
@@ -273,6 +291,9 @@ def _span(group: BallGroup, arena: Arena, axis: int) -> tuple[tuple[float, float
         return (first, first + (used - 1) * group.spacing), "position" if group.position else "grid"
     if group.position:
         return (group.position[axis], group.position[axis]), "position"
+    if group.positions:
+        along = [position[axis] for position in group.positions]
+        return (min(along), max(along)), "positions"
     if drawn:
         return (min(drawn.start, drawn.to), max(drawn.start, drawn.to)), "xy"[axis]
     if group.inside:
@@ -437,6 +458,11 @@ class Scene(Model):
         return self._source
 
     @property
+    def file(self) -> Path:
+        """Where it was read from."""
+        return Path(self._file)
+
+    @property
     def steps(self) -> int:
         """How many steps `seconds` are."""
         return round(self.seconds * self.rate)
@@ -527,6 +553,77 @@ def parse(text: str, file: str) -> Scene:
         ) from None
     scene._file, scene._lines, scene._source = file, lines_of_keys(text), text
     return scene
+
+
+def write(scene: Scene, state: State, path: str | Path) -> None:
+    """Write a scene whose balls begin as they are in a state, to the bit. What was expected of the scene is left out.
+
+    Raises Mistake where it would not load again, or cannot be written.
+    """
+    numbers = np.column_stack([state.position, state.velocity]).tolist()
+    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_BYTES else None  # that would take minutes
+    if text is None or len(text.encode()) > MAX_BYTES:
+        size = f"{MAX_BYTES:,} bytes"
+        raise Mistake(f"{path}: {len(scene.bodies):,} balls are more than the {size} of a scene file have room for")
+    parse(text, str(path))
+    with whole_file(path) as file:
+        file.write(text.encode())
+
+
+def _dumped(scene: Scene, state: State) -> str:
+    document = scene.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"balls", "expect"})
+    document["arena"]["overlap"] = _overlap(scene, state)
+    if not document["arena"]["overlap"]:
+        del document["arena"]["overlap"]
+    document["balls"] = list(_groups(scene, state))
+    return tomlkit.dumps(_plain(document))
+
+
+def _overlap(scene: Scene, state: State) -> float:
+    """Return how deep the deepest ball is in a wall of the arena, px, with some room; 0 where none is."""
+    radius, size = scene.bodies.radius[:, None], np.array(scene.arena.size)
+    depth = np.maximum(radius - state.position, state.position + radius - size)
+    return 0.0 if (depth <= ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000
+
+
+def _groups(scene: Scene, state: State) -> Iterator[dict[str, Any]]:
+    """Yield a ball group for each run of balls that are alike."""
+    bodies = scene.bodies
+    kinds = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction]).tolist()
+    for kind, alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
+        balls = list(alike)
+        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction"), kind, strict=True))
+        for key, default in (("mass", 1), ("elasticity", 1), ("friction", 0)):
+            if group[key] == default:
+                del group[key]
+        group["colors"] = _shortest_cycle([scene.colors[ball] for ball in balls])
+        rows = {"position": state.position[balls].tolist(), "velocity": state.velocity[balls].tolist()}
+        if len(balls) == 1:
+            yield group | {key: values[0] for key, values in rows.items()}
+        else:
+            yield group | {"positions": rows["position"], "velocities": rows["velocity"]}
+
+
+def _shortest_cycle(colors: list[str]) -> list[str]:
+    """Return the fewest colours that, taken in turn, are these."""
+    for length in range(1, len(colors)):
+        if colors[length:] == colors[:-length]:
+            return colors[:length]
+    return colors
+
+
+def _plain(value: Any) -> Any:
+    """Prepare a document for tomlkit: whole numbers without a fraction, lists of lists a line each."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], list):
+        # An array grown entry by entry takes tomlkit time as the square of their number.
+        return tomlkit.value("[\n" + "".join(f"    {_plain(inner)},\n" for inner in value) + "]")
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and value.is_integer() and str(value) != "-0.0":
+        return int(value)
+    return value
 
 
 def schema() -> dict[str, Any]:

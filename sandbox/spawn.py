@@ -75,6 +75,8 @@ def _places(scene: Scene, index: int, rng: random.Random, crowd: "_Crowd") -> It
             yield x + column * group.spacing, y + row * group.spacing
     elif group.position:
         yield group.position
+    elif group.positions:
+        yield from group.positions
     elif group.x and group.y:
         for _ in range(group.size):
             yield _draw(group.x, rng), _draw(group.y, rng)
@@ -83,6 +85,7 @@ def _places(scene: Scene, index: int, rng: random.Random, crowd: "_Crowd") -> It
 
 
 def _throws(group: BallGroup, rng: random.Random) -> Iterator[Vector]:
+    yield from group.velocities or ()
     while True:
         if group.vx or group.vy:
             yield _draw(group.vx, rng) if group.vx else 0.0, _draw(group.vy, rng) if group.vy else 0.0

@@ -20,10 +20,11 @@ LEAST_SHOWN: Final = 5e-7  # share of the energy, which the table shows to a mil
 def print_comparison(comparison: Comparison) -> None:
     """Print what a comparison comes to, its figures, and each engine's first difference."""
     scene, horizon = comparison.scene, comparison.horizon
+    edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
     console = Console(highlight=False, markup=False)
     console.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s at {scene.rate} steps a second, against {comparison.against}; "
+        f"{comparison.time[-1]:g} s{edited} at {scene.rate} steps a second, against {comparison.against}; "
         f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
     )
     console.print(f"{verdict(comparison)}\n")

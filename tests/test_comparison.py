@@ -116,7 +116,7 @@ def test_a_gas_stands_beside_its_theory_and_three_balls_do_not() -> None:
 def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0))
     document = comparison.as_json()
-    assert list(document) == ["scene", "seed", "rate", "seconds", "against", "horizon", "engines"]
+    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", "horizon", "engines"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
     rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))

@@ -7,16 +7,22 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pygame
 import pytest
 from conftest import need
 
-from sandbox.inputs import End, Input, Release, load_inputs
+from sandbox.edits import AddBall
+from sandbox.inputs import End, Grab, Input, Release, load_inputs
 from sandbox.scene import Scene, load, rgb
+from sandbox.spawn import spawn
 from sandbox.trajectory import simulate
 from sandbox.view.layout import Layout
+from sandbox.view.toolbar import Slider
+from sandbox.view.window import Window
 
 SCENE = """
 [arena]
@@ -38,6 +44,7 @@ def display() -> Iterator[str]:
     need("Xvfb", "xdotool")
     read, write = os.pipe()
     server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
+    server.append("-noreset")  # or it begins anew when a client leaves, and a window that opens then finds none
     with subprocess.Popen(server, pass_fds=[write], stderr=subprocess.DEVNULL) as xvfb:
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -87,7 +94,9 @@ class Desktop:
     def layout(self) -> Layout:
         geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
         size = int(geometry["WIDTH"]), int(geometry["HEIGHT"])
-        return Layout(size, self.scene.arena.size, len(ENGINES))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            return Window(self.scene, None).layout_in(size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into one of the window."""
@@ -100,6 +109,32 @@ class Desktop:
     def press(self, x: float, y: float, pane: int = 0) -> None:
         self.move(x, y, pane)
         self.xdo("mousedown", 1)
+
+    def key(self, *keys: str) -> None:
+        self.xdo("key", "--delay", 30, *keys)
+
+    def has_title(self, title: str) -> bool:
+        return self.xdo("getwindowname", self.window) == title
+
+    def save(self) -> Path:
+        """Have the sandbox save the balls as a scene; return its file."""
+        before = set(self.folder.glob("*.toml"))
+        self.key("s")
+        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
+        [file] = set(self.folder.glob("*.toml")) - before
+        return file
+
+    def slide(self, name: str, share: float) -> None:
+        """Drag a slider of the toolbar to a share of its way."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            widgets = Window(self.scene, None).toolbar.widgets
+        number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
+        place = self.layout.toolbar[number]
+        pad = place.height // 3
+        x = place.x + pad + round(share * (place.width - 2 * pad))
+        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
+        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
 
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""
@@ -208,3 +243,71 @@ def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
         assert shown.get_size() == (width, height)
         for pane in (0, 1):
             assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")
+
+
+def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -> None:
+    desktop.key("slash")
+    desktop.xdo("type", "--delay", 30, "bounci")
+    desktop.key("Return", "p")
+    desktop.wait_for(partial(desktop.has_title, "Bouncing under gravity - sandbox"))
+    desktop.scene = load("bouncing")
+    desktop.key("Home")
+    for _ in range(11):
+        desktop.key("minus")
+
+    # Ten steps on and ten back are the same bytes.
+    desktop.key(*["Right"] * 7)
+    paused_at = desktop.save()
+    desktop.key(*["Right"] * 10)
+    assert desktop.save().read_bytes() != paused_at.read_bytes()
+    desktop.key(*["Left"] * 10)
+    assert desktop.save().read_bytes() == paused_at.read_bytes()
+
+    # A ball is dragged and thrown; another is added; the elasticity is changed, and that undone.
+    x, y = load(paused_at).balls[0].position or (0, 0)
+    desktop.key("p")
+    desktop.press(x, y)
+    desktop.key(*["plus"] * 11)
+    desktop.move(x + 60, y - 50)
+    time.sleep(0.4)
+    desktop.move(x + 120, y - 30)
+    time.sleep(0.05)
+    desktop.xdo("mouseup", 1)
+    desktop.key("p")
+    desktop.move(700, 550)
+    desktop.key("a")
+    with_ball = desktop.save()
+    desktop.slide("elasticity", 0.9)
+    with_slider = desktop.save()
+    desktop.key("ctrl+z")
+    assert desktop.save().read_bytes() == with_ball.read_bytes()
+    assert load(with_slider).arena.elasticity == pytest.approx(0.9**0.5)
+    assert [len(load(file).bodies) for file in (paused_at, with_ball)] == [3, 4]
+
+    # The start is where it was, and so is the end; both load as they were shown, and the replay agrees.
+    strip = desktop.layout.strip
+    desktop.xdo("mousemove", "--window", desktop.window, strip.x + 2, strip.centery, "click", 1)
+    start = load(desktop.save())
+    desktop.key("End")
+    end = load(desktop.save())
+    assert (desktop.folder / f"{end.name}.toml").read_bytes() == with_ball.read_bytes()
+    inputs = desktop.quit()
+    assert [type(given) for given in inputs if isinstance(given, Grab | Release | AddBall)] == [Grab, Release, AddBall]
+    for saved, steps in ((start, 0), (end, steps_of(inputs))):
+        shown, replay = spawn(saved), simulate(desktop.scene, "pymunk", steps=steps, inputs=inputs)
+        there = ~np.isnan(replay.position[-1, :, 0])
+        assert shown.position.tobytes() == replay.position[-1, there].tobytes()
+        assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
+
+
+def test_an_edited_file_runs_at_once_and_a_mistake_leaves_what_runs(desktop: Desktop) -> None:
+    file = desktop.folder / "scene.toml"
+    for k in range(20):
+        broken = k % 4 == 1
+        file.write_text(f'title = "Edit {k}"\n' + SCENE.replace("20", "-20" if broken else "21", 1))
+        if broken:
+            time.sleep(0.3)
+            assert desktop.has_title(f"Edit {k - 1} - sandbox")
+        else:
+            desktop.wait_for(partial(desktop.has_title, f"Edit {k} - sandbox"))
+    desktop.quit()

@@ -10,15 +10,16 @@ from sandbox.engines import registry
 
 ROOT = Path(sandbox.__file__).parent
 LAYERS = (  # each may import from those before it, and from its own
-    ("mistakes", "output", "state"),
+    ("mistakes", "output", "state", "clock"),
     ("scene",),
-    ("quantity", "inputs"),
+    ("quantity", "edits"),
+    ("inputs",),
     ("gas",),
     ("spawn",),
     ("engines",),
     ("trajectory", "truth", "ledger"),
-    ("difference",),
-    ("comparison", "verdict", "report"),
+    ("difference", "memory"),
+    ("comparison", "verdict", "report", "session"),
     ("verify", "bench"),
     ("tables",),
     ("view",),
@@ -68,5 +69,5 @@ def test_engines_do_not_import_each_other(module: str) -> None:
 def test_a_library_is_its_engine_s_and_pygame_the_view_s(module: str) -> None:
     libraries = {name.split(".")[0] for name in imported(MODULES[module])}
     assert "pygame" not in libraries or module.startswith("view.")
-    assert "pymunk" not in libraries or module in ("engines.pymunk", "view.debug_draw")
+    assert "pymunk" not in libraries or module in ("engines.pymunk", "view.debug_draw", "view.frame")
     assert "pyb2d3" not in libraries or module == "engines.box2d"

@@ -6,13 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import said
+from PIL import Image
 
 from sandbox.comparison import Comparison
 from sandbox.inputs import Start, write_inputs
 from sandbox.scene import parse
-from sandbox.view.controls import CONTROLS, DRAG
+from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
@@ -29,6 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    (tmp_path / "docs").mkdir()
     write_inputs([Start(scene="article", seed=0, rate=60)], tmp_path / "mouse.jsonl")
     return tmp_path
 
@@ -40,6 +43,15 @@ def test_every_command_runs(command: str, folder: Path) -> None:
     assert (run.returncode, said(run.stderr)) == (0, "")
     for written in re.findall(r"--(?:out|json|csv|report) (\S+)", command):
         assert (folder / written).stat().st_size > 0
+
+
+def test_the_picture_is_what_its_command_draws(folder: Path) -> None:
+    [command] = [line for line in COMMANDS if line.endswith(" --out docs/window.png")]
+    subprocess.run([sys.executable, "-m", *command.split()], check=True, capture_output=True)
+    with Image.open(folder / "docs" / "window.png") as drawn, Image.open(ROOT / "docs" / "window.png") as kept:
+        assert drawn.size == kept.size
+        different = (np.asarray(drawn.convert("RGB")) != np.asarray(kept.convert("RGB"))).any(axis=2)
+    assert different.mean() < 0.02  # letters may differ where pygame has another version of its font
 
 
 def test_the_set_up_lines_are_those_that_ci_runs() -> None:
@@ -78,8 +90,7 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_keys_are_those_of_the_window() -> None:
-    rows = [DRAG, *((control.shown, control.does) for control in CONTROLS)]
-    assert "".join(f"| {keys} | {does} |\n" for keys, does in rows) in README
+    assert "".join(f"| {keys} | {does} |\n" for keys, does in HELP) in README
 
 
 def test_the_layout_names_every_module() -> None:

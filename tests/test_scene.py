@@ -77,6 +77,9 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
             {"grid": (4, 3), "position": (50, 60)},
             id="grid-at-a-position",
         ),
+        pytest.param(
+            "positions = [[100, 200.5], [30, 40]]", 2, {"positions": ((100, 200.5), (30, 40))}, id="positions"
+        ),
     ],
 )
 def test_every_way_to_place(group: str, size: int, says: dict[str, Any]) -> None:
@@ -94,6 +97,7 @@ def test_every_way_to_place(group: str, size: int, says: dict[str, Any]) -> None
         pytest.param("vy = { from = -120, to = -360, step = -120 }", {"vx": None, "vy": (-120, -360, -120)}, id="vy"),
         pytest.param("speed = 200", {"speed": 200}, id="speed"),
         pytest.param("rms_speed = 0.5", {"rms_speed": 0.5}, id="rms-speed"),
+        pytest.param("velocities = [[1, -2.5]]", {"velocities": ((1, -2.5),)}, id="velocities"),
     ],
 )
 def test_every_way_to_throw(throw: str, says: dict[str, Any]) -> None:
@@ -276,7 +280,7 @@ def test_an_unknown_key_like_no_other_is_told_the_known_ones(text: str, message:
 
 
 PLACED = {
-    "no-place": ("radius = 5", "3: balls[0] needs a place: position, x and y, inside, or grid with spacing"),
+    "no-place": ("radius = 5", "3: balls[0] needs a place: position, positions, x and y, inside, or grid with spacing"),
     "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x needs both x and y"),
     "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y needs both x and y"),
     "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid needs both grid and spacing"),
@@ -299,7 +303,7 @@ PLACED = {
     ),
     "many-on-one-position": (
         f"{BALL}\ncount = 2",
-        "6: balls[0].count puts 2 balls on one position; use x and y, inside, or grid",
+        "6: balls[0].count puts 2 balls on one position; use positions, x and y, inside, or grid",
     ),
     "more-than-the-grid": (
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
@@ -336,6 +340,19 @@ PLACED = {
     "larger-than-the-arena": (
         "radius = 301\nposition = [301, 301]",
         "4: balls[0].radius 301 is too large for an arena of 800 x 600",
+    ),
+    "count-of-positions": (
+        "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
+        "6: balls[0].count is not how many positions there are, 2; leave it out",
+    ),
+    "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
+    "positions-outside": (
+        "radius = 5\npositions = [[9, 9], [99, 599]]",
+        "5: balls[0].positions puts a ball outside the arena: y must be from 5 to 595, got 599",
+    ),
+    "too-few-velocities": (
+        "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
+        "7: balls[0].velocities must be one a ball, 3, got 2",
     ),
     "range-backwards": (
         f"{BALL}\nvx = {{ from = 2, to = 1 }}",

@@ -260,7 +260,7 @@ def test_inputs_as_the_module_shows_them_are_read(tmp_path: Path) -> None:
     assert load_inputs(path, two_balls()) == RECORDED
 
 
-KINDS = "start, grab, move, release, end"
+KINDS = "start, grab, move, release, add, delete, velocity, elasticity, gravity, rate, end"
 BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),

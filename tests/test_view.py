@@ -9,17 +9,26 @@ import pytest
 from conftest import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 from pygame.event import Event
+from pymunk.pygame_util import DrawOptions
 
 from sandbox.comparison import compare
+from sandbox.engines.pymunk import PymunkEngine
 from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
+from sandbox.state import CONTACT
 from sandbox.trajectory import simulate
-from sandbox.view.controls import CONTROLS, action_of
-from sandbox.view.draw import FRAME
+from sandbox.view.controls import CONTROLS, Control, control_of
+from sandbox.view.frame import frame_ratio
 from sandbox.view.layout import Layout, natural_size
+from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.pane import facts
 from sandbox.view.picture import draw_picture
+from sandbox.view.player import Player
+from sandbox.view.shelf import Shelf
+from sandbox.view.toolbar import Button, Slider
 from sandbox.view.window import Window, has_display
 
 RED, BLUE = "#d55e00", "#0072b2"
@@ -66,7 +75,7 @@ def colour_at(surface: pygame.Surface, layout: Layout, pane: int, x: float, y: f
 def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> None:
     window.advance(1.0)  # but no more than the frame has time for
     while window.lockstep.steps < 60:
-        window.one_step()
+        window.player.one_step()
     window.draw()
     for pane in (0, 1):
         assert colour_at(window.screen, window.layout, pane, 260, 306) == rgb(RED)
@@ -76,6 +85,46 @@ def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> No
         "pymunk    energy 100.0%    contacts 0",
         "article    energy 100.0%    contacts 0",
     ]
+
+
+@pytest.mark.parametrize("quarter", [0, 1, 2, 3, 5])
+def test_debug_draw_s_discs_show_how_they_are_turned(quarter: int) -> None:
+    window = Window(scene_of(f'radius = 30\nposition = [200, 300]\ncolors = ["{RED}"]'), ["pymunk"])
+    engine = window.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+    [ball] = [body for body in engine.space.bodies if body.body_type == body.DYNAMIC]
+    ball.angle = quarter * math.pi / 2
+    window.draw()
+    line = tuple(DrawOptions(window.screen).shape_outline_color.as_int())[:3]
+    seen = [
+        colour_at(window.screen, window.layout, 0, 200 + 18 * x, 300 + 18 * y) == line
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))  # clockwise, as y goes down
+    ]
+    assert seen == [quarter % 4 == k for k in range(4)]
+
+
+def test_what_is_no_disc_is_pymunk_s_to_draw(window: Window) -> None:
+    """Collision points are drawn by its own callbacks."""
+    engine = window.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+    red, blue = (body for body in engine.space.bodies if body.body_type == body.DYNAMIC)
+    red.position = 565, 300
+    window.player.one_step()
+    window.draw()
+    red_of_points = tuple(DrawOptions(window.screen).collision_point_color.as_int())[:3]
+    arena = window.layout.arenas[0]
+    inside = pygame.surfarray.array3d(window.screen.subsurface(arena))
+    x = np.nonzero((inside == red_of_points).all(axis=2))[0]
+    assert len(x)
+    between = (red.position.x + blue.position.x) / 2
+    assert x.mean() / window.layout.scale == pytest.approx(between, abs=6)
+
+
+def test_a_frame_is_measured_beside_a_plain_pymunk_loop() -> None:
+    figures = list(frame_ratio("head-on", frames=2))
+    assert [figure.name for figure in figures] == ["frame", "frame / plain Pymunk"]
+    for figure in figures:
+        assert 0 < figure.lowest <= figure.median <= figure.highest
 
 
 def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
@@ -91,7 +140,7 @@ def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
 def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
     window.lockstep.engines["pymunk"].kick(0, (0.0, 600.0))
     for _ in range(6):
-        window.one_step()  # 60 px apart now
+        window.player.one_step()  # 60 px apart now
     window.draw()
     place = (0, 206 + 20, 300)  # the right edge of the article's ball, in Pymunk's pane
     assert colour_at(window.screen, window.layout, *place) == (255, 255, 255)
@@ -120,13 +169,13 @@ def test_inner_walls_are_as_thick_as_they_are_at_any_slope_in_every_pane(
 
 def test_pause_stops_time_and_a_single_step_is_one(window: Window) -> None:
     press(window, "p")
-    assert window.paused
+    assert window.player.paused
     press(window, "o")
     press(window, "Right")
     assert window.lockstep.steps == 2
     assert window.panes[0].state.position[0].tolist() == [202, 300]
     press(window, "Space")
-    assert not window.paused
+    assert not window.player.paused
 
 
 def test_time_passes_at_the_scene_s_rate_and_speed_doubles_and_halves_it(window: Window) -> None:
@@ -140,11 +189,11 @@ def test_time_passes_at_the_scene_s_rate_and_speed_doubles_and_halves_it(window:
     assert window.lockstep.steps - before == pytest.approx(60, abs=1)
     for _ in range(20):
         press(window, "-")
-    assert window.speed == 1 / 64
+    assert window.player.speed == 0.01
 
 
 def test_a_slow_frame_slows_time_and_never_enlarges_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.view.window.BUDGET", -1.0)  # every frame is too slow
+    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)  # every frame is too slow
     window.advance(10.0)
     assert window.lockstep.steps == 1
     window.advance(0.0)
@@ -158,7 +207,7 @@ def test_a_slow_frame_slows_time_and_never_enlarges_a_step(window: Window, monke
 def test_restart_and_next_seed(scene: Scene) -> None:
     window = Window(load("article"), None)
     for _ in range(10):
-        window.one_step()
+        window.player.one_step()
     press(window, "r")
     assert window.lockstep.steps == 0
     assert np.array_equal(window.panes[0].state.position, simulate(load("article"), "article", steps=0).position[0])
@@ -197,8 +246,8 @@ def test_a_seed_whose_balls_do_not_fit_is_told_while_the_old_one_runs_on(window:
     tight = "radius = 99\ncount = 4\ninside = [[0, 0], [400, 400]]"  # a lattice at best, and that is too wide
     with pytest.raises(Mistake, match="is more than fit"):
         Window(scene_of(tight), None)
-    window.one_step()
-    window.try_to_begin(scene_of(tight))
+    window.player.one_step()
+    window.shelf.try_to_begin(scene_of(tight))
     assert window.lockstep.steps == 1
     assert "is more than fit" in window.status
 
@@ -217,7 +266,7 @@ def test_help_lists_every_key(window: Window) -> None:
 
 
 def test_a_picture_is_what_the_window_shows(window: Window, tmp_path: Path) -> None:
-    window.one_step()
+    window.player.one_step()
     window.draw()
     press(window, "F12")
     [file] = tmp_path.glob("*.png")
@@ -237,11 +286,12 @@ def test_escape_and_the_close_button_quit(window: Window) -> None:
 
 def test_every_control_is_a_method_with_a_key() -> None:
     for control in CONTROLS:
-        assert callable(getattr(Window, control.action))
+        assert any(callable(getattr(part, control.action, None)) for part in (Window, Player, Shelf))
         for key in control.keys:
-            assert action_of(Event(pygame.KEYDOWN, key=key, unicode="")) == control.action
+            mod = pygame.KMOD_LSHIFT if control.shift else 0
+            assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control
         for character in control.typed:
-            assert action_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control.action
+            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control
 
 
 @pytest.mark.parametrize("pane", [0, 1])
@@ -252,7 +302,7 @@ def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pa
     mouse(window, pygame.MOUSEBUTTONDOWN, edge)
     mouse(window, pygame.MOUSEMOTION, there)
     for _ in range(60):
-        window.one_step()
+        window.player.one_step()
     window.draw()
     for drawn in (0, 1):
         assert window.panes[drawn].state.position[1] == pytest.approx([500, 100], abs=1 / scale)
@@ -301,9 +351,9 @@ def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
     x, y = grabbed(window)
     for k in range(40):
         mouse(window, pygame.MOUSEMOTION, (x - 5 * k, y - 2 * k))
-        window.one_step()
+        window.player.one_step()
     window.release()
-    window.one_step()
+    window.player.one_step()
     for pane in window.panes:
         replay = simulate(window.scene, pane.name, steps=41, inputs=window.lockstep.given)
         assert np.array_equal(replay.position[-1], pane.state.position)
@@ -313,17 +363,32 @@ def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
     window=st.tuples(st.integers(480, 4000), st.integers(320, 2500)),
     arena=st.tuples(st.floats(100, 5000), st.floats(100, 5000)),
     panes=st.integers(1, 6),
+    tools=st.sampled_from([(), ((1.0,) * 5 + (5.0,), (1.0,) * 3, (1.0,) * 9, (1.0,) * 3)]),
+    charts=st.integers(0, 3),
 )
-def test_panes_and_titles_neither_overlap_nor_leave_the_window(
-    window: tuple[int, int], arena: tuple[float, float], panes: int
+def test_nothing_in_the_window_overlaps_or_leaves_it(
+    window: tuple[int, int], arena: tuple[float, float], panes: int, tools: tuple[tuple[float, ...], ...], charts: int
 ) -> None:
-    layout = Layout(window, arena, panes)
-    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status]
+    layout = Layout(window, arena, panes, tools, charts)
+    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status, *layout.toolbar]
+    places += [layout.strip] if layout.strip.height else []
+    assert layout.strip.height == 0 or layout.strip.height - layout.line_height >= 2.2 * charts * layout.text_height
+    assert len(layout.toolbar) == sum(map(len, tools))
     for index, place in enumerate(places):
         assert place.collidelist(places[index + 1 :]) == -1
         assert pygame.Rect((0, 0), window).contains(place)
     for pane in range(panes):
         assert layout.pane_at(layout.arenas[pane].center) == pane
+
+
+@pytest.mark.parametrize("size", [(1024, 640), (1280, 800), (3840, 2160)])
+@pytest.mark.parametrize("panes", [1, 2, 3])
+def test_there_is_room_for_all_charts_and_a_large_arena(window: Window, size: tuple[int, int], panes: int) -> None:
+    layout = Layout(size, (800, 600), panes, window.toolbar.widths, 3)
+    assert layout.strip.height > 0.2 * size[1]
+    assert layout.arenas[0].width > 0.9 * size[0] / max(panes, 2) or layout.arenas[0].height > 0.4 * size[1]
+    assert len({place.y for place in layout.toolbar}) <= 2  # rows
+    assert layout.text_height == max(13, min(size[1] // 40, 48))
 
 
 @pytest.mark.parametrize("arena", [(800.0, 600.0), (1000.0, 500.0), (300.0, 900.0)])
@@ -335,6 +400,160 @@ def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tup
         assert left.right < right.x
         assert size[0] <= desktop[0]
         assert size[1] <= desktop[1]
+
+
+def button(window: Window, action: str, shows: str = "") -> tuple[int, int]:
+    """Return the middle of a control's button."""
+    for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True):
+        if isinstance(widget, Button) and (widget.control.action, widget.control.shows) == (action, shows):
+            return place.center
+    raise AssertionError(action)
+
+
+def click(window: Window, point: tuple[int, int]) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point)
+    mouse(window, pygame.MOUSEBUTTONUP, point)
+
+
+@pytest.mark.parametrize("control", [c for c in CONTROLS if c.group == "see"], ids=lambda control: control.shows)
+def test_key_and_button_show_and_hide_the_same(window: Window, control: Control) -> None:
+    for _ in range(30):
+        window.player.one_step()
+    window.lockstep.engines["pymunk"].kick(0, (30.0, 90.0))
+    window.player.one_step()
+    window.panes[0].sparks.add(
+        np.array([(window.panes[0].state.time, 0, 1, (1, 0), 5, 0)], CONTACT), window.panes[0].state
+    )
+
+    def shown() -> np.ndarray:
+        window.draw()
+        below = window.layout.toolbar[-1].bottom
+        return pygame.surfarray.array3d(window.screen)[:, below:]
+
+    window.pointer = None
+    before = shown()
+    press(window, control.typed)
+    by_key = shown()
+    assert (by_key != before).any()
+    press(window, control.typed)
+    assert np.array_equal(shown(), before)
+    click(window, button(window, "show", control.shows))
+    assert np.array_equal(shown(), by_key)
+
+
+def test_the_toolbar_does_not_pull_balls_nor_its_keys_the_window_s(window: Window) -> None:
+    click(window, button(window, "pause"))
+    assert window.player.paused
+    assert window.lockstep.given == []
+    tab = Event(pygame.KEYDOWN, key=pygame.K_TAB, unicode="\t", mod=0)
+    window.on_event(tab)
+    press(window, "Esc")
+    assert window.running  # it has left the toolbar
+    press(window, "Esc")
+    assert not window.running
+
+
+def test_the_slider_of_speed_is_the_speed(window: Window) -> None:
+    [(slider, place)] = [
+        (widget, place)
+        for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True)
+        if isinstance(widget, Slider) and widget.name == "speed"
+    ]
+    click(window, (place.right - 1, place.centery))
+    assert window.player.speed == slider.value() == math.inf
+    click(window, (place.x, place.centery))
+    assert window.player.speed == 0.01
+
+
+@pytest.mark.parametrize("x", [200, 600, 790])
+def test_a_ball_under_the_mouse_tells_where_it_is_in_every_engine(x: int) -> None:
+    scene = scene_of(*TWO, f"radius = 10\nposition = [{min(x, 790)}, 590]\nvelocity = [0, -5]\nmass = 4")
+    window = Window(scene, ["pymunk", "impulse"])
+    assert facts(window.panes, 2)[1:] == [
+        [name, f"{x:.2f}, 590.00", "0.00, -5.00", "50"] for name in ("pymunk", "impulse")
+    ]
+    window.draw()
+    before = pygame.surfarray.array3d(window.screen)
+    arena, scale = window.layout.arenas[1], window.layout.scale
+    point = round(arena.x + x * scale), round(arena.y + 590 * scale)
+    mouse(window, pygame.MOUSEMOTION, point, held=False)
+    window.draw()
+    changed = (pygame.surfarray.array3d(window.screen) != before).any(axis=2)
+    columns, rows = np.nonzero(changed)
+    card = pygame.Rect(int(columns.min()), int(rows.min()), int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1)
+    assert card.width > 200
+    assert window.screen.get_rect().inflate(-1, -1).contains(card.inflate(-2, -2))
+    assert window.screen.get_at((card.x, card.y + card.height // 2))[:3] == FAINT[:3]  # its edge, all there
+    assert window.screen.get_at((card.right - 1, card.y + card.height // 2))[:3] == FAINT[:3]
+    window.on_event(Event(pygame.WINDOWLEAVE))
+    window.draw()
+    assert np.array_equal(pygame.surfarray.array3d(window.screen), before)
+
+
+def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[int] = []
+    whole = window.draw
+
+    def draw() -> None:
+        drawn.append(window.lockstep.steps)
+        whole()
+
+    monkeypatch.setattr(window, "draw", draw)
+    press(window, "p")
+    for _ in range(5):
+        window.frame(1 / 60)
+    assert drawn == [0]
+    window.tell("a notice")
+    window.frame(1 / 60)
+    press(window, "o")
+    window.frame(1 / 60)
+    window.frame(1 / 60)
+    assert drawn == [0, 0, 1]
+    press(window, "p")
+    for _ in range(30):  # a notice stands still, and time goes on
+        window.frame(1 / 60)
+    assert drawn[-1] == window.lockstep.steps > 20
+
+
+def test_charts_follow_the_run_and_begin_anew_with_it(window: Window) -> None:
+    for _ in range(20):
+        window.player.one_step()
+    assert window.charts.history.series.steps.tolist() == list(range(21))
+    press(window, "r")
+    assert window.charts.history.series.steps.tolist() == [0]
+
+
+def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window, tmp_path: Path) -> None:
+    window.frame(1 / 60)
+    press(window, "F9")
+    assert window.is_on(next(control for control in CONTROLS if control.action == "record"))
+    for _ in range(25):  # half a second of it, however long it takes
+        window.frame(3.0)
+    press(window, "p")
+    window.frame(1 / 60)  # is not recorded
+    last = pygame.surfarray.array3d(window.screen)
+    press(window, "p")
+    press(window, "F9")
+    [file] = tmp_path.iterdir()
+    with Image.open(file) as film:
+        assert (file.suffix, getattr(film, "n_frames", 0)) == (".gif", 25)
+        film.seek(24)
+        shown = np.asarray(film.convert("RGB")).swapaxes(0, 1)
+    assert window.lockstep.steps == pytest.approx(30, abs=1)
+    panes = slice(window.layout.top, window.layout.strip.y)
+    assert (shown[:, panes] != last[:, panes]).any(axis=2).mean() < 0.01
+    assert window.status == f"saved {file.name}"
+
+
+def test_a_window_of_another_size_ends_a_recording(window: Window, tmp_path: Path) -> None:
+    press(window, "F9")
+    window.frame(1 / 60)
+    window.screen = pygame.display.set_mode((700, 500))
+    window.frame(1 / 60)
+    assert window.film is None
+    [file] = tmp_path.iterdir()
+    with Image.open(file) as film:
+        assert film.size != (700, 500)
 
 
 def test_without_a_display_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,16 +1,59 @@
 """A live `pymunk.Space`, drawn by pymunk's own `pygame_util` debug-draw."""
 
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
 import pygame
 import pymunk
+from pygame import Surface
+from pymunk.batch import BodyFields, Buffer, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.scene import rgb
-from sandbox.view.draw import capsule
+from sandbox.view.draw import blit_discs, capsule, disc
+
+TURNS: Final = 64  # directions that a disc's line may have: at most 3 degrees off
 
 
-class _TrueWalls(DrawOptions):
-    """Pymunk's drawing, but for walls: the arena's, very large, are left out, and others as thick at any slope."""
+class DebugDraw(DrawOptions):
+    """Pymunk's drawing of a space, but for its shapes.
+
+    Of these it would call Python one by one, which of a thousand discs takes half of a frame: discs are kept as
+    pictures, and placed by what is read of all bodies at once. They show how they are turned, as pymunk's do. Walls
+    are as thick at any slope, and the arena's, which are very large, are left out.
+    """
+
+    def __init__(self, space: pymunk.Space, colours: Sequence[str]) -> None:
+        super().__init__(Surface((1, 1)))
+        self.flags = DrawOptions.DRAW_CONSTRAINTS | DrawOptions.DRAW_COLLISION_POINTS
+        self._space = space
+        self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
+        self._radius = np.array([shape.radius for shape in space.shapes if isinstance(shape, pymunk.Circle)])
+        self._colours = colours
+        self._buffer = Buffer()
+
+    def draw(self, surface: Surface, scale: float) -> None:
+        """Draw the space on a surface. scale: px of the surface for one px of the space."""
+        self.surface = surface
+        self.transform = pymunk.Transform.scaling(scale)
+        for wall in self._walls:
+            colour = self.color_for_shape(wall)
+            self.draw_fat_segment(scale * wall.a, scale * wall.b, scale * wall.radius, colour, colour)
+        self._draw_discs(scale)
+        self._space.debug_draw(self)
+
+    def _draw_discs(self, scale: float) -> None:
+        self._buffer.clear()
+        get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
+        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._radius)]
+        turns = np.rint(rows[:, 2] / math.tau * TURNS).astype(int) % TURNS
+        line = self.shape_outline_color.as_int()
+        radius = scale * self._radius
+        pictures = map(_turned, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
+        blit_discs(self.surface, pictures, scale * rows[:, :2], radius)
 
     def draw_fat_segment(
         self,
@@ -20,6 +63,7 @@ class _TrueWalls(DrawOptions):
         outline_color: SpaceDebugColor,
         fill_color: SpaceDebugColor,
     ) -> None:
+        """Draw a wall, if any of it is on the surface and not only its edge."""
         size = self.surface.get_size()
         for axis in (0, 1):
             if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
@@ -27,15 +71,11 @@ class _TrueWalls(DrawOptions):
         capsule(self.surface, fill_color.as_int(), a, b, radius)
 
 
-def draw_space(surface: pygame.Surface, space: pymunk.Space, scale: float) -> None:
-    """Draw a space on a surface. scale: px of the surface for one px of the space."""
-    options = _TrueWalls(surface)
-    options.transform = pymunk.Transform.scaling(scale)
-    space.debug_draw(options)
-
-
-def paint(space: pymunk.Space, colours: tuple[str, ...]) -> None:
-    """Give the circles of a space, in order, colours that debug-draw shows them in."""
-    circles = (shape for shape in space.shapes if isinstance(shape, pymunk.Circle))
-    for circle, colour in zip(circles, colours, strict=True):
-        circle.color = (*rgb(colour), 255)
+@lru_cache(maxsize=4096)
+def _turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
+    """Draw a disc with the line that shows how it is turned, as pymunk does."""
+    picture = disc(radius, colour).copy()
+    half, angle = picture.get_width() // 2, turn * math.tau / TURNS
+    edge = half + round((radius - 1) * math.cos(angle)), half + round((radius - 1) * math.sin(angle))
+    pygame.draw.line(picture, line, (half, half), edge, 2 if radius > 20 else 1)
+    return picture

@@ -1,30 +1,51 @@
-"""What everything in the window is drawn with: text, smooth discs, colours."""
+"""What everything in the window is drawn with: text, smooth discs, segments, arrows, dashes, cards."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
+from itertools import accumulate, cycle
 
+import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.scene import rgb
+from sandbox.state import Floats
+from sandbox.view.palette import FAINT, FRAME, INK
 
-FRAME = Color("#22262b")  # round the panes
-INK = Color("#e8eaed")
-FAINT = Color("#9aa0a6")
+FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
+FINE = 3  # text is drawn this many times as large: fitted to pixels in its own size, letters stand apart unevenly
 SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
+Point = Sequence[float]
+Ink = Color | tuple[int, ...]
 
 
 @lru_cache(maxsize=64)
 def font(height: int) -> pygame.font.Font:
-    """Return pygame's own font, the same on every machine, in a height in px."""
+    """Return pygame's own font in a height in px: the same on every machine."""
     pygame.font.init()
     return pygame.font.Font(None, round(1.4 * height))
 
 
+@lru_cache(maxsize=1024)
+def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
+    large = font(FINE * height).render(text, True, colour)
+    return pygame.transform.smoothscale(large, (text_width(text, height), round(large.get_height() / FINE)))
+
+
+def text_width(text: str, height: int) -> int:
+    """Return how wide a line of text is, px."""
+    return round(font(FINE * height).size(text)[0] / FINE)
+
+
+def lettering(text: str, colour: Color, height: int) -> Surface:
+    """Return a line of text on a clear surface of its size, which is not to be drawn on."""
+    return _line(text, (colour.r, colour.g, colour.b, colour.a), height)
+
+
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
     """Write a line of text in the middle of a place's height, cut at its right edge; return where it ends."""
-    line = font(height).render(text, True, colour)
+    line = lettering(text, colour, height)
     surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, place.width, place.height))
     return place.x + min(line.get_width(), place.width)
 
@@ -32,16 +53,21 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
 @lru_cache(maxsize=1024)
 def disc(radius: float, colour: str) -> Surface:
     """Draw a smooth disc on a clear surface of its size. radius: px of the screen."""
-    side = 2 * max(1, round(radius)) + 2
+    side = 2 * (max(1, round(radius)) + 1)
     large = Surface((SMOOTH * side, SMOOTH * side), pygame.SRCALPHA)
     centre = SMOOTH * side / 2
     pygame.draw.circle(large, rgb(colour), (centre, centre), SMOOTH * max(radius, 1.0))
     return pygame.transform.smoothscale(large, (side, side))
 
 
-def capsule(
-    surface: Surface, colour: Color | tuple[int, ...], a: Sequence[float], b: Sequence[float], radius: float
-) -> None:
+def blit_discs(surface: Surface, pictures: Iterable[Surface], centre: Floats, radius: Floats) -> None:
+    """Place pictures of discs. centre: (n, 2), radius: (n,), px of the surface."""
+    half = np.maximum(1, np.rint(radius)) + 1
+    corners = np.clip(np.rint(centre) - half[:, None], -FAR, FAR).astype(int)
+    surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)
+
+
+def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
     """Draw a segment with round ends. a, b, radius: px of the surface."""
     radius = max(radius, 0.5)
     distance = math.dist(a, b) or 1.0
@@ -52,7 +78,55 @@ def capsule(
         pygame.draw.circle(surface, colour, end, radius)
 
 
-def contrast(background: str) -> Color:
-    """Choose black or white, whichever is seen on a background."""
-    red, green, blue = rgb(background)
-    return Color("black") if 0.299 * red + 0.587 * green + 0.114 * blue > 128 else Color("white")
+def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:
+    """Draw an arrow whose point is at the tip. tail, tip, width of its shaft: px of the surface."""
+    length = math.dist(tail, tip)
+    if length < 1:
+        return
+    x, y = (tip[0] - tail[0]) / length, (tip[1] - tail[1]) / length
+    head = min(4.5 * width, length)
+    neck = tip[0] - head * x, tip[1] - head * y
+    wing = 0.45 * head
+    pygame.draw.line(surface, colour, tail, neck, max(1, round(width)))
+    wings = [(neck[0] - wing * y, neck[1] + wing * x), (neck[0] + wing * y, neck[1] - wing * x)]
+    pygame.draw.polygon(surface, colour, [tip, *wings])
+
+
+def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tuple[float, float]]:
+    """Cut a stretch into what a dashed line shows of it. The pattern is fixed to 0, so that a line can go on."""
+    if not any(dash[1::2]):
+        return [(start, end)]
+    lengths = [width * length for length in dash]
+    at = start - start % sum(lengths)
+    shown: list[tuple[float, float]] = []
+    for length, on in zip(cycle(lengths), cycle((True, False)), strict=False):
+        if at >= end:
+            return shown
+        if on and at + length > start:
+            shown.append((max(at, start), min(at + length, end)))
+        at += length
+    raise AssertionError
+
+
+def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> Rect:
+    """Draw a small table beside a point, never outside a place; return where. lines: the texts of each row."""
+    columns = [max(text_width(row[k], height) for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
+    pad, line_height = height // 2, round(1.4 * height)
+    stops = list(accumulate(columns, lambda x, width: x + width + 2 * pad, initial=pad))
+    place = Rect(0, 0, stops[-1] - pad, len(lines) * line_height + pad)
+    place.topleft = round(near[0]) + height, round(near[1]) + height
+    if place.bottom > within.bottom:
+        place.bottom = round(near[1]) - pad
+    place.clamp_ip(within)
+    panel(surface, place)
+    for number, row in enumerate(lines):
+        for column, text in enumerate(row):
+            cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
+            write(surface, text, cell.clip(place), FAINT if number and not column else INK, height)
+    return place
+
+
+def panel(surface: Surface, place: Rect) -> None:
+    """Draw the ground of what lies over everything else."""
+    pygame.draw.rect(surface, FRAME, place, border_radius=6)
+    pygame.draw.rect(surface, FAINT, place, 1, border_radius=6)

@@ -1,88 +1,153 @@
 """One engine's pane: its arena as the engine has it now, and over it what belongs to comparing and dragging."""
 
-import pygame
-from pygame import Surface
+from collections.abc import Collection, Sequence
+
+from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.inputs import Hand
-from sandbox.quantity import energy
-from sandbox.scene import Scene, rgb
+from sandbox.memory import Moment
+from sandbox.quantity import energy, kinetic_energy, potential_energy
+from sandbox.scene import Scene
 from sandbox.state import State
-from sandbox.view.debug_draw import draw_space, paint
-from sandbox.view.draw import INK, capsule, contrast, disc, write
+from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.layout import Layout
+from sandbox.view.overlay import Overlay, Sparks, Trail
+from sandbox.view.palette import INK, contrast, palette, paper
 
 
 class Pane:
     """What is shown of one engine. A Pymunk space is drawn by Pymunk's debug-draw, any other engine by the scene."""
 
-    def __init__(self, scene: Scene, name: str, engine: Engine) -> None:
-        self.scene = scene
+    _balls: tuple[int, ...] = ()
+    _drawn: PymunkEngine | None = None
+    debug_draw: DebugDraw | None = None
+
+    def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
-        self.engine = engine
-        self.state = engine.state()
-        self.contacts = len(engine.contacts())
-        self.energy_at_start = self._energy_now()
+        self.energy_at_start = _energy(moment.scene, moment.states[name])
+        self.show([moment], engine, live=True)
+
+    def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
+        """Show the last of some moments, and trails and contacts of those before.
+
+        engine: that runs, and is at the last of them where it is live; afresh: what was shown is not what led here.
+        """
+        moment = moments[-1]
+        if afresh or moment.balls != self._balls:
+            moments = [one for one in moments if one.balls == moment.balls]
+            self.trail, self.sparks = Trail(len(moment.balls)), Sparks(moment.scene.bodies.radius)
+        for one in moments:
+            self.sparks.add(one.contacts[self.name], one.states[self.name])
+        for one in moments if afresh else moments[-1:]:
+            self.trail.add(one.states[self.name])
+        self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
+        self.contacts = moment.counts[self.name]
         if isinstance(engine, PymunkEngine):
-            paint(engine.space, scene.colors)
-
-    def _energy_now(self) -> float:
-        return float(energy(self.scene, self.state.position, self.state.velocity))
-
-    def refresh(self) -> None:
-        """Look at the engine again."""
-        self.state = self.engine.state()
-        self.contacts += len(self.engine.contacts())
+            drawn = engine if live else PymunkEngine(self.scene, self.state)
+            if drawn is not self._drawn:
+                self._drawn, self.debug_draw = drawn, DebugDraw(drawn.space, self.scene.colors)
 
     @property
     def title(self) -> str:
         """Engine, energy left, contacts."""
-        left = f"{self._energy_now() / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}    energy {left}    contacts {self.contacts}"
+        now = _energy(self.scene, self.state)
+        left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
+        return f"{self.name}{SPACE}energy {left}{SPACE}contacts {self.contacts}"
 
-    def draw(self, surface: Surface, layout: Layout, index: int, ghosts: State | None, hand: Hand) -> None:
-        """Draw the pane at its place in a layout, with the outlines of another engine's balls where given."""
+    def draw(
+        self,
+        surface: Surface,
+        layout: Layout,
+        index: int,
+        ghosts: State | None,
+        hand: Hand,
+        showing: Collection[str] = (),
+    ) -> None:
+        """Draw the pane at its place in a layout, with the outlines of another engine's balls where given.
+
+        showing: what else to draw, by the names that controls have for it.
+        """
         arena = layout.arenas[index]
         inside = surface.subsurface(arena)
-        inside.fill(rgb(self.scene.arena.background))
-        if isinstance(self.engine, PymunkEngine):
-            draw_space(inside, self.engine.space, layout.scale)
+        over = Overlay(inside, self.scene, layout.scale, layout.text_height)
+        inside.fill(over.palette.ground)
+        if "grid" in showing:
+            over.grid()
+        if "trails" in showing:
+            over.trails(self.trail.places())
+        if self.debug_draw:
+            self.debug_draw.draw(inside, layout.scale)
         else:
-            self._draw_scene(inside, layout.scale)
+            draw_scene(inside, self.scene, self.state, layout.scale)
         if ghosts is not None:
-            self._draw_ghosts(inside, layout.scale, ghosts)
-        if hand.ball is not None:
-            self._draw_pull(inside, layout.scale, hand, hand.ball)
-        write(surface, self.title, layout.title(index), INK, layout.text_height)
+            over.ghosts(ghosts)
+        if "momentum" in showing:
+            over.momentum(self.state)
+        if "velocity" in showing:
+            over.velocity(self.state)
+        if "numbers" in showing:
+            over.numbers(self.state)
+        if "contacts" in showing:
+            over.contacts(self.sparks.latest(), self.state.time)
+        if "centre" in showing:
+            over.centre(self.state)
+        over.pull(self.state, hand)
+        self._draw_title(surface, layout, index)
 
-    def _draw_scene(self, inside: Surface, scale: float) -> None:
-        ink = contrast(self.scene.arena.background)
-        for wall in self.scene.walls:
-            start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
-            capsule(inside, ink, start, end, wall.thickness / 2 * scale)
-        balls = zip(self.state.position.tolist(), self.scene.bodies.radius.tolist(), self.scene.colors, strict=True)
-        for (x, y), radius, colour in balls:
-            picture = disc(radius * scale, colour)
-            inside.blit(
-                picture, (round(x * scale) - picture.get_width() // 2, round(y * scale) - picture.get_height() // 2)
-            )
-
-    def _draw_ghosts(self, inside: Surface, scale: float, ghosts: State) -> None:
-        balls = zip(ghosts.position.tolist(), self.scene.bodies.radius.tolist(), self.scene.colors, strict=True)
-        for (x, y), radius, colour in balls:
-            centre = round(x * scale), round(y * scale)
-            pygame.draw.circle(inside, rgb(colour), centre, max(2, round(radius * scale)), 2)
-
-    def _draw_pull(self, inside: Surface, scale: float, hand: Hand, ball: int) -> None:
-        ink = contrast(self.scene.arena.background)
-        start, end = ([round(c * scale) for c in point] for point in (self.state.position[ball], hand.target))
-        pygame.draw.line(inside, ink, start, end, 2)
-        pygame.draw.circle(inside, ink, end, 4)
+    def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
+        """Draw as much of the title as there is room for, after a sample of the engine's line in the charts."""
+        place, height = layout.title(index), layout.text_height
+        if layout.strip.height:
+            sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
+            colours = palette(paper(self.scene.arena.background))
+            surface.fill(colours.ground, sample)
+            line, width = colours.line(index), max(2, height // 6)
+            for start, end in dashes(0, sample.width, line.dash, width):
+                surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
+            place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
+        parts = self.title.split(SPACE)
+        while len(parts) > 1 and text_width(SPACE.join(parts), height) > place.width:
+            parts.pop()
+        write(surface, SPACE.join(parts), place, INK, height)
 
 
-def draw_panes(surface: Surface, layout: Layout, panes: list[Pane], *, ghosts: bool, hand: Hand) -> None:
+def _energy(scene: Scene, state: State) -> float:
+    return float(energy(scene, state.position, state.velocity))
+
+
+def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:
+    """Draw a scene's walls and balls. scale: px of the surface for one px of the scene."""
+    ink = contrast(scene.arena.background)
+    for wall in scene.walls:
+        start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
+        capsule(surface, ink, start, end, wall.thickness / 2 * scale)
+    radius = scale * scene.bodies.radius
+    blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
+
+
+SPACE = "    "  # between the parts of a title
+
+
+def draw_panes(
+    surface: Surface, layout: Layout, panes: Sequence[Pane], *, showing: Collection[str] = (), hand: Hand
+) -> None:
     """Draw every pane; the first lends its balls as ghosts to the last, and the last to all others."""
     for index, pane in enumerate(panes):
         other = panes[0] if pane is panes[-1] else panes[-1]
-        pane.draw(surface, layout, index, other.state if ghosts and other is not pane else None, hand)
+        ghosts = other.state if "ghosts" in showing and other is not pane else None
+        pane.draw(surface, layout, index, ghosts, hand, showing)
+
+
+def facts(panes: Sequence[Pane], ball: int) -> list[list[str]]:
+    """Tell of a ball where it is in every engine, and with which velocity and energy: rows of a table."""
+    rows = [[f"ball {ball}", "at, px", "velocity, px/s", "energy, kg px²/s²"]]
+    for pane in panes:
+        scene, one = pane.scene, slice(ball, ball + 1)
+        position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
+        whole = kinetic_energy(velocity, mass) + potential_energy(position, mass, scene.gravity, scene.arena.size)
+        (x, y), (vx, vy) = position[0], velocity[0]
+        rows.append([pane.name, f"{x:.2f}, {y:.2f}", f"{vx:.2f}, {vy:.2f}", f"{whole:.6g}"])
+    return rows

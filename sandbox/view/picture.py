@@ -8,9 +8,12 @@ from pygame import Surface
 from sandbox.comparison import Comparison
 from sandbox.engines import create
 from sandbox.inputs import Hand
+from sandbox.memory import Moment
 from sandbox.output import whole_file
-from sandbox.view.draw import FAINT, FRAME, write
+from sandbox.state import no_contacts
+from sandbox.view.draw import write
 from sandbox.view.layout import Layout
+from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, draw_panes
 
 SIZE = (1280, 560)  # px
@@ -23,11 +26,22 @@ def draw_picture(comparison: Comparison) -> Surface:
     surface.fill(FRAME)
     layout = Layout(SIZE, scene.arena.size, len(comparison.runs))
     panes = []
+    end = Moment(
+        step=len(comparison.time) - 1,
+        time=float(comparison.time[-1]),
+        scene=scene,
+        states={name: run.final for name, run in comparison.runs.items()},
+        contacts=dict.fromkeys(comparison.runs, no_contacts()),
+        counts={name: len(run.contacts) for name, run in comparison.runs.items()},
+        balls=tuple(range(len(scene.bodies))),
+        held=None,
+        target=(0.0, 0.0),
+    )
     for name, run in comparison.runs.items():
-        pane = Pane(scene, name, create(name, scene, run.final))
-        pane.energy_at_start, pane.contacts = float(run.energy[0]), len(run.contacts)
+        pane = Pane(end, name, create(name, scene, run.final))
+        pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
-    draw_panes(surface, layout, panes, ghosts=False, hand=Hand(scene))
+    draw_panes(surface, layout, panes, hand=Hand(scene))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, FAINT, layout.text_height)
     return surface

@@ -1,0 +1,77 @@
+"""The window's colours, which colour-blind people can tell apart, and what tells engines apart without colour."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final
+
+from pygame import Color
+
+from sandbox.scene import PALETTE, rgb
+
+FRAME: Final = Color("#22262b")  # round the panes
+RAISED: Final = Color("#3a4047")  # what lies on the frame: buttons, cards
+INK: Final = Color("#e8eaed")
+FAINT: Final = Color("#9aa0a6")
+NIGHT: Final = "#14181d"
+
+BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
+YELLOW: Final = "#f0e442"  # Okabe and Ito's, left out of the balls' as it is hardly seen on white
+
+# Engines' lines in turn: those of Okabe and Ito's colours that stand out from a light ground, and from a dark one.
+ON_LIGHT: Final = (BLUE, VERMILLION, GREEN, PURPLE, "#000000")
+ON_DARK: Final = (SKY, ORANGE, GREEN, YELLOW, "#ffffff")
+DASHES: Final = ((1, 0), (8, 4), (2, 3), (14, 3, 2, 3), (4, 8))  # on, off, ..., in line widths
+
+
+@dataclass(frozen=True)
+class Line:
+    """How an engine's line is drawn. dash: lengths on, off, ..., in line widths; one that is never off is solid."""
+
+    colour: Color
+    dash: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Palette:
+    """The colours of everything that is drawn on some background.
+
+    ink: text and marks; faint: grid and axes; momentum, contact: of arrows and sparks.
+    """
+
+    ground: Color
+    ink: Color
+    faint: Color
+    momentum: Color
+    contact: Color
+    lines: tuple[Line, ...]
+
+    def line(self, engine: int) -> Line:
+        """Return how the line of an engine, counted from 0, is drawn; they come round again."""
+        return self.lines[engine % len(self.lines)]
+
+
+@lru_cache(maxsize=64)
+def palette(background: str) -> Palette:
+    """Choose the colours that stand out from a background."""
+    ground, ink = Color(*rgb(background)), contrast(background)
+    dark = ink == Color("white")
+    lines = zip(ON_DARK if dark else ON_LIGHT, DASHES, strict=True)
+    return Palette(
+        ground=ground,
+        ink=ink,
+        faint=ground.lerp(ink, 0.15),
+        momentum=Color(ORANGE if dark else PURPLE),
+        contact=Color(YELLOW if dark else VERMILLION),
+        lines=tuple(Line(Color(colour), dash) for colour, dash in lines),
+    )
+
+
+def paper(background: str) -> str:
+    """Choose the ground of charts: light or dark as a scene's background, but never a colour that hides a line's."""
+    return "white" if contrast(background) == Color("black") else NIGHT
+
+
+def contrast(background: str) -> Color:
+    """Choose black or white, whichever is seen on a background."""
+    red, green, blue = rgb(background)
+    return Color("black") if 0.299 * red + 0.587 * green + 0.114 * blue > 128 else Color("white")

@@ -1,0 +1,221 @@
+"""The picker of scenes: previews, found by typing."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Final
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.mistakes import Mistake
+from sandbox.scene import TRUTHS, Scene, bundled, load, rgb
+from sandbox.spawn import spawn
+from sandbox.view.draw import panel, text_width, write
+from sandbox.view.palette import FAINT, INK, RAISED, SKY
+from sandbox.view.pane import draw_scene
+
+TILE: Final = 12  # width of a preview with its name, in heights of the text
+SHAPE: Final = 0.65  # of a preview: its height, as a share of its width
+MOST: Final = 200  # files of a folder that are offered
+ON: Final = pygame.Color(SKY)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scene that can be chosen."""
+
+    name: str
+    file: Path
+
+    @cached_property
+    def words(self) -> str:
+        """What a search looks through: the name, and all that the file says."""
+        try:
+            return f"{self.name} {self.file.read_text(encoding='utf-8', errors='replace')}".lower()
+        except OSError:
+            return self.name.lower()
+
+
+def entries(folder: Path) -> list[Entry]:
+    """List the scenes of a folder, then those that come with the sandbox."""
+    come_with = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
+    known = {entry.file.resolve() for entry in come_with}
+    own = [Entry(file.name, file) for file in sorted(folder.glob("*.toml"))[:MOST] if file.resolve() not in known]
+    return [entry for entry in own if "[[balls]]" in entry.words] + come_with
+
+
+class Picker:
+    """A grid of scenes over the whole window, while it is open."""
+
+    def __init__(self, choose: Callable[[Path], None], close: Callable[[], None]) -> None:
+        self._choose = choose
+        self._close = close
+        self._entries = entries(Path())
+        self.typed = ""
+        self.chosen = 0
+        self._first_row = 0
+        self._window = Rect(0, 0, 1, 1)
+        self._text_height = 1
+
+    @property
+    def found(self) -> list[Entry]:
+        """The scenes that have every word that was typed."""
+        words = self.typed.lower().split()
+        return [entry for entry in self._entries if all(word in entry.words for word in words)]
+
+    def fit(self, window: Rect, text_height: int) -> None:
+        """Fill a window with text of some height, px."""
+        self._window, self._text_height = window, text_height
+
+    # What mouse and keys do
+
+    def on_event(self, event: Event) -> None:
+        """Do what an event asks for."""
+        if event.type == pygame.KEYDOWN:
+            self._on_key(event)
+        elif event.type == pygame.MOUSEWHEEL:
+            self._move(-event.y * self.columns)
+        elif event.type in (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN):
+            over = next((index for index, place in self.places() if place.collidepoint(event.pos)), None)
+            if over is not None:
+                self.chosen = over
+            if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+                self._close() if over is None else self._take()
+
+    def _on_key(self, event: Event) -> None:
+        moves = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1, pygame.K_UP: -self.columns, pygame.K_DOWN: self.columns}
+        pages = {pygame.K_PAGEUP: -1, pygame.K_PAGEDOWN: 1}
+        if event.key == pygame.K_ESCAPE:
+            self._close()
+        elif event.key in (pygame.K_RETURN, pygame.K_KP_ENTER):
+            self._take()
+        elif event.key in moves:
+            self._move(moves[event.key])
+        elif event.key in pages:
+            self._move(pages[event.key] * self.columns * self.rows)
+        elif event.key == pygame.K_BACKSPACE:
+            self._type(self.typed[:-1])
+        elif event.unicode.isprintable():
+            self._type(self.typed + event.unicode)
+
+    def _type(self, typed: str) -> None:
+        self.typed, self.chosen = typed, 0
+
+    def _move(self, by: int) -> None:
+        self.chosen = max(0, min(self.chosen + by, len(self.found) - 1))
+
+    def _take(self) -> None:
+        found = self.found
+        if found:
+            self._choose(found[self.chosen].file)
+
+    # Where things stand
+
+    @property
+    def columns(self) -> int:
+        """How many previews stand side by side."""
+        return max(1, (self._window.width - self._pad) // (TILE * self._text_height + self._pad))
+
+    @property
+    def rows(self) -> int:
+        """How many rows of previews there is room for."""
+        return max(1, (self._window.height - self._head - self._pad) // (self._tile_height + self._pad))
+
+    @property
+    def _pad(self) -> int:
+        return self._text_height
+
+    @property
+    def _head(self) -> int:
+        return 4 * self._text_height
+
+    @property
+    def _tile_width(self) -> int:
+        return (self._window.width - self._pad) // self.columns - self._pad
+
+    @property
+    def _tile_height(self) -> int:
+        return round(TILE * self._text_height * SHAPE) + round(2 * 1.4 * self._text_height)
+
+    def places(self) -> list[tuple[int, Rect]]:
+        """Return which scenes are seen, and where."""
+        row = self.chosen // self.columns
+        self._first_row = min(max(self._first_row, row - self.rows + 1), row)
+        seen = range(self._first_row * self.columns, (self._first_row + self.rows) * self.columns)
+        places = []
+        for index in seen[: max(0, len(self.found) - seen.start)]:
+            down, across = divmod(index - seen.start, self.columns)
+            x = self._window.x + self._pad + across * (self._tile_width + self._pad)
+            y = self._window.y + self._head + down * (self._tile_height + self._pad)
+            places.append((index, Rect(x, y, self._tile_width, self._tile_height)))
+        return places
+
+    # What is shown
+
+    def draw(self, surface: Surface) -> None:
+        """Draw the search and the previews."""
+        height = self._text_height
+        panel(surface, self._window)
+        found = self.found
+        field = Rect(
+            self._window.x + self._pad, self._window.y + height, self._window.width - 2 * self._pad, 2 * height
+        )
+        pygame.draw.rect(surface, RAISED, field, border_radius=height // 3)
+        line = field.inflate(-height, 0)
+        said = self.typed or "type to search; arrows and Enter, or a click, choose; Esc closes"
+        end = write(surface, said, line, INK if self.typed else FAINT, height)
+        if self.typed:
+            surface.fill(INK, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3)))
+        count = f"{len(found)} of {len(self._entries)}"
+        count_place = Rect(line.right - text_width(count, height), line.y, text_width(count, height), line.height)
+        if count_place.x > end + height:
+            write(surface, count, count_place, FAINT, height)
+        for index, place in self.places():
+            self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
+
+    def _draw_tile(self, surface: Surface, entry: Entry, place: Rect, *, chosen: bool) -> None:
+        height = self._text_height
+        text = Rect(place.x, 0, place.width, round(1.4 * height))
+        picture = preview(entry.file, (place.width, place.height - 2 * text.height), height)
+        if chosen:
+            pygame.draw.rect(surface, RAISED, place.inflate(height, height // 2), border_radius=height // 3)
+            pygame.draw.rect(surface, ON, place.inflate(height, height // 2), 2, border_radius=height // 3)
+        surface.blit(picture.surface, place)
+        text.y = place.bottom - 2 * text.height
+        write(surface, entry.name, text, INK, height)
+        text.y += text.height
+        write(surface, picture.title, text, FAINT, round(0.85 * height))
+
+
+@dataclass(frozen=True)
+class Preview:
+    """What is shown of a scene before it is chosen."""
+
+    surface: Surface
+    title: str
+
+
+@lru_cache(maxsize=256)
+def preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
+    """Draw a scene's start in a small picture; or what is wrong with the scene."""
+    surface = Surface(size, pygame.SRCALPHA)
+    try:
+        loaded = load(file)
+        _draw_start(surface, loaded)
+    except Mistake as mistake:
+        write(surface, str(mistake).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
+        return Preview(surface, "has a mistake")
+    return Preview(surface, loaded.title)
+
+
+def _draw_start(surface: Surface, scene: Scene) -> None:
+    state = spawn(scene)
+    scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
+    arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))
+    arena.center = surface.get_rect().center
+    inside = surface.subsurface(arena.clip(surface.get_rect()))
+    inside.fill(rgb(scene.arena.background))
+    draw_scene(inside, scene, state, scale)

@@ -1,0 +1,246 @@
+"""The toolbar: buttons and sliders, for the mouse alone and for the keyboard alone."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.controls import Control
+from sandbox.view.draw import card, lettering
+from sandbox.view.icon import icon
+from sandbox.view.palette import FAINT, FRAME, INK, RAISED, SKY
+
+SLIDER: Final = 5.0  # width of a slider, in heights of the toolbar
+ON: Final = pygame.Color(SKY)
+DARK: Final = (FRAME.r, FRAME.g, FRAME.b)
+LIGHT: Final = (INK.r, INK.g, INK.b)
+
+
+class Widget(Protocol):
+    """Something on the toolbar. Its place is given anew each time, as the window may change."""
+
+    @property
+    def group(self) -> str:
+        """Widgets of a group stand together."""
+
+    @property
+    def width(self) -> float:
+        """In heights of the toolbar."""
+
+    @property
+    def tip(self) -> str:
+        """What it does, and by which key."""
+
+    def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
+        """Draw it. hot: the mouse or the keyboard is on it."""
+
+    def press(self, place: Rect, x: int) -> None:
+        """Do what the mouse asks for that went down on it, or moved on since, at x (px of the window)."""
+
+    def let_go(self) -> None:
+        """Do what the mouse asks for by letting go of it."""
+
+    def key(self, key: int) -> bool:
+        """Do what a key asks for; tell whether it was for this widget."""
+
+
+@dataclass(frozen=True)
+class Button:
+    """Does what a control's key does. is_on: whether what it stands for is on now."""
+
+    control: Control
+    do: Callable[[Control], None]
+    is_on: Callable[[Control], bool]
+    width: float = 1.0
+
+    @property
+    def group(self) -> str:
+        """The control's."""
+        return self.control.group
+
+    @property
+    def tip(self) -> str:
+        """What it does, and by which key."""
+        return f"{self.control.does}  ({self.control.shown})"
+
+    def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
+        """Draw the icon: dark on a light ground while it is on."""
+        on = self.is_on(self.control)
+        pygame.draw.rect(surface, ON if on else RAISED, place, border_radius=place.height // 6)
+        if hot:
+            pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
+        name = self.control.icon_on if on and self.control.icon_on else self.control.icon
+        picture = icon(name, round(0.68 * place.height), DARK if on else LIGHT)
+        surface.blit(picture, picture.get_rect(center=place.center))
+
+    def press(self, place: Rect, x: int) -> None:
+        """Do it; a drag does no more."""
+        self.do(self.control)
+
+    def let_go(self) -> None:
+        """Do no more."""
+
+    def key(self, key: int) -> bool:
+        """Do it on Enter."""
+        if key in ENTER:
+            self.do(self.control)
+        return key in ENTER
+
+
+@dataclass
+class Slider:
+    """Chooses one of some values, in order. value: the one now, which may be none of them.
+
+    at_once: the mouse chooses while it drags; else when it lets go.
+    """
+
+    group: str
+    name: str
+    does: str
+    values: Sequence[float]
+    value: Callable[[], float]
+    choose: Callable[[float], None]
+    unit: str = ""
+    at_once: bool = True
+    width: float = SLIDER
+    dragged: int | None = None  # value that the mouse has dragged it to, and not chosen yet
+
+    @property
+    def tip(self) -> str:
+        """What it is, and its value."""
+        return f"{self.does}: {self._said()}"
+
+    def _said(self) -> str:
+        value = self.value() if self.dragged is None else self.values[self.dragged]
+        return "fastest" if value == math.inf else f"{value:g}{self.unit}"
+
+    def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
+        """Draw name and value over a track with a knob."""
+        pygame.draw.rect(surface, RAISED, place, border_radius=place.height // 6)
+        if hot:
+            pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
+        height = round(0.38 * place.height)
+        track = self._track(place)
+        name, value = lettering(self.name, FAINT, height), lettering(self._said(), INK, height)
+        surface.blit(name, (track.x, place.y + height // 6))
+        surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
+        pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
+        x = track.x + track.width * self._nearest() / max(1, len(self.values) - 1)
+        pygame.draw.circle(surface, ON, (round(x), track.centery), round(0.16 * place.height))
+
+    def press(self, place: Rect, x: int) -> None:
+        """Choose the value that the track has at x."""
+        track = self._track(place)
+        share = min(max((x - track.x) / track.width, 0.0), 1.0)
+        index = round(share * (len(self.values) - 1))
+        if self.at_once:
+            self._choose(index)
+        else:
+            self.dragged = index
+
+    def let_go(self) -> None:
+        """Choose the value that the mouse left it at."""
+        if self.dragged is not None:
+            index, self.dragged = self.dragged, None
+            self._choose(index)
+
+    def key(self, key: int) -> bool:
+        """Choose the value before or after on an arrow."""
+        if key in ARROWS:
+            self._choose(min(max(self._nearest() + ARROWS[key], 0), len(self.values) - 1))
+        return key in ARROWS
+
+    def _choose(self, index: int) -> None:
+        if self.values[index] != self.value():
+            self.choose(self.values[index])
+
+    def _nearest(self) -> int:
+        if self.dragged is not None:
+            return self.dragged
+        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))
+
+    @staticmethod
+    def _track(place: Rect) -> Rect:
+        pad = place.height // 3
+        return Rect(place.x + pad, place.y + round(0.55 * place.height), place.width - 2 * pad, place.height // 3)
+
+
+ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
+ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
+
+
+class Toolbar:
+    """A row of widgets, which the mouse is over one of, and the keyboard on one of."""
+
+    def __init__(self, widgets: Sequence[Widget]) -> None:
+        self.widgets = tuple(widgets)
+        self.over: int | None = None  # the widget under the mouse
+        self.held: int | None = None  # the widget that the mouse went down on
+        self.focus: int | None = None  # the widget that the keyboard is on
+
+    @property
+    def widths(self) -> tuple[tuple[float, ...], ...]:
+        """The widgets' widths, in heights of the toolbar, by group."""
+        groups: list[tuple[str, list[float]]] = []
+        for widget in self.widgets:
+            if not groups or groups[-1][0] != widget.group:
+                groups.append((widget.group, []))
+            groups[-1][1].append(widget.width)
+        return tuple(tuple(widths) for _, widths in groups)
+
+    def on_event(self, event: Event, places: Sequence[Rect]) -> bool:
+        """Do what an event asks for; tell whether it was the toolbar's."""
+        if event.type == pygame.KEYDOWN:
+            return self._on_key(event)
+        if event.type == pygame.MOUSEMOTION:
+            self.over = _index(places, event.pos)
+            if self.held is not None and isinstance(self.widgets[self.held], Slider):
+                self.widgets[self.held].press(places[self.held], event.pos[0])
+            return self.held is not None
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            self.focus, self.held = None, _index(places, event.pos)
+            if self.held is not None:
+                self.widgets[self.held].press(places[self.held], event.pos[0])
+            return self.held is not None
+        if event.type == pygame.WINDOWLEAVE:
+            self.over = None
+        if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
+            if self.held is not None:
+                self.widgets[self.held].let_go()
+            self.held = None
+        return False
+
+    def _on_key(self, event: Event) -> bool:
+        if event.key == pygame.K_TAB:
+            back = event.mod & pygame.KMOD_SHIFT
+            if self.focus is None:
+                self.focus = len(self.widgets) - 1 if back else 0
+            else:
+                self.focus = (self.focus + (-1 if back else 1)) % len(self.widgets)
+            return True
+        if self.focus is None:
+            return False
+        if event.key == pygame.K_ESCAPE:
+            self.focus = None
+            return True
+        return self.widgets[self.focus].key(event.key)
+
+    def draw(self, surface: Surface, places: Sequence[Rect]) -> None:
+        """Draw all widgets."""
+        for index, (widget, place) in enumerate(zip(self.widgets, places, strict=True)):
+            widget.draw(surface, place, hot=index in (self.over, self.focus))
+
+    def draw_tip(self, surface: Surface, places: Sequence[Rect], text_height: int) -> None:
+        """Draw what the widget does that the mouse or the keyboard is on."""
+        index = self.over if self.over is not None else self.focus
+        if index is not None:
+            card(surface, [[self.widgets[index].tip]], places[index].bottomleft, text_height, surface.get_rect())
+
+
+def _index(places: Sequence[Rect], point: tuple[int, int]) -> int | None:
+    found = Rect(point, (1, 1)).collidelist(list(places))
+    return None if found < 0 else found
