@@ -3,14 +3,14 @@
 import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.difference import Account, Difference, differences
-from sandbox.engines import Engine, default_engines, takes
+from sandbox.engines import default_engines, takes
 from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input, clock_of
 from sandbox.ledger import Entry, Ledger, step_at
@@ -19,15 +19,14 @@ from sandbox.quantity import energy, length, momentum
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Bools, Contacts, Floats, State
-from sandbox.trajectory import Lockstep
+from sandbox.trajectory import Lockstep, Runner
 from sandbox.truth import Score, score
+from sandbox.yardstick import YARDSTICK, Twin, yardstick_of
 
-YARDSTICK: Final = "exact"  # what the others are measured against, wherever it takes part
 SAMPLES: Final = 200  # states of a gas, about, whose speeds are held beside their law
 BLOCK_BYTES: Final = 32_000_000  # of states kept between two reckonings, an engine
 PATH_BYTES: Final = 20_000_000  # of positions kept of a run, an engine
 PACE: Final = 64  # steps between two words on how far a run is
-TWIN: Final = "the yardstick's twin"
 
 
 @dataclass(frozen=True)
@@ -182,7 +181,7 @@ def compare(
     Raises Mistake for a name that is no engine, Refused where an engine cannot honour the scene.
     """
     names = list(engines) if engines else _all_by_default(scene)
-    against = against or (YARDSTICK if YARDSTICK in names else names[-1])
+    against = against or yardstick_of(names)
     if against not in names:
         raise Mistake(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
     lockstep = Lockstep(scene, names, inputs)
@@ -209,8 +208,8 @@ class _Stretch:
         state_bytes = 4 * 8 * len(self.scene.bodies)
         self.block = max(1, BLOCK_BYTES // state_bytes)
         self.stride = max(1, state_bytes // 4 * (steps + 1) // PATH_BYTES)
-        self.tallies = {name: _Tally(self.scene, lockstep.engines[name].engine, self.stride, steps) for name in names}
-        self.twin = _Twin(lockstep, against)
+        self.tallies = {name: _Tally(self.scene, lockstep.engines[name], self.stride, steps) for name in names}
+        self.twin = Twin(lockstep, against)
         self.steps = -1
         self.look()
         self.initial = self.tallies[against].states[0]
@@ -220,7 +219,7 @@ class _Stretch:
         self.steps += 1
         for name, tally in self.tallies.items():
             tally.states.append(tally.engine.state())
-            tally.pulls.append(_Pull(self.lockstep.hand.ball, self.lockstep.pulls.get(name, (0.0, 0.0))))
+            tally.pulls.append(_Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
         self.twin.look(self.tallies[self.against].states[-1])
         if len(self.tallies[self.against].states) == self.block:
             self.reckon()
@@ -250,31 +249,6 @@ class _Stretch:
         return Comparison(self.scene, self.against, self.since, time, runs, self.twin.apart, self.stride, inputs)
 
 
-class _Twin:
-    """The yardstick once more, with the first ball one unit in the last place to the right.
-
-    What that does grows by a factor at every contact. Once a ball is a radius from where it should be, no solver that
-    rounds can be right about paths. apart: s, when that was; None where it is still to come.
-    """
-
-    def __init__(self, lockstep: Lockstep, against: str) -> None:
-        state = lockstep.engines[against].engine.state()
-        position = state.position.copy()
-        position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.add(TWIN, against, replace(state, position=position))
-        self.apart: float | None = None
-        self._lockstep = lockstep
-
-    def look(self, right: State) -> None:
-        """Look at where it is, while it runs. right: the yardstick."""
-        runner = self._lockstep.engines.get(TWIN)
-        if runner is not None:
-            gap = length(runner.engine.state().position - right.position)
-            if np.any(gap > self._lockstep.scene.bodies.radius):
-                self.apart = right.time
-                del self._lockstep.engines[TWIN]
-
-
 def _all_by_default(scene: Scene) -> list[str]:
     initial = spawn(scene)
     yardstick = [YARDSTICK] if takes(YARDSTICK, scene, initial) else []
@@ -291,9 +265,9 @@ class _Pull(NamedTuple):
 class _Tally:
     """Reckons up one engine's states, block by block."""
 
-    def __init__(self, scene: Scene, engine: Engine, stride: int, steps: int) -> None:
+    def __init__(self, scene: Scene, runner: Runner, stride: int, steps: int) -> None:
         self.scene = scene
-        self.engine = engine
+        self.engine = engine = runner.engine
         engine.contacts()  # begins their collecting
         self.contacts: list[Contacts] = []
         self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max, apart
@@ -301,7 +275,7 @@ class _Tally:
         self.scores: list[Score] = []
         self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
         self.every = max(1, steps // SAMPLES)
-        self.ledger = Ledger(scene, together=getattr(engine, "together", False))
+        self.ledger = Ledger(scene, together=runner.together)
         self.states: list[State] = []  # that are not reckoned up yet
         self.pulls: list[_Pull] = []  # of the steps that led there
         self.held: list[Bools] = []
@@ -361,7 +335,7 @@ class _Tally:
         outside = ((self.final.position < 0) | (self.final.position > self.scene.arena.size)).any(axis=1)
         parted = float(apart.argmax() / rate) if apart.any() else None
         until = min(time for time in (parted, horizon, self.final.time) if time is not None)
-        differing = differences(self.scene, account, right, until) if right else ()
+        differing = differences(self.scene, account, right, until, self.final.time) if right else ()
         figures = Figures(
             energy_ratio=float(joules[-1] / joules[0]) if joules[0] else None,
             energy_drift=float(np.abs(joules / joules[0] - 1).max()) if joules[0] else None,

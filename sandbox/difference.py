@@ -67,16 +67,17 @@ class Place(NamedTuple):
     size: float  # px/s by which it ends otherwise
 
 
-def differences(scene: Scene, mine: Account, right: Account, until: float) -> tuple[Difference, ...]:
+def differences(scene: Scene, mine: Account, right: Account, until: float, end: float) -> tuple[Difference, ...]:
     """Tell what an engine and the yardstick do not have alike up to a time (s), in order of time.
 
+    end: s, up to which the contacts are there: what is near it may be answered later.
     Where all velocities agree it is the contacts that put balls in other places. At most MOST are told, of the first
     LOOKED contacts.
     """
     for account in (mine, right):
         if len(account.contacts) > LOOKED:
             until = min(until, float(account.contacts["time"][LOOKED]))
-    pairs = _Pairs(scene, mine, right, until)
+    pairs = _Pairs(scene, mine, right, until, end)
     places = sorted([*pairs.otherwise(), *pairs.alone()])[:MOST]
     if not places:
         return tuple(pairs.tell(place) for place in pairs.astray())
@@ -95,10 +96,10 @@ def _inherited(one: Difference, since: Difference) -> Difference:
 class _Pairs:
     """The contacts of one engine, each with the yardstick's that it answers to."""
 
-    def __init__(self, scene: Scene, mine: Account, right: Account, until: float) -> None:
+    def __init__(self, scene: Scene, mine: Account, right: Account, until: float, end: float) -> None:
         self.scene, self.mine, self.right = scene, mine, right
         slack = LONGEST / scene.rate
-        self.until = min(until, scene.seconds - slack)  # what comes later may be answered after the end
+        self.until = min(until, end - slack)
         self.answers, self.answered = _match(mine.contacts, right.contacts, until, slack)
 
     def otherwise(self) -> Iterator[Place]:

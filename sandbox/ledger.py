@@ -481,7 +481,7 @@ class Ledger:
         law, rate = self._law, self._scene.rate
         step_of = step_at(contacts["time"], rate)
         within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, law.dt)
-        step_of -= self._steps
+        step_of = np.clip(step_of - self._steps, 1, steps)
         if self._free is None:
             self._free = _flight(self._scene, position, velocity, contacts, step_of)
         momentum, displacement, count = self._sums

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from sandbox.edits import Edit
 from sandbox.inputs import Grab, Input, Move, Release, clock_of
+from sandbox.marks import Marker, Marks
 from sandbox.memory import Memory, Moment
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene
@@ -50,6 +51,11 @@ class Session:
     def live(self) -> bool:
         """Whether what is shown is what the engines are at."""
         return not self._stale and self.lockstep.steps == self.step
+
+    @property
+    def marks(self) -> Marks:
+        """What stands out up to where the engines are."""
+        return self._marker.marks
 
     def recall(self, first: int, last: int) -> list[Moment]:
         """Return what is remembered of some steps, in order."""
@@ -165,6 +171,7 @@ class Session:
         self._counts = dict.fromkeys(self.names, 0)
         for runner in self.lockstep.engines.values():
             runner.contacts()
+        self._marker = Marker(self.lockstep)
 
     def _obey_due(self) -> None:
         lockstep = self.lockstep
@@ -180,6 +187,7 @@ class Session:
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
         for name, found in contacts.items():
             self._counts[name] += len(found)
+        self._marker.look(lockstep.states(), contacts)
         if lockstep.edited:  # they were between balls whose numbers may be others now
             contacts = dict.fromkeys(contacts, no_contacts())
         self._memory.keep(

@@ -31,6 +31,11 @@ class Runner:
         self._since = clock.time(steps)  # s, when the engine was built
         self._earlier: list[Contacts] | None = None  # of the engines before; None while nobody has asked
 
+    @property
+    def together(self) -> bool:
+        """Whether it resolves all contacts of a time together."""
+        return getattr(self.engine, "together", False)
+
     def replace(self, engine: Engine) -> None:
         """Go on with another engine."""
         if self._earlier is not None:
@@ -71,20 +76,20 @@ class Lockstep:
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
-        self.engines: dict[str, Runner] = {}
-        for name in names:
-            self.add(name, name, self.initial)
+        self.engines = {name: self.runner(name, self.initial) for name in names}
+        self.along: list[Runner] = []  # engines that run along, and are not told of
         self.hand = Hand(scene)
-        self.pulls: dict[str, Vector] = {}  # px/s that the hand gave in the last step, where it held a ball
+        self.pulled: int | None = None  # the ball that the hand pulled in the last step
+        self.pulls: dict[str, Vector] = {}  # px/s that it gave to it, by engine
         self.given: list[Input] = []  # all inputs obeyed so far
         self.balls = list(range(len(scene.bodies)))  # which each is of all that there ever were
         self.edited = False  # since the last step
         self._born = len(self.balls)
         self._to_come = list(reversed(inputs))
 
-    def add(self, label: str, name: str, state: State) -> None:
-        """Let one more engine run along, from a state of its own, under a label of its own."""
-        self.engines[label] = Runner(name, create(name, self.scene, state), self.clock, self.steps)
+    def runner(self, name: str, state: State) -> Runner:
+        """Build an engine that goes on from a state at this step."""
+        return Runner(name, create(name, self.scene, state), self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -103,9 +108,8 @@ class Lockstep:
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
-        built = [
-            (runner, create(runner.name, scene, edit.change_state(runner.state()))) for runner in self.engines.values()
-        ]
+        runners = [*self.engines.values(), *self.along]
+        built = [(runner, create(runner.name, scene, edit.change_state(runner.state()))) for runner in runners]
         for runner, engine in built:
             runner.replace(engine)
         self.scene = self.hand.scene = scene
@@ -128,13 +132,13 @@ class Lockstep:
         """Obey the inputs that are due, let the hand pull, and advance every engine by one step."""
         self.obey_due()
         ball = self.hand.ball
-        self.pulls, self.edited = {}, False
-        if ball is not None:
-            for name, runner in self.engines.items():
+        self.pulled, self.pulls, self.edited = ball, {}, False
+        for runner in (*self.engines.values(), *self.along):
+            if ball is not None:
                 state = runner.state()
-                self.pulls[name] = self.hand.pull(state.position[ball], state.velocity[ball])
-                runner.kick(ball, self.pulls[name])
-        for runner in self.engines.values():
+                pull = self.hand.pull(state.position[ball], state.velocity[ball])
+                runner.kick(ball, pull)
+                self.pulls.setdefault(runner.name, pull)
             runner.step()
         self.steps += 1
 

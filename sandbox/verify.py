@@ -2,10 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 
-from sandbox.comparison import YARDSTICK, compare
+from sandbox.comparison import compare
 from sandbox.engines import Refused
 from sandbox.scene import Scene
 from sandbox.truth import Score, worst
+from sandbox.yardstick import YARDSTICK
 
 Board = dict[str, dict[str, Score | Refused]]  # scene -> engine -> its worst score, or why it has none
 

@@ -9,10 +9,11 @@ import pytest
 from conftest import scene_of
 from pygame import Color, Rect, Surface
 
+from sandbox.marks import Marks
 from sandbox.scene import Scene, load
 from sandbox.state import Floats, State
 from sandbox.trajectory import Lockstep
-from sandbox.view.chart import CAPACITY, HEADROOM, Charts, History, Marks, Series
+from sandbox.view.chart import CAPACITY, HEADROOM, Charts, History, Series
 from sandbox.view.palette import Line, palette
 
 PLACE = Rect(0, 0, 900, 300)

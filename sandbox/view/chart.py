@@ -5,20 +5,21 @@ axis has to reach further or the window has changed.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.comparison import YARDSTICK
+from sandbox.marks import Marks
 from sandbox.quantity import energy, length, momentum
 from sandbox.scene import Scene
 from sandbox.state import Floats, State
 from sandbox.view.draw import dashes, lettering
 from sandbox.view.overlay import round_up
 from sandbox.view.palette import Line, Palette, palette, paper
+from sandbox.yardstick import yardstick_of
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 LEAST_GAP: Final = 1e-14  # px, the least that the chart's axis reaches down to
@@ -77,14 +78,6 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Marks:
-    """Times in a run that stand out, s. differences: of each engine that has one, its first from the yardstick."""
-
-    horizon: float | None = None
-    differences: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
 class Quantity:
     """What a chart is of. logarithmic: over powers of ten."""
 
@@ -99,7 +92,7 @@ class History:
     def __init__(self, scene: Scene, states: Mapping[str, State]) -> None:
         self.scene = scene
         self.engines = list(states)
-        self.yardstick = YARDSTICK if YARDSTICK in states else self.engines[-1]
+        self.yardstick = yardstick_of(self.engines)
         first = states[self.yardstick]
         self.energy_at_start = float(energy(scene, first.position, first.velocity))
         unit = "% of the start" if self.energy_at_start else "kg px²/s²"

@@ -42,6 +42,7 @@ class Stage:
         self.moment, self._live = moment, live
         self.charts.history.scene = moment.scene
         self.charts.history.add(moment.step, moment.states)
+        self.charts.marks = session.marks
 
     def forget_to_come(self) -> None:
         """Take what the charts show after this step out of them: the run takes another course."""

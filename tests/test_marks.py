@@ -1,0 +1,66 @@
+"""What stands out in a run that goes on is what a comparison of it tells."""
+
+import pytest
+from conftest import scene_of
+
+from sandbox.comparison import compare
+from sandbox.edits import SetVelocity
+from sandbox.inputs import Grab, Input, Release
+from sandbox.scene import load
+from sandbox.session import Session
+
+
+def run(session: Session, steps: int) -> Session:
+    for _ in range(steps):
+        session.advance()
+    return session
+
+
+@pytest.mark.parametrize(
+    ("name", "engines"),
+    [("article", ["pymunk", "article", "impulse", "exact"]), ("gas-100", ["impulse", "exact"]), ("head-on", ["exact"])],
+)
+def test_they_are_those_of_the_comparison(name: str, engines: list[str]) -> None:
+    marks = run(Session(load(name), engines), 300).marks
+    comparison = compare(load(name).changed(seconds=5.0), engines)
+    firsts = {name: run.figures.first_difference for name, run in comparison.runs.items()}
+    assert marks.differences == {name: first.time for name, first in firsts.items() if first}
+    assert marks.horizon == comparison.horizon
+
+
+def test_they_come_when_the_run_gets_there() -> None:
+    """The first differences of `article` are at 0.82 and 0.83 s, and are known some steps later."""
+    session = run(Session(load("article"), ["pymunk", "article", "exact"]), 49)
+    assert session.marks.differences == {}
+    assert set(run(session, 20).marks.differences) == {"pymunk", "article"}
+
+
+def test_the_past_run_again_has_the_same_marks_and_another_course_its_own() -> None:
+    session = run(Session(load("article"), ["article", "exact"]), 80)
+    before = session.marks
+    assert before.differences
+    session.seek(10)
+    session.catch_up()
+    assert session.marks.differences == {}
+    assert run(session, 70).marks == before
+    session.seek(10)
+    session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
+    assert run(session, 70).marks != before
+
+
+def test_after_an_edit_the_time_is_that_of_the_run() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
+    )
+    session = run(Session(scene, ["impulse", "exact"]), 30)
+    session.give(SetVelocity(step=30, ball=0, velocity=(240, 0)))
+    edited = compare(scene, ["impulse", "exact"], inputs=[SetVelocity(step=30, ball=0, velocity=(240, 0))])
+    first = edited.runs["impulse"].figures.first_difference
+    assert first is not None
+    assert run(session, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
+
+
+def test_the_hand_is_no_difference() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
+    assert run(Session(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}
