@@ -7,8 +7,8 @@ would have to be a bullet and the other not.
 Box2D reckons in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
 """
 
-from collections.abc import Iterator
-from itertools import combinations_with_replacement
+from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import Any, Final
 
 import numpy as np
@@ -189,39 +189,39 @@ class _Materials:
 
     Box2D takes the greater restitution of the two, and the root of the product of the frictions; pyb2d3 has no way
     to change that. So frictions are given squared. And a ball has a circle for each elasticity that it can meet, with
-    the product as its restitution; one bit of the filter for each pair of elasticities has just the right two meet.
+    the product as its restitution; one bit of the filter for each elasticity that meets another has just the right two
+    collide.
     """
 
     def __init__(self, scene: Scene) -> None:
         of_walls = (scene.arena.elasticity, *(wall.elasticity for wall in scene.walls))
         self._elasticities = sorted({*scene.bodies.elasticity.tolist(), *map(float, of_walls)})
-        pairs = list(combinations_with_replacement(self._elasticities, 2))
+        pairs = list(product(self._elasticities, repeat=2))
         if len(pairs) > FILTER_BITS:
             raise Refused(
                 f"box2d: {len(self._elasticities)} different elasticities are more than its filters can tell apart "
-                "(10); use --engines pymunk"
+                "(8); use --engines pymunk"
             )
         self._bits = {pair: 1 << bit for bit, pair in enumerate(pairs)}
 
     def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
         """Make a definition for each circle of a ball."""
         for other in self._elasticities:
-            yield self._shape(number, friction, elasticity * other, self._bit(elasticity, other))
+            yield self._shape(number, friction, elasticity * other, elasticity, [other])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
         """Make the definition of a wall's shape: the ball's restitution is the greater."""
-        bits = sum(self._bit(elasticity, other) for other in self._elasticities)
-        return self._shape(number, friction, 0.0, bits)
+        return self._shape(number, friction, 0.0, elasticity, self._elasticities)
 
-    def _bit(self, one: float, other: float) -> int:
-        return self._bits[min(one, other), max(one, other)]
-
-    def _shape(self, number: int, friction: float, restitution: float, bits: int) -> Any:
+    def _shape(self, number: int, friction: float, restitution: float, own: float, others: Sequence[float]) -> Any:
         return pyb2d3.shape_def(
             user_data=number,
             enable_contact_events=True,
             material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
-            filter=pyb2d3.make_filter(category_bits=bits, mask_bits=bits),
+            filter=pyb2d3.make_filter(
+                category_bits=sum(self._bits[own, other] for other in others),
+                mask_bits=sum(self._bits[other, own] for other in others),
+            ),
         )
 
 
