@@ -10,7 +10,7 @@ from sandbox.inputs import Input
 from sandbox.ledger import CAUSES, Entry
 from sandbox.scene import Scene
 
-KEPT: Final = 1e-9  # share of the energy, below which it counts as kept
+KEPT: Final = 1e-6  # share of the energy, below which it counts as kept: 100.0000 % of it is left
 NOT_WRONG: Final = ("elasticity", "hand", "friction")  # what a scene or a person takes and gives
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
 CURES: Final = {
@@ -76,7 +76,9 @@ def _of_paths(comparison: Comparison) -> Iterator[str]:
     runs = sorted(_others(comparison).items(), key=lambda item: -(item[1].apart or math.inf))
     told = [f"{name} {f'until {run.apart:.2f} s' if run.apart else f'to the end at {end:g} s'}" for name, run in runs]
     if told:
-        yield f"Against {comparison.against}, believe {', '.join(told)}: by then a ball is its own radius away."
+        parted = any(run.apart for _, run in runs)
+        why = "by then a ball is its own radius away" if parted else "no ball is its own radius away"
+        yield f"Against {comparison.against}, believe {', '.join(told)}: {why}."
     if told and horizon is not None:
         yield (
             f"No path means anything after {horizon:.2f} s, when a twin of {comparison.against} that began one unit in "

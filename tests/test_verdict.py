@@ -2,12 +2,15 @@
 
 import json
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 from conftest import scene_of
 
 from sandbox.comparison import compare
 from sandbox.inputs import Grab
+from sandbox.ledger import Entry
 from sandbox.scene import load
 from sandbox.verdict import Trial, advice, advise, astray, verdict
 
@@ -28,6 +31,24 @@ def test_it_says_whom_to_believe_until_when_and_what_is_most_wrong() -> None:
 def test_beyond_the_horizon_it_sends_to_statistics() -> None:
     comparison = compare(load("gas-100").changed(seconds=5.0), ["impulse", "exact"])
     assert f"No path means anything after {comparison.horizon:.2f} s" in verdict(comparison)
+
+
+def test_paths_that_hold_to_the_end_are_said_to() -> None:
+    comparison = compare(load("oblique"), ["pymunk", "exact"])
+    assert verdict(comparison).startswith("Against exact, believe pymunk to the end at 3 s: no ball is its own radius ")
+    said = verdict(compare(load("oblique"), ["pymunk", "article", "exact"]))
+    assert said.startswith("Against exact, believe pymunk to the end at 3 s, article until 1.07 s: by then a ball is ")
+
+
+def test_what_float32_rounds_is_no_error() -> None:
+    start, line = 1e6, Entry("rounding", 3, 0.9, 0.0, 0.0)  # kg px²/s²
+    run = compare(load("head-on").changed(seconds=0.1), ["exact"]).runs["exact"]
+    kept = replace(run, energy=np.array([start, start + 0.9]), figures=replace(run.figures, ledger=(line,)))
+    assert astray(kept) is None
+    line = replace(line, energy=1.1)
+    found = astray(replace(kept, figures=replace(run.figures, ledger=(line,))))
+    assert found is not None
+    assert found[0] == pytest.approx(1.1e-6)
 
 
 def test_of_one_engine_there_is_nothing_to_say() -> None:
