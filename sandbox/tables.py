@@ -24,7 +24,7 @@ def print_comparison(comparison: Comparison) -> None:
     console = Console(highlight=False, markup=False)
     console.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s{edited} at {scene.rate} steps a second, against {comparison.against}; "
+        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} a second, against {comparison.against}; "
         f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
     )
     console.print(f"{verdict(comparison)}\n")

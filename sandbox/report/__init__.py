@@ -177,7 +177,7 @@ def _settings(comparison: Comparison) -> str:
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
     horizon = "after the end" if comparison.horizon is None else f"{comparison.horizon:.2f} s"
     against = f"measured against {comparison.against}, horizon {horizon}"
-    return f"{run} at {scene.rate} steps a second, {against}.{replayed}"
+    return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} a second, {against}.{replayed}"
 
 
 def _what_is_shown(comparison: Comparison, every: int) -> str:
