@@ -119,7 +119,8 @@ class _Pairs:
 
     def alone(self) -> Iterator[Place]:
         """Find what only one of the two has."""
-        for k in np.flatnonzero(self.answers < 0).tolist():
+        given = self.mine.contacts["impulse"][: len(self.answers)] != 0
+        for k in np.flatnonzero((self.answers < 0) & given).tolist():
             time = float(self.mine.contacts["time"][k])
             if time <= self.until:
                 yield Place(time, "extra", k, -1, math.inf)
@@ -143,25 +144,52 @@ class _Pairs:
             k = int(moved.argmax())
             return [self.tell(Place(float(contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)), one]
         if place.kind == "missing":
-            return [replace(one, cause="missed", because=self._graze(place.right))]
+            return [replace(one, cause="missed", because=self._brief(place.right))]
         if place.kind == "order":
             because = (
                 "Several contacts were found late, at the end of a step, and resolved in another order than they came."
             )
             return [replace(one, cause="late", because=because)]
-        cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
-        return [replace(one, cause=cause, because=_ON_THE_WAY[cause])]
+        cause, because = self._from_elsewhere(place)
+        return [replace(one, cause=cause, because=because)]
 
-    def _graze(self, r: int) -> str:
+    def _from_elsewhere(self, place: Place) -> tuple[str, str]:
+        """Find why a contact that is right by itself differs: another of its time, the yardstick, or the way there."""
+        contact, row = self.mine.contacts[place.mine], self.mine.rows[place.mine]
+        if _is_beside_unconverged(self.mine, contact):
+            return "unconverged", _UNCONVERGED
+        if place.right >= 0:
+            its, right = self.right.contacts[place.right], self.right.rows[place.right]
+            if self._explains(its, right, place.size):
+                return CAUSE[right["cause"]], f"{_NOT_ITS_OWN} {explain(self.scene, its, right)}"
+            if _is_beside_unconverged(self.right, its):
+                return "unconverged", f"{_NOT_ITS_OWN} {_UNCONVERGED}"
+            after = float(contact["time"] - its["time"])
+            turned = math.acos(min(1.0, float(contact["normal"] @ its["normal"])))
+            alike = np.abs(row["before"] - right["before"]).max() <= SHARE * np.abs(row["before"]).max()
+            if alike and turned > SHARE and after:
+                when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the yardstick"
+                because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
+                return "late" if after > 0 else "early", because
+        cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
+        if cause == "untold" and place.kind == "extra":
+            return "missed", f"The yardstick has no such contact within {self._slack}."
+        return cause, _ON_THE_WAY[cause]
+
+    @property
+    def _slack(self) -> str:
+        return f"{1e3 * LONGEST / self.scene.rate:.3g} ms"
+
+    def _brief(self, r: int) -> str:
         """Say why a contact of the yardstick's may be missing."""
         contact, row = self.right.contacts[r], self.right.rows[r]
         first, second = int(contact["first"]), int(contact["second"])
-        if second >= 0:
+        if second >= 0 and row["approach"] > 0:
             reach = float(self.scene.bodies.radius[[first, second]].sum())
             together = 2 * reach * float(row["approach"]) / float(np.sum((row["before"][0] - row["before"][1]) ** 2))
             if together * self.scene.rate < 1:
-                return f"The two graze: they would overlap for {1e3 * together:.2g} ms, less than a step."
-        return f"The engine has no such contact within {1e3 * LONGEST / self.scene.rate:.3g} ms."
+                return f"The two would overlap for {1e3 * together:.2g} ms, less than a step, which can miss them."
+        return f"The engine has no such contact within {self._slack}."
 
     def _disordered(self, matched: Integers) -> Bools:
         """Tell after which contacts a ball has one that comes earlier in the yardstick."""
@@ -205,6 +233,14 @@ class _Pairs:
         return CAUSE[row["cause"]] != "rounding" and bool(row["wrong"] / lighter >= min(size, abs(row["approach"])) / 2)
 
 
+def _is_beside_unconverged(account: Account, contact: np.void) -> bool:
+    """Tell whether one of a contact's balls had another at the same time, which did not converge."""
+    contacts, balls = account.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
+    beside = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
+    beside &= contacts["time"] == contact["time"]
+    return bool((account.rows["cause"][beside] == CAUSE.index("unconverged")).any())
+
+
 def _of_balls(row: np.void | None, key: str, second: int) -> Velocities | None:
     if row is None:
         return None
@@ -214,7 +250,8 @@ def _of_balls(row: np.void | None, key: str, second: int) -> Velocities | None:
 def _match(mine: Contacts, right: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
     """Match contacts of the same pair in order, where they are no further apart in time than the slack (s).
 
-    Returns for each of mine up to a time the number of the other's or -1, and which of the other's are matched.
+    One that gives no impulse answers to none. Returns for each of mine up to a time the number of the other's or -1,
+    and which of the other's are matched.
     """
     mine = mine[: np.searchsorted(mine["time"], until + slack, "right")]
     right = right[: np.searchsorted(right["time"], until + slack, "right")]
@@ -223,9 +260,9 @@ def _match(mine: Contacts, right: Contacts, until: float, slack: float) -> tuple
         waiting[int(right["first"][r]), int(right["second"][r])].append(r)
     answers = np.full(len(mine), -1)
     answered = np.zeros(len(right), bool)
-    for k, (time, first, second) in enumerate(
-        zip(*(mine[key].tolist() for key in ("time", "first", "second")), strict=True)
-    ):
+    given = np.flatnonzero(mine["impulse"])
+    columns = (mine[key][given].tolist() for key in ("time", "first", "second"))
+    for k, time, first, second in zip(given.tolist(), *columns, strict=True):
         queue = waiting[first, second]
         while queue and right["time"][queue[-1]] < time - slack:
             queue.pop()
@@ -237,6 +274,8 @@ def _match(mine: Contacts, right: Contacts, until: float, slack: float) -> tuple
 
 # In words
 
+_NOT_ITS_OWN: Final = "It is the yardstick's that is wrong."
+_UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended before all were right."
 _ON_THE_WAY: Final = {
     "gravity": "Gravity, integrated in steps, brought the balls there at other speeds.",
     "friction": "Friction turned the balls on their way.",
@@ -256,7 +295,7 @@ def explain(scene: Scene, contact: np.void, row: np.void) -> str:
         "pushed": f"The two were pushed apart, and are {row['moved']:.3g} px from where they should be.",
         "turned": "It was on its way back from the wall, and was turned round again.",
         "stale": "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
-        "unconverged": "Several contacts at once: the solver's iterations ended before all were right.",
+        "unconverged": _UNCONVERGED,
         "gravity": "Gravity pulled for a whole step, though the wall was met within it.",
     }.get(cause, f"{CAUSES[cause].capitalize()}.")
 
@@ -269,7 +308,7 @@ def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
         return f"The two were parting, and had an impulse of {contact['impulse']:.4g} kg px/s."
     share = float(contact["impulse"] / row["due"])
     restitution = round(-float(row["left"]) / approach, 9) + 0.0  # not -0
-    amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"{_percent(share - 1)} of it is too much"
+    amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"it is {_percent(share - 1)} too large"
     still = ", the balls are still approaching" if restitution < 0 else ""
     if second < 0:
         due = float(row["due"]) / (float(bodies.mass[first]) * approach) - 1
@@ -282,7 +321,7 @@ def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
             f"The impulse was 2 v_n / {2 * radius:g} where 2 equal masses need v_n: {amount}{still}. Divided by the "
             f"diameter, it is a restitution of {restitution:.3g} (2/r - 1)."
         )
-    return f"Of the impulse, {amount}{still}: it is a restitution of {restitution:.3g}."
+    return f"The impulse is wrong: {amount}{still}. It is a restitution of {restitution:.3g}."
 
 
 def _of_time(scene: Scene, contact: np.void, row: np.void) -> str:

@@ -191,6 +191,8 @@ def _judge(law, page, step, k, contact):  # type: ignore[no-untyped-def]
     energy = impulse * (impulse / (2 * mu) - u)
     if u <= 0:
         cause = STALE if law.together else TURNED if contact.second < 0 else LARGE
+        if impulse == 0:
+            cause = ROUNDING
         row.cause, row.wrong = cause, abs(impulse)
         _book(page, step, cause, energy, row.wrong, 0.0)
         return
