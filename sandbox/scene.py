@@ -10,6 +10,7 @@ import math
 import os
 import re
 import tomllib
+import unicodedata
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib.resources import files
@@ -75,6 +76,14 @@ def _not_minute(size: float) -> float:
     return size
 
 
+def _no_controls(text: str) -> str:
+    """Let no text of a scene command the terminal that prints it."""
+    found = next((one for one in text if unicodedata.category(one) == "Cc" and one not in "\n\r\t"), None)
+    if found is not None:
+        raise findings(((), f"must not have control characters, got U+{ord(found):04X}"))
+    return text
+
+
 # Bounds keep squares and quotients of what a scene says far from overflow.
 Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -84,6 +93,7 @@ Size = Annotated[Number, Field(gt=0), AfterValidator(_not_minute)]
 Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
 Colour = Annotated[str, AfterValidator(_colour)]
+Text = Annotated[str, AfterValidator(_no_controls)]
 Vector = tuple[Number, Number]
 
 
@@ -376,9 +386,9 @@ class Expect(Model):
 class Scene(Model):
     """Balls, walls and gravity: what several engines run side by side."""
 
-    title: str = ""
+    title: Text = ""
     """What the window and the report call it."""
-    about: str = ""
+    about: Text = ""
     """Why it is worth watching."""
     rate: Count = 60
     """Steps per second."""

@@ -430,6 +430,14 @@ def test_a_message_is_printable_and_on_one_line(key: str) -> None:
     assert message.isprintable()
 
 
+@pytest.mark.parametrize("key", ["title", "about"])
+def test_what_is_printed_cannot_command_a_terminal(key: str) -> None:
+    assert mistakes(f'{key} = "a\\u001b[31m"\n{balls(BALL)}') == [
+        f"1: {key} must not have control characters, got U+001B"
+    ]
+    parse(f'{key} = "a\\tb\\r\\nc \\u00e9 \\U0001f44d"\n{balls(BALL)}', "mine.toml")
+
+
 def test_lines_of_a_file_from_windows() -> None:
     assert mistakes(balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\n")) == [
         "4: balls[0].radius must be greater than 0, got -5"
