@@ -146,6 +146,8 @@ def compare(
 
     if report and report != "-" and Path(report).suffix != ".html":
         raise Mistake(f"{report}: a report must end in .html")
+    if (json_file, csv_file, report).count("-") > 1:
+        raise Mistake("only one of --json, --csv and --report can be -, standard output")
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     comparison = _compare(chosen, _names(engines), against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []

@@ -29,9 +29,9 @@ def print_comparison(comparison: Comparison) -> None:
     )
     console.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
-    table.add_column("")
+    table.add_column("", overflow="fold")
     for name in comparison.runs:
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", overflow="fold")
     for label, *values in rows_of(comparison):
         table.add_row(label, *values)
     console.print(table)

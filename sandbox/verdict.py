@@ -8,6 +8,7 @@ from typing import Final
 from sandbox.comparison import Comparison, Run, compare
 from sandbox.inputs import Input
 from sandbox.ledger import CAUSES, Entry
+from sandbox.mistakes import Mistake
 from sandbox.scene import Scene
 
 KEPT: Final = 1e-6  # share of the energy, below which it counts as kept: 100.0000 % of it is left
@@ -126,7 +127,12 @@ class Trial:
 
 
 def advise(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:
-    """Run Pymunk with settings changed, each against the yardstick, the scene as it is first."""
+    """Run Pymunk with settings changed, each against the yardstick, the scene as it is first.
+
+    Raises Mistake where the yardstick is Pymunk itself.
+    """
+    if against == TUNED:
+        raise Mistake(f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another yardstick")
     pymunk = scene.pymunk
     steady = {"iterations": MANY, "collision_persistence": 1}
     finer = {"substeps": FINER * pymunk.substeps}

@@ -65,6 +65,9 @@ def test_the_table_fits_a_narrow_terminal() -> None:
     lines = sandbox("compare", "article", "--seconds", "1", COLUMNS="60").stdout.splitlines()
     assert max(map(len, lines)) <= 60
     assert "energy left          100.0000%           95.6880%  100.0000%" in lines
+    folded = sandbox("compare", "article", "--seconds", "1", COLUMNS="30").stdout
+    assert "…" not in folded
+    assert max(map(len, folded.splitlines())) <= 30
 
 
 def test_scenes_are_listed_with_what_to_watch_for() -> None:
@@ -81,6 +84,8 @@ def test_scenes_are_listed_with_what_to_watch_for() -> None:
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
         (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
         (("compare", "article", "--json", "no/f.json"), "no/f.json: cannot be written: No such file or directory"),
+        (("compare", "article", "--json", "-", "--csv", "-"), "only one of --json, --csv and --report can be -"),
+        (("compare", "oblique", "--engines", "pymunk", "--advise"), "--advise cannot measure pymunk against itself"),
         (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (
