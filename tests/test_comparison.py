@@ -2,6 +2,7 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,22 @@ def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch)
     assert any(entry.cause == "missed" for entry in whole.runs["article"].figures.ledger)
     monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
     assert compare(scene).as_json() == whole.as_json()
+
+
+def test_paths_keep_their_stride_and_the_hand_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load("article").changed(seconds=3.0)
+    inputs: list[Input] = [Grab(step=10, ball=0, at=(400, 300)), Release(step=100)]
+    monkeypatch.setattr("sandbox.comparison.PATH_BYTES", 3 * 8 * 181 // 4)
+    whole = compare(scene, ["impulse"], inputs=inputs)
+    monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 2 * 7 * 48)
+    blocks = compare(scene, ["impulse"], inputs=inputs)
+    position = simulate(scene, "impulse", inputs=inputs).position[::4].astype(np.float32)
+    for comparison in (whole, blocks):
+        assert comparison.stride == 4
+        assert np.array_equal(comparison.runs["impulse"].path, position)
+    ledgers = [{one.cause: one.energy for one in comparison.runs["impulse"].ledger} for comparison in (whole, blocks)]
+    assert ledgers[0]["hand"] != 0
+    assert ledgers[1] == pytest.approx(ledgers[0], abs=1e-9 * abs(ledgers[0]["hand"]))
 
 
 def test_energy_counts_gravity() -> None:
@@ -145,6 +162,16 @@ def test_a_passed_limit_is_told_with_its_value_and_time() -> None:
     assert drift.startswith("article: drift 0.584135 is beyond the limit of 0.1, passed at ")
     assert list(comparison.beyond(max_gap=1000, max_drift=0.9)) == []
     assert list(comparison.beyond()) == []
+
+
+def test_a_limit_that_was_passed_in_between_is_passed() -> None:
+    comparison = compare(load("head-on").changed(seconds=2 / 60), ["pymunk", "exact"])
+    run = replace(comparison.runs["pymunk"], gap_max=np.array([0.0, 5.0, 1.0]), energy=np.array([4.0, 2.0, 4.0]))
+    told = list(replace(comparison, runs={"pymunk": run}).beyond(max_gap=2.0, max_drift=0.25))
+    assert told == [
+        "pymunk: gap 5 px is beyond the limit of 2 px, passed at 0.017 s",
+        "pymunk: drift 0.5 is beyond the limit of 0.25, passed at 0.017 s",
+    ]
 
 
 def test_the_exact_engine_or_else_the_last_is_what_others_are_measured_against_unless_one_is_named() -> None:

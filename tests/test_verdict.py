@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.comparison import compare
+from sandbox.comparison import Run, compare
 from sandbox.inputs import Grab
 from sandbox.ledger import Entry
 from sandbox.scene import load
@@ -49,6 +49,20 @@ def test_what_float32_rounds_is_no_error() -> None:
     found = astray(replace(kept, figures=replace(run.figures, ledger=(line,))))
     assert found is not None
     assert found[0] == pytest.approx(1.1e-6)
+
+
+def booked(run: Run, **lines: float) -> Run:
+    """Return a run that began with 100 kg px²/s² and has these lines in its ledger."""
+    ledger = tuple(Entry(cause, 1, energy, 0.0, 0.0) for cause, energy in lines.items())
+    return replace(run, energy=np.array([100.0, 100.0]), figures=replace(run.figures, ledger=ledger))
+
+
+def test_the_largest_error_is_of_either_sign_and_its_cause_of_the_same() -> None:
+    comparison = compare(load("head-on").changed(seconds=1 / 60), ["pymunk", "impulse", "exact"])
+    lost = booked(comparison.runs["pymunk"], gravity=9.0, late=-8.0, stale=-4.0)
+    gained = booked(comparison.runs["impulse"], pushed=2.0)
+    said = verdict(replace(comparison, runs=comparison.runs | {"pymunk": lost, "impulse": gained}))
+    assert "The largest error is pymunk's: 3 % of the energy is lost, most of it by “found late”." in said
 
 
 def test_of_one_engine_there_is_nothing_to_say() -> None:
@@ -106,5 +120,7 @@ def test_advice_names_the_fewest_changes_that_help() -> None:
         "substeps = 4: 0.01 % of the energy goes astray instead of 0.1 %. "
         "substeps = 4: the paths hold until 3.00 s, instead of until 1.00 s."
     )
+    held = [Trial({"substeps": n}, None, 0.0, gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
+    assert advice(held) == "substeps = 4: the gap is 1 px RMS instead of 5 px."
     assert advice([before, before, before]) == "None of the settings tried is better."
     assert math.isclose(json.loads(json.dumps(vars(finer)))["astray"], 1e-4)
