@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from sandbox.comparison import Run, compare
 from sandbox.engines import registry, takes
 from sandbox.inputs import Grab, Input, Move, Release
-from sandbox.ledger import Entry
+from sandbox.ledger import Entry, _first_fall
 from sandbox.scene import Scene, bundled, load
 from sandbox.spawn import spawn
 
@@ -88,6 +88,24 @@ def test_elasticity_is_the_scene_s_own() -> None:
     _, ledger = books(scene.changed(seconds=3.0), "exact")  # one bounce, at 1.7 s
     assert list(ledger) == ["elasticity"]
     assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 400**2 / 2)
+
+
+def test_elasticity_takes_of_the_speed_at_first_touch() -> None:
+    """As in `oblique`, the two touch at 45 degrees and approach at 100 √2 px/s along the normal, however late."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]\nelasticity = 0.5",
+        f"radius = 20\nposition = [300, {300 + 20 * math.sqrt(2)}]",
+        more="seconds = 1.5",
+    )
+    for engine in ("pymunk", "impulse", "exact"):
+        run, ledger = books(scene, engine)
+        assert run.figures.pair_contacts == 1
+        assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 0.5 * (100 * math.sqrt(2)) ** 2 / 2)
+
+
+def test_a_fall_is_traced_back_to_the_face() -> None:
+    """From 100 px/s at the face, 10 ms of 900 px/s² later a ball is 1.045 px deep at 109 px/s."""
+    assert _first_fall(1.045, 109.0, 900.0) == pytest.approx((0.01, 100.0))
 
 
 def test_late_contacts_turn_the_normal_by_what_the_geometry_says() -> None:
