@@ -17,7 +17,7 @@ TUNED: Final = "pymunk"  # the engine that a scene has settings for
 CURES: Final = {
     "late": "a higher rate, or more substeps, finds contacts sooner",
     "stale": "collision_persistence = 1 forgets the impulses of earlier touches",
-    "unconverged": "more iterations let contacts of one time agree",
+    "unconverged": "more iterations, with collision_persistence = 1, let contacts of one time agree",
     "gravity": "a higher rate integrates gravity in finer steps",
 }
 FINER: Final = 4  # times the steps, in a trial
