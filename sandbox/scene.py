@@ -44,7 +44,7 @@ from sandbox.mistakes import (
     shown,
 )
 from sandbox.mistakes import Path as KeyPath
-from sandbox.state import Bodies
+from sandbox.state import Bodies, State
 
 MAX_BALLS: Final = 200_000
 MAX_STEPS: Final = 10_000_000
@@ -375,6 +375,7 @@ class Scene(Model):
 
     _file: str = PrivateAttr("scene")
     _lines: Mapping[KeyPath, int] = PrivateAttr(default_factory=dict)
+    _spawned: tuple[object, State] | None = PrivateAttr(None)  # what `spawn` drew, and from what: it can take seconds
 
     @field_validator("balls")
     @classmethod
@@ -422,7 +423,7 @@ class Scene(Model):
             scene = Scene.model_validate({key: getattr(self, key) for key in Scene.model_fields} | changes)
         except ValidationError as error:
             raise Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, Scene))) from None
-        scene._file, scene._lines = self._file, self._lines
+        scene._file, scene._lines, scene._spawned = self._file, self._lines, self._spawned
         return scene
 
     @property

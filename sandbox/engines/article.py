@@ -100,6 +100,14 @@ class ArticleEngine(SteppedEngine):
     """
 
     def __init__(self, scene: Scene, initial: State) -> None:
+        self.check(scene)
+        super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
+        self._size = scene.arena.size
+        self._radius = float(scene.bodies.radius[0])
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Refuse what the article does not know."""
         beyond = _beyond_the_rule(scene)
         if beyond:
             are = "is" if len(beyond) == 1 else "are"
@@ -107,9 +115,6 @@ class ArticleEngine(SteppedEngine):
             raise Refused(
                 f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines {other}"
             )
-        super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
-        self._size = scene.arena.size
-        self._radius = float(scene.bodies.radius[0])
 
     def advance(self) -> int:
         """Play one frame."""

@@ -105,8 +105,7 @@ class ImpulseEngine(SteppedEngine):
     """The textbook's rule. Balls on exactly one spot part along x, as in the other engines."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        if scene.bodies.friction.max() > 0:
-            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
+        self.check(scene)
         super().__init__(scene, initial)
         bodies = scene.bodies
         self._constants = (
@@ -118,6 +117,12 @@ class ImpulseEngine(SteppedEngine):
             2 * float(bodies.radius.max()),
             1 / scene.rate,
         )
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Refuse friction."""
+        if scene.bodies.friction.max() > 0:
+            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
 
     def advance(self) -> int:
         """Do one step."""
