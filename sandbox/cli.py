@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
+    from sandbox.sweep import Journal, Sweep
     from sandbox.verify import Board
 
 app = typer.Typer(
@@ -184,6 +185,60 @@ def verify(
 
 
 @app.command()
+def sweep(
+    scene: SceneArgument,
+    seeds: Annotated[str | None, typer.Option(metavar="A:B", help="Seeds from A up to, and without, B.")] = None,
+    rates: Annotated[str | None, typer.Option(metavar="R,R,...", help="Steps per second.")] = None,
+    engines: Engines = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=V,V,...", help="Run Pymunk with each value of a setting; may be repeated."),
+    ] = None,
+    against: Annotated[str | None, typer.Option(help="The engine that the others are measured against.")] = None,
+    seconds: Seconds = None,
+    out: Annotated[str, typer.Option(metavar="FILE", help="Where the table goes, as CSV; - prints it.")] = "-",
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes here; one a core if left out.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
+    ] = None,
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
+) -> None:
+    """Run a scene many times: a row for each seed, rate, engine and setting.
+
+    Rows are kept beside FILE as they come: a sweep that was stopped goes on from there when it is started again. Exit
+    code 1 says that there are rows which could not be had.
+    """
+    from sandbox.engines import default_engines
+    from sandbox.scene import load
+    from sandbox.spawn import spawn
+    from sandbox.sweep import in_order, journal, plan, write
+    from sandbox.sweep.options import cores, rates_of, seeds_of, settings_of
+
+    if workers and scheduler:
+        raise Mistake("--workers and --scheduler both say who runs it; give one of them")
+    _tell_of_compiling()
+    chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
+    planned = plan(
+        chosen,
+        seeds_of(seeds) if seeds else [chosen.seed],
+        rates_of(rates) if rates else [chosen.rate],
+        _names(engines) or default_engines(chosen, spawn(chosen)),
+        settings_of(set_ or ()),
+        against=against,
+    )
+    with journal(planned, out) as kept:
+        failures = _run_sweep(planned, kept, workers or cores(), scheduler)
+        rows = in_order(planned, kept.rows)
+        if report:
+            from sandbox.sweep_report import page
+
+            _write(page(planned, rows), report)
+        write(planned, rows, out)
+    if failures:
+        raise typer.Exit(1)
+
+
+@app.command()
 def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Files, or bundled scenes.")]) -> None:
     """Tell the mistakes in scene files.
 
@@ -327,6 +382,28 @@ def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
+
+
+def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
+    """Run what a sweep lacks, with a bar on a terminal. Tell what failed; return how many did."""
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
+
+    from sandbox.sweep import missing, run
+
+    console = Console(stderr=True)
+    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    failures = 0
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
+        for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
+            progress.advance(runs)
+            if outcome.failure:
+                failures += 1
+                print(f"{outcome.job}: {outcome.failure}", file=sys.stderr)
+    if failures:
+        print(f"{failures} of {len(sweep.jobs)} rows are missing; the same command tries again", file=sys.stderr)
+    return failures
 
 
 _ROWS: Final = {  # what the table calls each figure, and how it is written

@@ -38,7 +38,7 @@ def test_every_command_runs(command: str, folder: Path) -> None:
     assert command.startswith("sandbox ")
     run = subprocess.run([sys.executable, "-m", *command.split()], capture_output=True, text=True, check=False)
     assert (run.returncode, said(run.stderr)) == (0, "")
-    for written in re.findall(r"--(?:out|json|csv) (\S+)", command):
+    for written in re.findall(r"--(?:out|json|csv|report) (\S+)", command):
         assert (folder / written).stat().st_size > 0
 
 
