@@ -7,7 +7,6 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
+    from sandbox.sweep import Journal, Sweep
 
 app = typer.Typer(
     help="Run a scene in several physics engines side by side, and be told how far they are apart.",
@@ -57,6 +57,8 @@ def _article_by_default(
     show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     if show_version:
+        from importlib.metadata import version
+
         print(version("pymunk-sandbox"))
         raise typer.Exit
     if context.invoked_subcommand is None:
@@ -227,6 +229,60 @@ def verify(
 
 
 @app.command()
+def sweep(
+    scene: SceneArgument,
+    seeds: Annotated[str | None, typer.Option(metavar="A:B", help="Seeds from A up to, and without, B.")] = None,
+    rates: Annotated[str | None, typer.Option(metavar="R,R,...", help="Steps per second.")] = None,
+    engines: Engines = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=V,V,...", help="Run Pymunk with each value of a setting; may be repeated."),
+    ] = None,
+    against: Annotated[str | None, typer.Option(help="The engine that the others are measured against.")] = None,
+    seconds: Seconds = None,
+    out: Annotated[str, typer.Option(metavar="FILE", help="Where the table goes, as CSV; - prints it.")] = "-",
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes here; one a core if left out.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
+    ] = None,
+    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
+) -> None:
+    """Run a scene many times: a row for each seed, rate, engine and setting.
+
+    Rows are kept beside FILE as they come: a sweep that was stopped goes on from there when it is started again. Exit
+    code 1 says that there are rows which could not be had.
+    """
+    from sandbox.engines import default_engines
+    from sandbox.scene import load
+    from sandbox.spawn import spawn
+    from sandbox.sweep import in_order, journal, plan, write
+    from sandbox.sweep.options import cores, rates_of, seeds_of, settings_of
+
+    if workers and scheduler:
+        raise Mistake("--workers and --scheduler both say who runs it; give one of them")
+    _tell_of_compiling()
+    chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
+    planned = plan(
+        chosen,
+        seeds_of(seeds) if seeds else [chosen.seed],
+        rates_of(rates) if rates else [chosen.rate],
+        _names(engines) or default_engines(chosen, spawn(chosen)),
+        settings_of(set_ or ()),
+        against=against,
+    )
+    with journal(planned, out) as kept:
+        failures = _run_sweep(planned, kept, workers or cores(), scheduler)
+        rows = in_order(planned, kept.rows)
+        if report:
+            from sandbox.sweep_report import page
+
+            _write(page(planned, rows), report)
+        write(planned, rows, out)
+    if failures:
+        raise typer.Exit(1)
+
+
+@app.command()
 def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="Files, or bundled scenes.")]) -> None:
     """Tell the mistakes in scene files.
 
@@ -271,26 +327,29 @@ def scenes() -> None:
 
 @app.command()
 def bench(
+    only: Annotated[str | None, typer.Option(metavar="A,B,...", help="Measure some parts, instead of all.")] = None,
     json_file: Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
 ) -> None:
-    """Measure how fast the engines are."""
+    """Measure how fast the sandbox is on this machine, in about two minutes.
+
+    The parts are pymunk, article, exact, compare, window and start. Where a figure has a "/", it is a ratio of two
+    that are measured in turn.
+    """
     from rich.console import Console
-    from rich.table import Table
 
     from sandbox.bench import bench as measure
+    from sandbox.tables import print_figures
 
     _tell_of_compiling()
-    figures = list(measure())
+    found = []
+    for title, figures in measure(only.split(",") if only else None):
+        with Console(stderr=True).status(title):
+            part = list(figures)
+        found += part
+        if json_file != "-":
+            print_figures(title, part)
     if json_file:
-        _write(_json([vars(figure) for figure in figures]), json_file)
-    if json_file != "-":
-        table = Table("figure", box=None, pad_edge=False)
-        for column in ("median", "lowest", "highest"):
-            table.add_column(column, justify="right")
-        for figure in figures:
-            values = (figure.median, figure.lowest, figure.highest)
-            table.add_row(figure.means, *(f"{value:,.0f}" for value in values))
-        Console().print(table)
+        _write(_json([vars(figure) for figure in found]), json_file)
 
 
 @app.command(name="schema")
@@ -412,3 +471,25 @@ def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
+
+
+def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
+    """Run what a sweep lacks, with a bar on a terminal. Tell what failed; return how many did."""
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
+
+    from sandbox.sweep import missing, run
+
+    console = Console(stderr=True)
+    columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    failures = 0
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
+        for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
+            progress.advance(runs)
+            if outcome.failure:
+                failures += 1
+                print(f"{outcome.job}: {outcome.failure}", file=sys.stderr)
+    if failures:
+        print(f"{failures} of {len(sweep.jobs)} rows are missing; the same command tries again", file=sys.stderr)
+    return failures

@@ -129,7 +129,7 @@ class Comparison:
         """Return what `--csv` writes: a row an engine, with what is nested under dotted names."""
         document = self.as_json()
         common = {key: value for key, value in document.items() if key != "engines"}
-        rows = [{"engine": name} | common | _flat(told) for name, told in document["engines"].items()]
+        rows = [{"engine": name} | common | flat(told) for name, told in document["engines"].items()]
         columns = dict.fromkeys(key for row in rows for key in row)
         text = io.StringIO()
         table = csv.DictWriter(text, columns, lineterminator="\n")
@@ -156,12 +156,12 @@ class Comparison:
                     )
 
 
-def _flat(told: Mapping[str, Any], under: str = "") -> dict[str, Any]:
+def flat(told: Mapping[str, Any], under: str = "") -> dict[str, Any]:
     """Bring nested tables onto one level: {"a": {"b": 1}} is {"a.b": 1}."""
-    flat: dict[str, Any] = {}
+    level: dict[str, Any] = {}
     for key, value in told.items():
-        flat |= _flat(value, f"{under}{key}.") if isinstance(value, dict) else {f"{under}{key}": value}
-    return flat
+        level |= flat(value, f"{under}{key}.") if isinstance(value, dict) else {f"{under}{key}": value}
+    return level
 
 
 def compare(

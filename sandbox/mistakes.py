@@ -6,10 +6,11 @@ import pathlib
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails, PydanticCustomError
+if TYPE_CHECKING:  # slow to import, and every command imports this module
+    from pydantic import BaseModel, ValidationError
+    from pydantic_core import ErrorDetails, PydanticCustomError
 
 Path = tuple[str | int, ...]  # of keys into a document: ("balls", 2, "radius")
 Finding = tuple[Path, str]  # a path and what is wrong there, which reads on from it: "must be ..."
@@ -21,8 +22,10 @@ class Mistake(Exception):
     """Something the user can put right; its text is the whole message, one line a mistake."""
 
 
-def findings(*found: Finding) -> PydanticCustomError:
+def findings(*found: Finding) -> "PydanticCustomError":
     """Make the error a validator raises where it found several (path from here, message) at once."""
+    from pydantic_core import PydanticCustomError
+
     return PydanticCustomError("findings", "{found}", {"found": list(found)})
 
 
@@ -79,12 +82,12 @@ _SAYS: Final[Mapping[str, str]] = {
 }
 
 
-def explain(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]:
+def explain(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
     """Put each error pydantic found in a `model` in the words of a person who writes the file."""
     yield from dict.fromkeys(_findings(error, model))
 
 
-def _findings(error: ValidationError, model: type[BaseModel]) -> Iterator[Finding]:
+def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
     for detail in error.errors(include_url=False):
         path = detail["loc"]
         if detail["type"] == "findings":
@@ -105,14 +108,14 @@ def _findings(error: ValidationError, model: type[BaseModel]) -> Iterator[Findin
             yield path, _message(detail)
 
 
-def _message(detail: ErrorDetails) -> str:
+def _message(detail: "ErrorDetails") -> str:
     template = _SAYS.get(detail["type"])
     if template is None:
         return detail["msg"]
     return template.format(got=shown(detail["input"]), **detail.get("ctx", {}))
 
 
-def _keys_at(model: type[BaseModel], path: Path) -> dict[str, Any]:
+def _keys_at(model: "type[BaseModel]", path: Path) -> dict[str, Any]:
     """Return the keys of the table that `path` names, and the JSON Schema of each."""
     schema = model.model_json_schema()
     node: dict[str, Any] = schema

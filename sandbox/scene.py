@@ -407,6 +407,7 @@ class Scene(Model):
     _file: str = PrivateAttr("scene")
     _lines: Mapping[KeyPath, int] = PrivateAttr(default_factory=dict)
     _source: str = PrivateAttr("")
+    _spawned: tuple[object, State] | None = PrivateAttr(None)  # what `spawn` drew, and from what: it can take seconds
 
     @field_validator("balls")
     @classmethod
@@ -455,6 +456,7 @@ class Scene(Model):
         except ValidationError as error:
             raise Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, Scene))) from None
         scene._file, scene._lines, scene._source = self._file, self._lines, self._source
+        scene._spawned = self._spawned
         return scene
 
     @property

@@ -22,8 +22,17 @@ def spawn(scene: Scene) -> State:
     """Place and throw the balls of a scene, as its seed has it.
 
     One `random.Random(seed)` serves all groups in order; a ball takes from it x, y, vx, vy in that order.
-    Raises Mistake where the balls of a group do not fit.
+    The scene keeps what was found; what is returned is the caller's own. Raises Mistake where the balls of a group do
+    not fit.
     """
+    source = (scene.seed, scene.balls, scene.arena, scene.walls)
+    if scene._spawned is None or scene._spawned[0] != source:
+        scene._spawned = source, _spawn(scene)
+    drawn = scene._spawned[1]
+    return State(0.0, drawn.position.copy(), drawn.velocity.copy())
+
+
+def _spawn(scene: Scene) -> State:
     rng = random.Random(scene.seed)
     crowd = _Crowd(scene)
     position: list[Vector] = []

@@ -7,6 +7,7 @@ from typing import Final
 from rich.console import Console
 from rich.table import Table
 
+from sandbox.bench.figure import Figure
 from sandbox.comparison import Comparison
 from sandbox.difference import Difference, who
 from sandbox.ledger import CAUSES
@@ -108,3 +109,16 @@ def print_board(board: Board) -> None:
 def counted(count: int, what: str) -> str:
     """Say how many of what: 1 ball, 2 balls."""
     return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
+
+
+def print_figures(title: str, figures: Sequence[Figure]) -> None:
+    """Print what was measured, with its spread."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table.add_column("", width=42)
+    for column in ("median", "lowest", "highest"):
+        table.add_column(column, justify="right", width=9)
+    table.add_column("")
+    for figure in figures:
+        values = (figure.median, figure.lowest, figure.highest)
+        table.add_row(figure.means, *(f"{one:,.0f}" if one >= 100 else f"{one:.3g}" for one in values), figure.unit)
+    Console().print(table, "")

@@ -4,8 +4,11 @@ import os
 import shutil
 
 import pytest
+from hypothesis import settings
 
 from sandbox.scene import Scene, parse
+
+settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
 
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: what is missing there is a failure
 

@@ -13,7 +13,7 @@ from sandbox.inputs import End, Grab, Input, Release, Start, load_inputs, write_
 from sandbox.scene import bundled, load
 from sandbox.trajectory import simulate
 
-COMMANDS = ("run", "record", "compare", "trace", "verify", "check", "scenes", "schema", "bench")
+COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "schema", "bench")
 
 
 def sandbox(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:

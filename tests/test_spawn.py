@@ -332,3 +332,16 @@ def test_the_rate_that_the_warning_names_would_do(radius: float, speed: float, r
         enough = int(match[1])
         assert speed / enough <= radius * (1 + 1e-12)
         assert enough == 1 or speed / (enough - 1) >= radius * (1 - 1e-12)
+
+
+def test_a_scene_is_spawned_once_however_long_it_runs_and_anew_where_its_balls_change() -> None:
+    scene = load("gas-1000")
+    first = spawn(scene)
+    drawn = scene._spawned
+    first.position[:] = 0  # the caller's own
+    again = spawn(scene.changed(seconds=1.0, rate=240, expect=()))
+    assert scene._spawned is drawn
+    assert np.array_equal(again.position, spawn(load("gas-1000")).position)
+    assert not np.array_equal(again.position, spawn(scene.changed(seed=1)).position)
+    fewer = scene.balls[0].model_copy(update={"count": 10})
+    assert len(spawn(scene.changed(balls=(fewer,), expect=())).position) == 10

@@ -21,7 +21,6 @@ from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.state import CONTACT
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.frame import frame_ratio
 from sandbox.view.layout import Layout, natural_size
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import facts
@@ -118,13 +117,6 @@ def test_what_is_no_disc_is_pymunk_s_to_draw(window: Window) -> None:
     assert len(x)
     between = (red.position.x + blue.position.x) / 2
     assert x.mean() / window.layout.scale == pytest.approx(between, abs=6)
-
-
-def test_a_frame_is_measured_beside_a_plain_pymunk_loop() -> None:
-    figures = list(frame_ratio("head-on", frames=2))
-    assert [figure.name for figure in figures] == ["frame", "frame / plain Pymunk"]
-    for figure in figures:
-        assert 0 < figure.lowest <= figure.median <= figure.highest
 
 
 def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:

@@ -32,6 +32,9 @@ class Engine(Protocol):
 
     A solver that resolves all contacts of one time together, not one after another, says so by `together = True` on
     its class: the ledger then asks of each contact what is right at the end of them all.
+
+    One that refuses scenes may have a static method `check(scene)` too, which raises Refused: then it need not be built
+    to find out, which takes a second where balls are many.
     """
 
     def step(self) -> None:
@@ -65,21 +68,26 @@ def _lacks_library(engine: str) -> bool:
     return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
-def create(name: str, scene: Scene, initial: State) -> Engine:
-    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour."""
+def _engine(name: str) -> "Callable[[Scene, State], Engine]":
     engines = registry()
     if _lacks_library(name):
         raise Mistake(f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'")
     if name not in engines:
         raise Mistake(f"no engine {name!r}; {nearest(name, engines)}")
-    build = cast("Callable[[Scene, State], Engine]", engines[name].load())
-    return build(scene, initial)
+    return cast("Callable[[Scene, State], Engine]", engines[name].load())
+
+
+def create(name: str, scene: Scene, initial: State) -> Engine:
+    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour."""
+    return _engine(name)(scene, initial)
 
 
 def takes(name: str, scene: Scene, initial: State) -> bool:
-    """Tell whether the named engine can honour a scene."""
+    """Tell whether the named engine can honour a scene: its `check` says so, and where it has none, building it."""
+    engine = _engine(name)
     try:
-        create(name, scene, initial)
+        check = getattr(engine, "check", None)
+        engine(scene, initial) if check is None else check(scene)
     except Refused:
         return False
     return True

@@ -11,13 +11,14 @@ import numpy as np
 from numba import njit
 
 from sandbox.engines import Refused
+from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
 from sandbox.scene import Scene
 from sandbox.state import State
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)  # the arena's walls
 SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
-CLEAR: Final = 1 + 1e-9  # two balls this many diameters apart on one axis are apart, whatever pow and sqrt round
+CLEAR: Final = 1 + 1e-9  # balls this many diameters from each other are apart, whatever pow and sqrt round
 
 
 @njit(cache=True)
@@ -54,12 +55,16 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
             position[i, 1] = height - radius
             log, count = note(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
 
-    # Collide every pair, on the positions as they are by now.
+    # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
+    found = neighbours(position, 2 * radius * CLEAR, width, height)
     for i in range(n):
-        for j in range(i + 1, n):
+        place, end = later(found, position, i)
+        while place < end:
+            j = nth(found, place)
+            place += 1
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
-            if max(abs(dx), abs(dy)) > 2 * radius * CLEAR:
+            if dx * dx + dy * dy > (2 * radius * CLEAR) ** 2:
                 continue
             distance = math.sqrt(dx**square + dy**square)
             if distance < 2 * radius:
@@ -83,6 +88,7 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
                 position[i, 1] += ny * overlap / 2
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
+                place, end = pushed(found, position, i, j, place, end)
                 log, count = note(log, count, i, j, -nx, -ny, -impulse, overlap)
     return log, count
 
@@ -94,6 +100,14 @@ class ArticleEngine(SteppedEngine):
     """
 
     def __init__(self, scene: Scene, initial: State) -> None:
+        self.check(scene)
+        super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
+        self._size = scene.arena.size
+        self._radius = float(scene.bodies.radius[0])
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Refuse what the article does not know."""
         beyond = _beyond_the_rule(scene)
         if beyond:
             are = "is" if len(beyond) == 1 else "are"
@@ -101,14 +115,11 @@ class ArticleEngine(SteppedEngine):
             raise Refused(
                 f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines {other}"
             )
-        super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
-        self._size = scene.arena.size
-        self._radius = float(scene.bodies.radius[0])
 
     def advance(self) -> int:
         """Play one frame."""
         self.log, count = frame(self.position, self.velocity, self._radius, *self._size, SQUARE, self.log)
-        return int(count)
+        return count
 
 
 def _beyond_the_rule(scene: Scene) -> list[str]:

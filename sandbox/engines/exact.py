@@ -449,8 +449,7 @@ class ExactEngine:
     """Hard discs, event by event. `collisions` is how many contacts between balls there have been."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        if _has_friction(scene):
-            raise Refused("exact: friction is not part of smooth hard discs; use --engines pymunk")
+        self.check(scene)
         self._rate = scene.rate
         self._steps = 0
         self._world = _world(scene, initial)
@@ -459,6 +458,12 @@ class ExactEngine:
         self._found: list[Contacts] | None = None
         self.collisions = 0
         begin(self._world)
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Refuse friction."""
+        if _has_friction(scene):
+            raise Refused("exact: friction is not part of smooth hard discs; use --engines pymunk")
 
     def step(self) -> None:
         """Play the events of one step. Nothing is computed at its end, so the rate changes no event."""

@@ -12,11 +12,13 @@ import numpy as np
 from numba import njit
 
 from sandbox.engines import Refused
+from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
 from sandbox.scene import Scene
 from sandbox.state import Floats, State
 
-ARENA: Final = 4  # walls
+ARENA: Final = 4  # walls, of which these tell its size
+RIGHT, BOTTOM = 2, 3
 
 
 @njit(cache=True)
@@ -37,12 +39,12 @@ def towards(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def advance(position, velocity, radius, mass, elasticity, gravity, walls, dt, log):  # type: ignore[no-untyped-def]
+def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest, dt, log):  # type: ignore[no-untyped-def]
     """Do one step, in place.
 
     position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
     a row each with both ends (px), half the thickness (px) and elasticity, after those of the arena, see `towards`;
-    dt: s; log: contacts, see `note`.
+    widest: px, across the largest ball; dt: s; log: contacts, see `note`.
     """
     n = len(position)
     count = 0
@@ -65,9 +67,13 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, dt, lo
                     position[i, k] -= (1 + e) * depth * n_k
                 log, count = note(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
-    # Collide every pair, on the positions as they are by now.
+    # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
+    found = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
     for i in range(n):
-        for j in range(i + 1, n):
+        place, end = later(found, position, i)
+        while place < end:
+            j = nth(found, place)
+            place += 1
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
             reach = radius[i] + radius[j]
@@ -90,6 +96,7 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, dt, lo
                     velocity[j, k] += impulse * per_j * n_k
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
+                place, end = pushed(found, position, i, j, place, end)
                 log, count = note(log, count, i, j, -nx, -ny, -impulse, reach - distance)
     return log, count
 
@@ -98,8 +105,7 @@ class ImpulseEngine(SteppedEngine):
     """The textbook's rule. Balls on exactly one spot part along x, as in the other engines."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        if scene.bodies.friction.max() > 0:
-            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
+        self.check(scene)
         super().__init__(scene, initial)
         bodies = scene.bodies
         self._constants = (
@@ -108,13 +114,20 @@ class ImpulseEngine(SteppedEngine):
             bodies.elasticity,
             np.array(scene.gravity, float),
             _walls_of(scene),
+            2 * float(bodies.radius.max()),
             1 / scene.rate,
         )
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Refuse friction."""
+        if scene.bodies.friction.max() > 0:
+            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
 
     def advance(self) -> int:
         """Do one step."""
         self.log, count = advance(self.position, self.velocity, *self._constants, self.log)
-        return int(count)
+        return count
 
 
 def _walls_of(scene: Scene) -> Floats:

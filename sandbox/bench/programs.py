@@ -1,0 +1,53 @@
+"""How long a comparison takes, and how long the programs take to start."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from functools import partial
+from time import perf_counter
+
+from sandbox.bench.figure import ROUNDS, Figure, figure, in_turn, seconds
+from sandbox.comparison import compare
+from sandbox.engines import create
+from sandbox.scene import Scene, load
+from sandbox.spawn import spawn
+
+
+def comparison() -> Iterator[Figure]:
+    """Measure `compare` in turn with the sum of its engines, each alone."""
+    for scene in (load("article").changed(seconds=10.0), load("gas-1000").changed(seconds=3.0, expect=())):
+        names = list(compare(scene).runs)
+        whole, sum_of = (
+            partial(seconds, partial(compare, scene, names)),
+            partial(seconds, partial(run_each, scene, names)),
+        )
+        means = f"{scene.name}: compare / sum of its engines"
+        yield figure(f"compare {scene.name}", means, [a / b for a, b in in_turn(whole, sum_of)])
+
+
+def run_each(scene: Scene, engines: Sequence[str]) -> None:
+    """Run engines one after the other, as far as a comparison would."""
+    for name in engines:
+        engine = create(name, scene, spawn(scene))
+        for _ in range(scene.steps):
+            engine.step()
+
+
+def start() -> Iterator[Figure]:
+    """Measure processes from their start to their end, by the clock on the wall."""
+    sandbox = [sys.executable, "-m", "sandbox"]
+    window = [sys.executable, "-c", "from sandbox.bench.window import first_frame; first_frame()"]
+    for name, means, command in (
+        ("--help", "sandbox --help", [*sandbox, "--help"]),
+        ("compare", "sandbox compare article, 0.1 s of it", [*sandbox, "compare", "article", "--seconds", "0.1"]),
+        ("window", "sandbox, until its first frame is drawn", window),
+    ):
+        _run(command)  # compiles what is not on disk yet
+        yield figure(f"start {name}", means, [_run(command) for _ in range(ROUNDS)], "s")
+
+
+def _run(command: list[str]) -> float:
+    began = perf_counter()
+    subprocess.run(command, env=os.environ | {"SDL_VIDEODRIVER": "dummy"}, capture_output=True, check=True)
+    return perf_counter() - began

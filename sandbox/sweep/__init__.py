@@ -1,0 +1,59 @@
+"""Many runs of a scene: seeds, rates, engines and settings -> a table with a row for each.
+
+A row is the same whoever runs it, and in what order: here, on a cluster, or after the sweep was killed and begun again.
+"""
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+
+from sandbox.output import whole_file
+from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
+from sandbox.sweep.journal import Journal, journal, journal_of
+from sandbox.sweep.workers import Outcome, dask, local
+
+__all__ = [
+    "Job",
+    "Journal",
+    "Outcome",
+    "Row",
+    "Sweep",
+    "as_csv",
+    "in_order",
+    "journal",
+    "missing",
+    "plan",
+    "run",
+    "write",
+]
+
+
+def missing(sweep: Sweep, kept: Journal) -> list[Job]:
+    """List the jobs of a sweep that have no row yet."""
+    done = {job_of(row) for row in kept.rows}
+    return [job for job in sweep.jobs if job not in done]
+
+
+def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[Outcome]:
+    """Run the jobs that have no row yet, in processes here or on a Dask cluster; a row is kept before it is yielded."""
+    jobs = missing(sweep, kept)
+    for outcome in dask(sweep, jobs, scheduler) if scheduler else local(sweep, jobs, workers):
+        if outcome.row is not None:
+            kept.add(outcome.row)
+        yield outcome
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """Return the table of rows."""
+    text = io.StringIO()
+    columns, lines = table(rows)
+    csv.writer(text, lineterminator="\n").writerows([columns, *lines])
+    return text.getvalue()
+
+
+def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
+    """Write the table; where it has every row, what was kept to go on from is no longer needed."""
+    with whole_file(out) as file:
+        file.write(as_csv(rows).encode())
+    if out != "-" and len(rows) == len(sweep.jobs):
+        journal_of(out).unlink(missing_ok=True)

@@ -1,0 +1,167 @@
+"""The rows of a sweep: what each is of, and how it is come by."""
+
+import json
+import platform
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from importlib.metadata import version
+from itertools import product
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from sandbox.comparison import Comparison, Figures, Run, compare, flat
+from sandbox.engines import create, takes
+from sandbox.gas import speed_law
+from sandbox.mistakes import Mistake
+from sandbox.quantity import length
+from sandbox.scene import Scene
+from sandbox.spawn import spawn
+from sandbox.yardstick import YARDSTICK
+
+Row = dict[str, Any]  # column -> value
+
+TUNED: Final = "pymunk"  # the engine that settings are of
+LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
+MOST: Final = 1_000_000  # rows, which are held in memory
+SHARES: Final = 20  # of a final speed's law, into which speeds are sorted
+
+
+class Job(NamedTuple):
+    """One run of one engine: a row. settings: of Pymunk, as in "iterations=10 substeps=4"."""
+
+    seed: int
+    rate: int
+    engine: str
+    settings: str = ""
+
+    def __str__(self) -> str:
+        """Name it for people."""
+        return f"seed {self.seed}, rate {self.rate}, {self.engine} {self.settings}".rstrip()
+
+
+COLUMNS: Final = (
+    *("scene", *Job._fields, "seconds", "against", "horizon"),
+    *(field.name for field in fields(Figures)),
+    *(*LIBRARIES, "python", "wall_s"),
+)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A scene, its jobs in the order of the table, and the engine that they are measured against."""
+
+    scene: Scene
+    against: str
+    jobs: tuple[Job, ...]
+
+
+def plan(
+    scene: Scene,
+    seeds: Sequence[int],
+    rates: Sequence[int],
+    engines: Sequence[str],
+    settings: Mapping[str, Sequence[float]] | None = None,
+    *,
+    against: str | None = None,
+) -> Sweep:
+    """Plan a row for each seed, rate and engine; of Pymunk, one for each combination of its settings.
+
+    Raises Mistake for what no scene may have, and where an engine cannot honour the scene.
+    """
+    if settings and TUNED not in engines:
+        raise Mistake(f"settings are of {TUNED}, which does not take part; add it to --engines")
+    choices = [[f"{key}={value}" for value in values] for key, values in sorted((settings or {}).items())]
+    tunings = [" ".join(choice) for choice in product(*choices)]
+    tunings_of = {engine: tunings if engine == TUNED else [""] for engine in engines}
+    count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
+    if count > MOST:
+        raise Mistake(f"a sweep of {count:,} rows is more than the {MOST:,} that there is room for")
+    first = scene.changed(seed=seeds[0])
+    against = against or (YARDSTICK if takes(YARDSTICK, first, spawn(first)) else engines[-1])
+    for name in dict.fromkeys([*engines, against]):
+        create(name, first, spawn(first))
+    for rate, tuning in product(rates, tunings):
+        tuned(first, Job(seeds[0], rate, TUNED, tuning))
+    jobs = (
+        Job(seed, rate, engine, tuning)
+        for seed, rate, engine in product(seeds, rates, engines)
+        for tuning in tunings_of[engine]
+    )
+    return Sweep(scene, against, tuple(dict.fromkeys(jobs)))
+
+
+def tuned(scene: Scene, job: Job) -> Scene:
+    """Return the scene that a job runs. Raises Mistake for a setting, rate or seed that no scene may have."""
+    pairs = (setting.partition("=") for setting in job.settings.split())
+    settings = {key: json.loads(value) for key, _, value in pairs}
+    pymunk = scene.pymunk.model_dump(exclude_unset=True) | settings
+    return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
+
+
+def run(scene: Scene, against: str, job: Job) -> Row:
+    """Run a job: its row, without what is unknown, and as `speeds` what a report shows beside the table."""
+    start = time.perf_counter()
+    comparison = compare(tuned(scene, job), list(dict.fromkeys([job.engine, against])), against=against)
+    wall = time.perf_counter() - start
+    done = comparison.runs[job.engine]
+    row = {
+        "scene": scene.name,
+        **job._asdict(),
+        "seconds": float(comparison.time[-1]),
+        "against": against,
+        "horizon": comparison.horizon,
+        **comparison.as_json()["engines"][job.engine],
+        **versions(),
+        "wall_s": round(wall, 6),
+        "speeds": speed_shares(comparison, done),
+    }
+    return {name: value for name, value in flat(row).items() if value is not None}
+
+
+@cache
+def versions() -> Mapping[str, str]:
+    """Name what runs here: two machines with other libraries may give other rows."""
+    return {name: version(package) for name, package in LIBRARIES.items()} | {"python": platform.python_version()}
+
+
+def speed_shares(comparison: Comparison, run: Run) -> list[int]:
+    """Count how many balls have each twentieth of the speeds at the end, by the law of as many with their energy.
+
+    All are alike where the law holds. Empty where it says nothing: of balls of several masses, of one, or at rest.
+    """
+    mass, speed = comparison.scene.bodies.mass, length(run.final.velocity)
+    whole = float(np.sqrt(np.sum(speed**2)))
+    if np.ptp(mass) > 0 or len(mass) < 2 or not whole > 0:
+        return []
+    shares = speed_law(speed, whole, len(mass))
+    counts, _ = np.histogram(shares, SHARES, (0, 1))
+    return [int(count) for count in counts]
+
+
+def table(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Return the columns and lines of the CSV. What has values under names of its own gets a column for each."""
+    inner = sorted({name for row in rows for name in row if "." in name})
+    columns = [
+        name for column in COLUMNS for name in [one for one in inner if one.startswith(f"{column}.")] or [column]
+    ]
+    return columns, [[_cell(row.get(name)) for name in columns] for row in rows]
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    return json.dumps(value) if isinstance(value, list | tuple) else str(value)
+
+
+def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
+    """Sort rows as the jobs of a sweep are; those of other jobs are left out."""
+    found = {job_of(row): row for row in rows}
+    return [found[job] for job in sweep.jobs if job in found]
+
+
+def job_of(row: Row) -> Job:
+    """Tell which job a row is of."""
+    return Job(*(row[field] for field in Job._fields))

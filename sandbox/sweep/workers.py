@@ -1,0 +1,127 @@
+"""Who runs the jobs: processes here, or a Dask cluster. Each yields outcomes as they come, in any order."""
+
+import multiprocessing
+import signal
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from typing import Any, Final, cast
+
+from sandbox.mistakes import Mistake
+from sandbox.scene import Scene
+from sandbox.sweep.jobs import Job, Row, Sweep, run
+
+PATIENCE: Final = 3  # workers that may die at a job before it is given up
+REACH: Final = "10s"  # how long a scheduler may take to answer
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a job: its row, or why there is none."""
+
+    job: Job
+    row: Row | None = None
+    failure: str = ""
+
+
+def attempt(scene: Scene, against: str, job: Job) -> Outcome:
+    """Run a job. Whatever goes wrong costs its row, not the sweep."""
+    try:
+        return Outcome(job, run(scene, against, job))
+    except Exception as error:
+        return Outcome(job, failure=f"{type(error).__name__}: {error}")
+
+
+def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
+    """Run jobs in so many processes. A process that dies is replaced, and its job begun again."""
+    todo, deaths = deque(jobs), Counter[Job]()
+    workers = [Worker(sweep) for _ in range(min(count, len(jobs)))]
+    try:
+        while todo or any(worker.job for worker in workers):
+            for worker in workers:
+                if todo and worker.job is None:
+                    worker.begin(todo.popleft())
+            busy = {worker.connection: (worker, worker.job) for worker in workers if worker.job}
+            for ready in wait(list(busy)):
+                worker, job = busy[cast("Connection", ready)]
+                outcome = worker.outcome()
+                if outcome is None:
+                    workers[workers.index(worker)] = Worker(sweep)
+                    deaths[job] += 1
+                    if deaths[job] < PATIENCE:
+                        todo.appendleft(job)
+                        continue
+                    outcome = Outcome(job, failure=f"{PATIENCE} workers died at it")
+                yield outcome
+    finally:
+        for worker in workers:
+            worker.stop()
+
+
+class Worker:
+    """A process that runs one job after another. It ends with the sweep, whatever ends that."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        context = multiprocessing.get_context("spawn")  # forked, it would share locks with what is about to run
+        self.connection, there = context.Pipe()
+        self.process = context.Process(target=_serve, args=(there, sweep.scene, sweep.against), daemon=True)
+        self.process.start()
+        there.close()
+        self.job: Job | None = None
+
+    def begin(self, job: Job) -> None:
+        """Give it a job. That it has died is found out when its outcome is asked for."""
+        self.job = job
+        with suppress(OSError):
+            self.connection.send(job)
+
+    def outcome(self) -> Outcome | None:
+        """Take the outcome of its job; None where it has died."""
+        self.job = None
+        try:
+            outcome: Outcome = self.connection.recv()
+        except (EOFError, OSError):
+            self.stop()
+            return None
+        return outcome
+
+    def stop(self) -> None:
+        """End it."""
+        self.connection.close()
+        self.process.terminate()
+        self.process.join()
+
+
+def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
+    """Run jobs until the other end is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the sweep is told, and ends its workers
+    with suppress(EOFError, OSError):
+        while True:
+            connection.send(attempt(scene, against, connection.recv()))
+
+
+def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
+    """Run jobs on the cluster of a Dask scheduler, which gives those of a worker that dies to another.
+
+    Raises Mistake where there is no scheduler.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise Mistake("--scheduler: needs distributed; pip install 'pymunk-sandbox[dask]'") from None
+    try:
+        client = Client(address, timeout=REACH, set_as_default=False)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise Mistake(f"--scheduler {address}: no scheduler answers there: {error}") from None
+    with client:
+        # Impure: a cluster that has a row from another sweep must not say that it took no time.
+        futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
+        for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
+            if future.status == "finished":
+                yield future.result()
+            else:
+                why = future.exception() if future.status == "error" else "its scheduler is gone"
+                yield Outcome(futures[future], failure=f"{why}")
+            future.release()
