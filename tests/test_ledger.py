@@ -67,7 +67,7 @@ def test_the_lines_add_up_in_any_scene(
         f"count = 2\nradius = 10\nmass = {size}\nx = {{from = 20, to = 280}}\ny = {{from = 20, to = 180}}\nspeed = 200",
     )
     wall = "\n[[walls]]\nfrom = [50, 200]\nto = [250, 260]\nelasticity = 0.9" if ramp else ""
-    head = f"seed = {seed}\nseconds = 1\nrate = {rate}\ngravity = {list(gravity)}"
+    head = f"seed = {seed}\nseconds = 0.3\nrate = {rate}\ngravity = {list(gravity)}"
     scene = scene_of(*balls[:-1], balls[-1] + wall, size="[300, 300]", more=head)
     for engine in ENGINES:
         if engine != "article":

@@ -229,6 +229,19 @@ def test_a_cluster_makes_the_table_though_a_worker_is_killed(
     assert done(command(*TUNED, "--scheduler", address))[0] == 0
 
 
+def test_a_scheduler_that_is_gone_is_told_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
+    address, [scheduler, *_] = cluster
+    sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
+    with journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, scheduler=address)
+        assert next(outcomes).row
+        scheduler.kill()
+        with pytest.raises(Mistake, match=f"^--scheduler {address}: is gone; the same command goes on"):
+            list(outcomes)
+    with journal(sweep, "f.csv") as kept:
+        assert 1 <= len(kept.rows) < 50
+
+
 # What goes wrong
 
 
@@ -337,7 +350,8 @@ def test_the_report_has_a_chart_for_what_rows_have_and_escapes_what_scenes_say()
     balls = "count = 3\nradius = 5\ninside = [[0, 0], [300, 300]]\nspeed = 200"
     scene = scene_of(balls, more='seconds = 0.5\ntitle = "</script><img src=x>"')
     sweep = plan(scene, range(2), [60, 120], ["impulse"])
-    rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    whole = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [{key: value for key, value in row.items() if not key.startswith("first_difference")} for row in whole]
     plain = page(sweep, rows)
     assert "<img src=x>" not in plain
     assert "&amp;lt;img src=x&amp;gt;" in plain  # once for the page, once as text of the heading

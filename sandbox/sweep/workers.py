@@ -105,7 +105,7 @@ def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> No
 def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
     """Run jobs on the cluster of a Dask scheduler, which gives those of a worker that dies to another.
 
-    Raises Mistake where there is no scheduler.
+    Raises Mistake where there is no scheduler, or no longer one.
     """
     try:
         from distributed import Client, as_completed
@@ -119,9 +119,12 @@ def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
         # Impure: a cluster that has a row from another sweep must not say that it took no time.
         futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
         for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
+            if future.status not in ("finished", "error"):
+                raise Mistake(
+                    f"--scheduler {address}: is gone; the same command goes on with the rows that are missing"
+                )
             if future.status == "finished":
                 yield future.result()
             else:
-                why = future.exception() if future.status == "error" else "its scheduler is gone"
-                yield Outcome(futures[future], failure=f"{why}")
+                yield Outcome(futures[future], failure=str(future.exception()))
             future.release()
