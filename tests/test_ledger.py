@@ -133,6 +133,24 @@ def test_the_article_throws_away_what_is_beyond_the_wall() -> None:
     assert "overshoot" not in ledger
 
 
+def test_pymunk_turns_a_ball_round_where_it_finds_it_in_the_wall() -> None:
+    """6 px deep, it lacks the 6 px to the wall and the 6 px of its way back; nothing is thrown away."""
+    scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [420, 0]").changed(seconds=2.0)
+    _, ledger = books(scene, "pymunk")
+    assert ledger["late"].displacement == pytest.approx(12)
+    assert "overshoot" not in ledger
+
+
+def test_what_friction_takes_is_booked_to_friction() -> None:
+    """Sliding against a wall of friction 1, a ball loses some of its speed along it."""
+    scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [400, 100]\nfriction = 1").changed(
+        seconds=2.0, arena={"size": (800, 600), "friction": 1}
+    )
+    run, ledger = books(scene, "pymunk")
+    assert run.energy[-1] < run.energy[0]
+    assert ledger["friction"].energy == pytest.approx(run.energy[-1] - run.energy[0])
+
+
 def test_gravity_integrated_in_steps_is_booked() -> None:
     """Pymunk flies on at the velocity that it had before gravity: g dt²/2 short in a step, m (g dt)²/2 too much."""
     scene = scene_of("radius = 20\nposition = [400, 100]", more="gravity = [0, 900]\nseconds = 0.5")
