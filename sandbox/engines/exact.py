@@ -39,7 +39,7 @@ from sandbox.engines.impact import NEVER, time_to_face, time_to_leave, time_to_t
 from sandbox.engines.kernel import Record, entry, kernel, prefetch
 from sandbox.engines.walls import pieces_of
 from sandbox.scene import Scene, Vector
-from sandbox.state import CONTACT, Contacts, State, no_contacts
+from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
 
 CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between contacts, far above the clock's rounding
 HOP: Final = 1e-3  # s, how long a disc that leans on others is off them; less is truer and costs more
@@ -427,6 +427,15 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
 
 
 @entry
+def look(world: World, now: float, position: Floats, velocity: Floats) -> None:
+    """Write where each ball is now, and how it flies, in scene order: (n, 2) px, px/s."""
+    for i in range(len(world.disc)):
+        m, ball = _motion(world, i, now), world.event[i].ball
+        position[ball, 0], position[ball, 1] = m.x, m.y
+        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+
+
+@entry
 def begin(world: World) -> None:
     """Enter every disc in its cell, and foresee its first event."""
     for i in range(len(world.disc)):
@@ -477,7 +486,7 @@ class ExactEngine:
             full = count == len(self._log)
             if full:
                 self._log = np.empty(2 * count, CONTACT)
-        if self._found is not None:
+        if self._found is not None and self._world.falls:
             self._found.append(self._carried())
 
     def _carried(self) -> Contacts:
@@ -501,11 +510,10 @@ class ExactEngine:
 
     def state(self) -> State:
         """Return a snapshot: every ball flown on to now."""
-        disc, body = self._world.disc[self._disc_of_ball], self._world.body[self._disc_of_ball]
-        dt = (self._now - disc["t"])[:, None]
-        position, velocity = np.column_stack([disc["x"], disc["y"]]), np.column_stack([disc["vx"], disc["vy"]])
-        acceleration = np.column_stack([body["ax"], body["ay"]])
-        return State(self._now, position + dt * (velocity + 0.5 * dt * acceleration), velocity + dt * acceleration)
+        position = np.empty((len(self._disc_of_ball), 2))
+        velocity = np.empty_like(position)
+        look(self._world, self._now, position, velocity)
+        return State(self._now, position, velocity)
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

@@ -21,6 +21,7 @@ _CONTACT_FIELDS: Final = (
     | ArbiterFields.DISTANCE_1
 )
 
+_STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
 _KEPT: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # a contact, and its last `Space.step`
 
 
@@ -65,7 +66,7 @@ class PymunkEngine:
     def state(self) -> State:
         """Return a snapshot, read in one batch."""
         self._buffer.clear()
-        get_space_bodies(self.space, BodyFields.POSITION | BodyFields.VELOCITY, self._buffer)
+        get_space_bodies(self.space, _STATE_FIELDS, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 4)[: len(self._bodies)]
         return State(self._steps / self._rate, rows[:, :2].copy(), rows[:, 2:].copy())
 
