@@ -1,5 +1,7 @@
 """What the sandbox is measured beside does the same work; how fast either is, no test says."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -34,11 +36,13 @@ def test_the_plain_pymunk_loop_is_the_engine_s_run(scene: str) -> None:
 
 def test_a_part_yields_figures_with_their_spread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figure, "ROUNDS", 3)
+    environment = dict(os.environ)
     [(title, figures)] = bench(["window"])
     found = list(figures)
     assert title == PARTS["window"][0]
     assert [one.name for one in found[:2]] == ["frame n=3", "frame / plain n=3"]
     assert all(0 < one.lowest <= one.median <= one.highest for one in found)
+    assert dict(os.environ) == environment
 
 
 def test_a_part_that_is_none_is_a_mistake_that_names_the_nearest() -> None:

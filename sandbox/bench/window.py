@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Final
 
@@ -14,14 +15,28 @@ from sandbox.scene import Scene, load
 from sandbox.view.window import FRAMES, Window
 
 SIZE: Final = (1680, 1010)  # px; in it both panes are as large as the scene, with the charts below
+DRIVER: Final = "SDL_VIDEODRIVER"  # SDL's choice of a screen
 
 
 def frame() -> Iterator[Figure]:
     """Measure the window's frame, of two panes and charts with their physics, in turn with a plain Pymunk loop's."""
-    os.environ["SDL_VIDEODRIVER"] = "dummy"
-    for scene in (load("article"), load("gas-100"), load("gas-1000")):
-        yield from _frame(scene)
-    pygame.display.quit()
+    with _screen_in_memory():
+        for scene in (load("article"), load("gas-100"), load("gas-1000")):
+            yield from _frame(scene)
+
+
+@contextmanager
+def _screen_in_memory() -> Iterator[None]:
+    before = os.environ.get(DRIVER)
+    os.environ[DRIVER] = "dummy"
+    try:
+        yield
+    finally:
+        pygame.display.quit()
+        if before is None:
+            del os.environ[DRIVER]
+        else:
+            os.environ[DRIVER] = before
 
 
 def _frame(scene: Scene) -> Iterator[Figure]:

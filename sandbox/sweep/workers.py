@@ -119,12 +119,20 @@ def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
         # Impure: a cluster that has a row from another sweep must not say that it took no time.
         futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
         for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
-            if future.status not in ("finished", "error"):
+            try:
+                outcome = _outcome(future, futures[future])
+            except OSError:  # Dask's, of a connection that ended while a row was on its way
+                outcome = None
+            if outcome is None:
                 raise Mistake(
                     f"--scheduler {address}: is gone; the same command goes on with the rows that are missing"
                 )
-            if future.status == "finished":
-                yield future.result()
-            else:
-                yield Outcome(futures[future], failure=str(future.exception()))
+            yield outcome
             future.release()
+
+
+def _outcome(future: Any, job: Job) -> Outcome | None:
+    """Take what came of a job on a cluster; None where the cluster is gone."""
+    if future.status == "finished":
+        return cast("Outcome", future.result())
+    return Outcome(job, failure=str(future.exception())) if future.status == "error" else None
