@@ -401,6 +401,8 @@ def _names(engines: str | None) -> list[str] | None:
     if engines is None:
         return None
     names = [name.strip() for name in engines.split(",")]
+    if not all(names):
+        raise Mistake(f"--engines {engines}: has a comma without a name")
     if len(set(names)) < len(names):
         raise Mistake(f"--engines {engines}: names an engine twice")
     return names

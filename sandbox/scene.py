@@ -439,11 +439,13 @@ class Scene(Model):
         return expect
 
     @model_validator(mode="after")
-    def _not_too_long(self) -> Self:
+    def _neither_too_long_nor_too_short(self) -> Self:
         if self.seconds * self.rate > MAX_STEPS:
             raise findings(
                 (("seconds",), f"must be at most {MAX_STEPS / self.rate:g} at this rate, got {self.seconds:g}")
             )
+        if self.steps < 1:
+            raise findings((("seconds",), f"must be at least a step of {1 / self.rate:g}, got {self.seconds:g}"))
         return self
 
     def changed(self, **changes: object) -> "Scene":

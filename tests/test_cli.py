@@ -81,7 +81,9 @@ def test_scenes_are_listed_with_what_to_watch_for() -> None:
     [
         (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, "),
         (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
+        (("compare", "article", "--engines", "pymunk,"), "--engines pymunk,: has a comma without a name"),
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
+        (("compare", "article", "--seconds", "0.001"), "seconds must be at least a step of 0.0166667, got 0.001"),
         (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
         (("compare", "article", "--json", "no/f.json"), "no/f.json: cannot be written: No such file or directory"),
         (("compare", "article", "--json", "-", "--csv", "-"), "only one of --json, --csv and --report can be -"),
