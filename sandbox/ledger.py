@@ -597,11 +597,14 @@ def _overlaps(position, velocity, radius, told, bounds, passing, longer):  # typ
     for step in range(len(position)):
         here, before = position[step], position[max(step - 1, 0)]
         order = np.argsort(here[:, axis])
+        along, across = here[order, axis], here[order, 1 - axis]
         now, again = [np.int64(-1)], [np.int64(-1)]
         for a in range(n):
             for b in range(a + 1, n):
-                if here[order[b], axis] - here[order[a], axis] >= widest:
+                if along[b] - along[a] >= widest:
                     break
+                if abs(across[b] - across[a]) >= widest:
+                    continue
                 i, j = min(order[a], order[b]), max(order[a], order[b])
                 reach = radius[i] + radius[j]
                 depth = _depth(here, reach, i, j)
