@@ -9,17 +9,19 @@ from typing import Any, Final
 import numpy as np
 from bokeh.embed import file_html
 from bokeh.layouts import column
-from bokeh.models import ColumnDataSource, FactorRange
+from bokeh.models import ColumnDataSource, FactorRange, FixedTicker, Range1d
 from bokeh.models.annotations import Whisker
 from bokeh.models.ui import UIElement
 from bokeh.models.widgets import Div
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
+from sandbox.report.charts import DASHES, HATCHES, MARKERS, Look
 from sandbox.scene import PALETTE
 from sandbox.sweep.jobs import SHARES, Row, Sweep
 
-SIZE: Final[dict[str, Any]] = {"width": 900, "height": 380}  # px of a chart
+SIZE: Final[dict[str, Any]] = {"width": 1150, "height": 420, "toolbar_location": None}  # px of a chart
+ASIDE: Final = 1.03  # times a rate, by which each engine stands beside the one before
 
 Groups = dict[str, list[float]]  # what is told apart -> a value for each seed
 
@@ -62,36 +64,43 @@ def _name(row: Row) -> str:
 def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
     """Collect what the seeds say, for each engine and rate; on a logarithmic axis only what is positive has a place."""
     groups: Groups = defaultdict(list)
-    for row in rows:
+    names = list(dict.fromkeys(map(_name, rows)))
+    for row in sorted(rows, key=lambda row: (names.index(_name(row)), row["rate"])):
         if row.get(value) is not None and (row[value] > 0 or not positive):
             groups[f"{_name(row)} at {row['rate']}"].append(row[value])
     return groups
 
 
-def _colours(rows: Sequence[Row]) -> dict[str, str]:
+def _looks(rows: Sequence[Row]) -> dict[str, Look]:
+    """Choose how each engine is drawn: told apart by dash and marker too."""
     names = dict.fromkeys(map(_name, rows))
-    return {name: PALETTE[index % len(PALETTE)] for index, name in enumerate(names)}
+    kinds = (PALETTE, DASHES, MARKERS, HATCHES)
+    return {name: Look(*(kind[index % len(kind)] for kind in kinds)) for index, name in enumerate(names)}
 
 
 def _error_by_rate(rows: Sequence[Row]) -> Any:
     """Draw each engine's median gap against the rate, and its range over the seeds."""
+    gaps = [row["gap_rms"] for row in rows if row["gap_rms"] > 0]
     chart = figure(
         title="Gap to the yardstick, RMS: median and range over the seeds",
         x_axis_label="steps a second",
         y_axis_label="px",
         x_axis_type="log",
         y_axis_type="log",
+        y_range=Range1d(min(gaps) / 2, max(gaps) * 2),
         **SIZE,
     )
-    for name, colour in _colours(rows).items():
+    for index, (name, look) in enumerate(_looks(rows).items()):
         of_engine = [row for row in rows if _name(row) == name and row["gap_rms"] > 0]
         by_rate = {rate: [row["gap_rms"] for row in of_engine if row["rate"] == rate] for rate in _rates(of_engine)}
         if by_rate:
+            where = [rate * ASIDE**index for rate in by_rate]
             middle = [median(values) for values in by_rate.values()]
-            chart.line(list(by_rate), middle, color=colour, legend_label=name, line_width=2)
-            chart.scatter(list(by_rate), middle, color=colour, size=7)
-            _add_range(chart, list(by_rate), list(by_rate.values()), colour)
-    return chart
+            chart.line(where, middle, color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5)
+            chart.scatter(where, middle, color=look.color, marker=look.marker, legend_label=name, size=10)
+            _add_range(chart, where, list(by_rate.values()), look.color)
+    chart.xaxis.ticker = FixedTicker(ticks=_rates(rows))
+    return _legible(chart)
 
 
 def _rates(rows: Sequence[Row]) -> list[int]:
@@ -108,7 +117,7 @@ def _spread(title: str, groups: Groups, *, log: bool) -> Any:
         chart.scatter([name], [median(values)], color=PALETTE[3], marker="dash", size=40, line_width=3)
         _add_range(chart, [name], [values], PALETTE[3])
     chart.xaxis.major_label_orientation = 0.6
-    return chart
+    return _legible(chart)
 
 
 def _add_range(chart: Any, where: Sequence[object], values: Sequence[Sequence[float]], colour: str) -> None:
@@ -126,10 +135,22 @@ def _speeds(rows: Sequence[Row]) -> Any:
         **SIZE,
     )
     middles = (np.arange(SHARES) + 0.5) / SHARES
-    for name, colour in _colours(rows).items():
+    for name, look in _looks(rows).items():
         counts = np.sum([row["speeds"] for row in rows if _name(row) == name and row["speeds"]], axis=0)
         if np.sum(counts):
             shares = counts * SHARES / np.sum(counts)
-            chart.step(middles, shares, mode="center", color=colour, legend_label=name, line_width=2)
-    chart.line([0, 1], [1, 1], color="black", line_dash="dashed")
+            chart.step(
+                middles, shares, mode="center", color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5
+            )
+    chart.line([0, 1], [1, 1], color="black")
+    return _legible(chart)
+
+
+def _legible(chart: Any) -> Any:
+    """Let a chart be read from the back of a room."""
+    chart.title.text_font_size = "18px"
+    chart.axis.axis_label_text_font_size = chart.axis.major_label_text_font_size = "15px"
+    if chart.legend:
+        chart.legend.label_text_font_size = "15px"
+        chart.add_layout(chart.legend[0], "right")
     return chart
