@@ -495,9 +495,9 @@ def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, li
                 (x[j] - x[i]) @ (v[j] - v[i]) < 0
                 and np.isrealobj(roots)
                 and len(roots)
-                and max(0, roots.min()) < soonest
+                and max(0.0, float(roots.real.min())) < soonest
             ):
-                soonest, who = max(0, roots.min()), (i, j)
+                soonest, who = max(0.0, float(roots.real.min())), (i, j)
         x += soonest * v
         now += soonest
         if who is None:

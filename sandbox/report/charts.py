@@ -232,7 +232,13 @@ def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> No
             fill_color="white",
         )
         items[name] = _legend_item(name, line, marks)
-    plot.add_layout(Legend(items=[items[name] for name in series]), "above")
+    _add_legend(plot, [items[name] for name in series])
+
+
+def _add_legend(plot: figure, items: list[LegendItem]) -> None:
+    legend = Legend()
+    legend.items = items
+    plot.add_layout(legend, "above")
 
 
 def _legend_item(name: str, *renderers: Any) -> LegendItem:
@@ -303,7 +309,7 @@ def _ledger(comparison: Comparison) -> Chart:
         )
         items.append(_legend_item(name, bars))
     plot.add_layout(Span(location=0, dimension="height", line_color=INK))
-    plot.add_layout(Legend(items=items), "above")
+    _add_legend(plot, items)
     told = "Change of energy by cause, as in the table that follows."
     about = (
         "What each cause changed of an engine's energy; an engine's bars add up to all that it gained or lost. "
