@@ -101,9 +101,9 @@ class Law(NamedTuple):
 class Page(NamedTuple):
     """What a block of steps is booked on.
 
-    energy: (steps + 1, causes), of each step; momentum, displacement, contacts: (causes,), of all blocks so far; row:
-    (contacts,) BOOKED; timely: (contacts, 2), kg px, by which a contact in time would have moved its balls, times
-    their mass; delay: (contacts,), the cause that a contact's time was booked to.
+    energy, momentum, displacement, contacts: (causes,), of all blocks so far; row: (contacts,) BOOKED; timely:
+    (contacts, 2), kg px, by which a contact in time would have moved its balls, times their mass; delay: (contacts,),
+    the cause that a contact's time was booked to.
     """
 
     energy: Floats
@@ -112,7 +112,7 @@ class Page(NamedTuple):
     contacts: Floats
     row: Booked
     timely: Floats
-    delay: NDArray[np.int64]
+    delay: Integers
 
 
 @njit(cache=True)
@@ -144,8 +144,8 @@ def _first_fall(depth, speed, pull):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _book(page, step, cause, energy, momentum, displacement):  # type: ignore[no-untyped-def]
-    page.energy[step, cause] += energy
+def _book(page, cause, energy, momentum, displacement):  # type: ignore[no-untyped-def]
+    page.energy[cause] += energy
     page.momentum[cause] += momentum
     page.displacement[cause] += displacement
     if momentum > 0 or displacement > 0:
@@ -183,7 +183,7 @@ def _in_time(law, contact, row, reach):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _judge(law, page, step, k, contact):  # type: ignore[no-untyped-def]
+def _judge(law, page, k, contact):  # type: ignore[no-untyped-def]
     """Book a contact that was resolved by itself."""
     row = page.row[k]
     e, per_i, per_j, reach = _pair(law, contact)
@@ -194,7 +194,7 @@ def _judge(law, page, step, k, contact):  # type: ignore[no-untyped-def]
         if impulse == 0:
             cause = ROUNDING
         row.cause, row.wrong = cause, abs(impulse)
-        _book(page, step, cause, energy, row.wrong, 0.0)
+        _book(page, cause, energy, row.wrong, 0.0)
         return
     late, u_t, tx, ty = _in_time(law, contact, row, reach)
     nx, ny = contact.normal[0], contact.normal[1]
@@ -222,15 +222,15 @@ def _judge(law, page, step, k, contact):  # type: ignore[no-untyped-def]
     if u <= 2 * pull and cause != ROUNDING:  # at rest: what a step's gravity gives, the wall takes
         delay, natural, energy_due = GRAVITY, 0.0, energy
     page.delay[k] = delay
-    _book(page, step, ELASTICITY, natural, 0.0, 0.0)
-    _book(page, step, cause, energy - energy_due, lacking if cause not in (ROUNDING, GRAVITY) else 0.0, 0.0)
-    _book(page, step, delay, energy_due - natural, astray if delay in (LATE, EARLY) else 0.0, 0.0)
+    _book(page, ELASTICITY, natural, 0.0, 0.0)
+    _book(page, cause, energy - energy_due, lacking if cause not in (ROUNDING, GRAVITY) else 0.0, 0.0)
+    _book(page, delay, energy_due - natural, astray if delay in (LATE, EARLY) else 0.0, 0.0)
     row.wrong = math.hypot(impulse * nx - timely * tx, impulse * ny - timely * ty)
     row.cause = cause if lacking >= astray and cause != GRAVITY else delay
 
 
 @njit(cache=True)
-def _judge_together(law, page, step, k, contact):  # type: ignore[no-untyped-def]
+def _judge_together(law, page, k, contact):  # type: ignore[no-untyped-def]
     """Book one of several contacts that share balls and were resolved together."""
     row = page.row[k]
     e, per_i, per_j, reach = _pair(law, contact)
@@ -246,9 +246,9 @@ def _judge_together(law, page, step, k, contact):  # type: ignore[no-untyped-def
         cause = GRAVITY
     else:
         cause = UNCONVERGED
-    _book(page, step, ELASTICITY, natural, 0.0, 0.0)
+    _book(page, ELASTICITY, natural, 0.0, 0.0)
     error = -impulse * (u + row.left) / 2 - natural
-    _book(page, step, cause, error, lacking if cause in (STALE, UNCONVERGED) else 0.0, 0.0)
+    _book(page, cause, error, lacking if cause in (STALE, UNCONVERGED) else 0.0, 0.0)
     row.cause, row.wrong, row.due = cause, lacking, impulse
     if u > (2 * pull if contact.second < 0 else 0):
         late, _, tx, ty = _in_time(law, contact, row, reach)
@@ -257,7 +257,7 @@ def _judge_together(law, page, step, k, contact):  # type: ignore[no-untyped-def
         astray = abs(impulse) * math.hypot(nx - tx, ny - ty)
         delay = LATE if late > 0 else EARLY
         if row.turned > SHARE:
-            _book(page, step, delay, 0.0, astray, 0.0)
+            _book(page, delay, 0.0, astray, 0.0)
             if astray > lacking:
                 row.cause, row.wrong = delay, astray
         page.delay[k] = delay
@@ -265,7 +265,7 @@ def _judge_together(law, page, step, k, contact):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True)
-def _settle(law, page, step, k, contact, place, last):  # type: ignore[no-untyped-def]
+def _settle(law, page, k, contact, place, last):  # type: ignore[no-untyped-def]
     """Book how a contact moved its balls. place: (n, 2) px that is not explained yet; last: contact of each ball."""
     row, nx, ny = page.row[k], contact.normal[0], contact.normal[1]
     energy = natural = put_back = row.moved = 0.0
@@ -295,8 +295,8 @@ def _settle(law, page, step, k, contact, place, last):  # type: ignore[no-untype
         cause = PUSHED
     else:
         cause = OVERSHOOT if put_back > contact.depth / 2 else LATE
-    _book(page, step, page.delay[k], natural, 0.0, 0.0)
-    _book(page, step, cause, energy - natural, 0.0, row.moved if cause not in (ROUNDING, GRAVITY) else 0.0)
+    _book(page, page.delay[k], natural, 0.0, 0.0)
+    _book(page, cause, energy - natural, 0.0, row.moved if cause not in (ROUNDING, GRAVITY) else 0.0)
     if row.cause in (ROUNDING, GRAVITY):
         row.cause = cause
 
@@ -327,7 +327,7 @@ def _look(contact, velocity, both):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _resolve(law, page, step, velocity, contacts, begin, end, uses):  # type: ignore[no-untyped-def]
+def _resolve(law, page, velocity, contacts, begin, end, uses):  # type: ignore[no-untyped-def]
     """Change velocities by contacts that were resolved together, and book each. uses: (n,) zeros, and left so."""
     for k in range(begin, end):
         contact, row = contacts[k], page.row[k]
@@ -348,9 +348,9 @@ def _resolve(law, page, step, velocity, contacts, begin, end, uses):  # type: ig
         _look(contact, velocity, row.after)
         row.left = _closing(contact, row.after)
         if uses[contact.first] > 1 or (contact.second >= 0 and uses[contact.second] > 1):
-            _judge_together(law, page, step, k, contact)
+            _judge_together(law, page, k, contact)
         else:
-            _judge(law, page, step, k, contact)
+            _judge(law, page, k, contact)
     for k in range(begin, end):
         uses[contacts[k].first] = 0
         if contacts[k].second >= 0:
@@ -358,7 +358,7 @@ def _resolve(law, page, step, velocity, contacts, begin, end, uses):  # type: ig
 
 
 @njit(cache=True)
-def _leave(law, page, step, ball, velocity, told, place, touched, before):  # type: ignore[no-untyped-def]
+def _leave(law, page, ball, velocity, told, place, touched, before):  # type: ignore[no-untyped-def]
     """Book what of a ball's change no contact of the step explains.
 
     velocity: (2,) px/s at the end of the step, and told: by the contacts; place: (2,) px that is not explained; before:
@@ -368,15 +368,15 @@ def _leave(law, page, step, ball, velocity, told, place, touched, before):  # ty
     wrong = math.hypot(dx, dy)
     energy = law.mass[ball] * (dx * (velocity[0] + told[0]) + dy * (velocity[1] + told[1])) / 2
     if wrong <= SHARE * (abs(velocity[0]) + abs(velocity[1]) + before):
-        _book(page, step, ROUNDING, energy, 0.0, 0.0)
+        _book(page, ROUNDING, energy, 0.0, 0.0)
     else:
-        _book(page, step, FRICTION if law.rough and touched else UNTOLD, energy, law.mass[ball] * wrong, 0.0)
+        _book(page, FRICTION if law.rough and touched else UNTOLD, energy, law.mass[ball] * wrong, 0.0)
     moved = math.hypot(place[0], place[1])
     energy = -law.mass[ball] * (law.gravity[0] * place[0] + law.gravity[1] * place[1])
     if moved <= SHARE * law.radius[ball]:
-        _book(page, step, ROUNDING, energy, 0.0, 0.0)
+        _book(page, ROUNDING, energy, 0.0, 0.0)
     else:
-        _book(page, step, PUSHED, energy, 0.0, moved)
+        _book(page, PUSHED, energy, 0.0, moved)
 
 
 @njit(cache=True)
@@ -387,9 +387,9 @@ def _places(law, page, step, position, flown, free, contacts, begin, last):  # t
         for axis in range(2):
             moved = position[step, ball, axis] - position[step - 1, ball, axis]
             flown[ball, axis] = moved - flown[ball, axis] - free[axis]
-        _book(page, step, GRAVITY, -law.mass[ball] * fall, 0.0, 0.0)
+        _book(page, GRAVITY, -law.mass[ball] * fall, 0.0, 0.0)
     for k in range(len(contacts)):
-        _settle(law, page, step, begin + k, contacts[k], flown, last)
+        _settle(law, page, begin + k, contacts[k], flown, last)
 
 
 @njit(cache=True)
@@ -411,7 +411,7 @@ def _walk(law, page, position, velocity, pulled, pull, free, contacts, step_of, 
         if ball >= 0:
             for axis in range(2):
                 mean = told[ball, axis] + pull[step, axis] / 2
-                _book(page, step, HAND, law.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
+                _book(page, HAND, law.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
                 told[ball, axis] += pull[step, axis]
 
         # Velocities, contact by contact, or all at once that are resolved together.
@@ -430,7 +430,7 @@ def _walk(law, page, position, velocity, pulled, pull, free, contacts, step_of, 
                     _fly(law, told, flown, clock, j, within[k])
                     since = max(since, met[j])
                 page.row[k].free = min(contacts[k].time - since, LONGEST * law.dt)
-            _resolve(law, page, step, told, contacts, at, end, uses)
+            _resolve(law, page, told, contacts, at, end, uses)
             for k in range(at, end):
                 met[contacts[k].first] = contacts[k].time
                 if contacts[k].second >= 0:
@@ -442,7 +442,7 @@ def _walk(law, page, position, velocity, pulled, pull, free, contacts, step_of, 
         _places(law, page, step, position, flown, free, contacts[begin:at], begin, last)
         for ball in range(n):
             before = np.abs(velocity[step - 1, ball]).sum() + fastest
-            _leave(law, page, step, ball, velocity[step, ball], told[ball], flown[ball], last[ball] >= 0, before)
+            _leave(law, page, ball, velocity[step, ball], told[ball], flown[ball], last[ball] >= 0, before)
     return at
 
 
@@ -468,9 +468,8 @@ class Ledger:
             friction > 0,
         )
         self._free: Floats | None = None
-        self._energy: list[Floats] = []
         self._rows: list[Booked] = []
-        self._sums = np.zeros((3, len(CAUSES)))  # momentum, displacement, contacts
+        self._sums = np.zeros((4, len(CAUSES)))  # energy, momentum, displacement, contacts
         self._met = np.full(len(bodies), -np.inf)
         self._passing = [np.empty(0, np.int64), np.empty(0, np.int64)]
         self.missed: list[tuple[int, int, int]] = []
@@ -486,9 +485,9 @@ class Ledger:
         step_of = np.clip(step_of - self._steps, 1, steps)
         if self._free is None:
             self._free = _flight(self._scene, position, velocity, contacts, step_of)
-        momentum, displacement, count = self._sums
+        energy, momentum, displacement, count = self._sums
         page = Page(
-            np.zeros((steps + 1, len(CAUSES))),
+            energy,
             momentum,
             displacement,
             count,
@@ -498,8 +497,8 @@ class Ledger:
         )
         walked = _walk(law, page, position, velocity, pulled, pull, self._free, contacts, step_of, within, self._met)
         assert walked == len(contacts)
-        self._energy.append(page.energy[1:])
-        self._rows.append(page.row)
+        if len(page.row):
+            self._rows.append(page.row)
         self._steps += steps
         self._look_at_overlaps(position, velocity, contacts, step_of)
 
@@ -514,13 +513,8 @@ class Ledger:
             position, velocity, self._law.radius, told[order], bounds, *self._passing
         )
         self.deepest = max(self.deepest, float(deepest))
-        self._sums[2, MISSED] += len(passed)
+        self._sums[3, MISSED] += len(passed)
         self.missed += [(self._steps - len(position) + 1 + int(step), *divmod(int(key), n)) for step, key in passed]
-
-    @property
-    def energy(self) -> Floats:
-        """What each step changed, by cause: (steps, causes), kg px²/s²."""
-        return np.concatenate(self._energy) if self._energy else np.zeros((0, len(CAUSES)))
 
     @property
     def rows(self) -> Booked:
@@ -529,11 +523,10 @@ class Ledger:
 
     def entries(self) -> tuple[Entry, ...]:
         """Sum up, by cause: those that occurred, in the order of CAUSES."""
-        energy = self.energy.sum(axis=0)
         return tuple(
-            Entry(cause, int(contacts), float(joules), float(momentum), float(displacement))
-            for cause, joules, (momentum, displacement, contacts) in zip(CAUSES, energy, self._sums.T, strict=True)
-            if joules or contacts
+            Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
+            for cause, (energy, momentum, displacement, contacts) in zip(CAUSES, self._sums.T, strict=True)
+            if energy or contacts
         )
 
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from sandbox.difference import LOOKED, Account, differences
 from sandbox.ledger import Ledger
-from sandbox.state import Contacts, State
+from sandbox.state import Contacts, State, no_contacts
 from sandbox.trajectory import Lockstep
 from sandbox.yardstick import Twin, yardstick_of
 
-EVERY: Final = 15  # steps between two looks for a difference
+EVERY: Final = 15  # steps between two looks for a difference, and half of how long contacts are news
 
 
 @dataclass(frozen=True)
@@ -47,18 +47,22 @@ class Marker:
         if self._lockstep.edited:
             self._begin()
         elif self._open and self._lockstep.steps > self._begun + self._steps:
-            for name, account in self._open.items():
-                account.add(states[name], contacts[name], self._lockstep)
             self._steps += 1
-            if self._steps % EVERY == 0:
+            for name, book in self._open.items():
+                book.add(states[name], contacts[name], self._lockstep)
+                if len(contacts[name]):
+                    self._latest = self._steps
+            if self._steps % EVERY == 0 and self._steps - self._latest <= 2 * EVERY:
                 self._find()
 
     def _begin(self) -> None:
         lockstep = self._lockstep
         names = [name for name in lockstep.engines if name != self._yardstick and name not in self._differences]
         followed = [*names, self._yardstick] if names else []
-        self._scene, self._begun, self._steps, self._since = lockstep.scene, lockstep.steps, 0, lockstep.time
-        self._open = {name: _Book(name, lockstep) for name in followed}
+        self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
+        self._steps = 0  # since then
+        self._latest = 0  # of these, the last that had contacts
+        self._open: dict[str, _Book] = {name: _Book(name, lockstep) for name in followed}
 
     def _find(self) -> None:
         """Look for first differences."""
@@ -83,13 +87,14 @@ class _Book:
         self._name, self._since = name, lockstep.time
         self._ledger = Ledger(lockstep.scene, together=runner.together)
         self._before = runner.state()
-        self._contacts: list[Contacts] = []
+        self._contacts = [no_contacts()]
 
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
         """Enter a step."""
-        contacts = contacts.copy()
-        contacts["time"] -= self._since
-        self._contacts.append(contacts)
+        if len(contacts):
+            contacts = contacts.copy()
+            contacts["time"] -= self._since
+            self._contacts.append(contacts)
         position = np.stack([self._before.position, state.position])
         velocity = np.stack([self._before.velocity, state.velocity])
         pulled = -1 if lockstep.pulled is None else lockstep.pulled

@@ -187,7 +187,8 @@ class Session:
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
         for name, found in contacts.items():
             self._counts[name] += len(found)
-        self._marker.look(lockstep.states(), contacts)
+        states = lockstep.states()
+        self._marker.look(states, contacts)
         if lockstep.edited:  # they were between balls whose numbers may be others now
             contacts = dict.fromkeys(contacts, no_contacts())
         self._memory.keep(
@@ -195,7 +196,7 @@ class Session:
                 lockstep.steps,
                 lockstep.time,
                 lockstep.scene,
-                lockstep.states(),
+                states,
                 contacts,
                 dict(self._counts),
                 tuple(lockstep.balls),

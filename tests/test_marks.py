@@ -1,13 +1,17 @@
 """What stands out in a run that goes on is what a comparison of it tells."""
 
+import tracemalloc
+
 import pytest
 from conftest import scene_of
 
 from sandbox.comparison import compare
 from sandbox.edits import SetVelocity
 from sandbox.inputs import Grab, Input, Release
+from sandbox.marks import Marker
 from sandbox.scene import load
 from sandbox.session import Session
+from sandbox.trajectory import Lockstep
 
 
 def run(session: Session, steps: int) -> Session:
@@ -64,3 +68,20 @@ def test_the_hand_is_no_difference() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]")
     inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
     assert run(Session(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}
+
+
+def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]", "radius = 20\nposition = [100, 100]")
+    lockstep = Lockstep(scene, ["impulse", "exact"])
+    for runner in lockstep.engines.values():
+        runner.contacts()
+    marker = Marker(lockstep)
+    sizes = []
+    tracemalloc.start()
+    for _ in range(3):
+        for _ in range(300):
+            lockstep.step()
+            marker.look(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
+        sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert sizes[2] - sizes[1] < 3000  # ten bytes a step
