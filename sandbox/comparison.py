@@ -73,11 +73,6 @@ class Run:
     path: NDArray[np.float32]
     final: State
 
-    @property
-    def ledger(self) -> tuple[Entry, ...]:
-        """The ledger's lines."""
-        return self.figures.ledger
-
 
 @dataclass(frozen=True)
 class Comparison:

@@ -53,7 +53,9 @@ def test_paths_keep_their_stride_and_the_hand_its_step_from_block_to_block(monke
     for comparison in (whole, blocks):
         assert comparison.stride == 4
         assert np.array_equal(comparison.runs["impulse"].path, position)
-    ledgers = [{one.cause: one.energy for one in comparison.runs["impulse"].ledger} for comparison in (whole, blocks)]
+    ledgers = [
+        {one.cause: one.energy for one in comparison.runs["impulse"].figures.ledger} for comparison in (whole, blocks)
+    ]
     assert ledgers[0]["hand"] != 0
     assert ledgers[1] == pytest.approx(ledgers[0], abs=1e-9 * abs(ledgers[0]["hand"]))
 

@@ -60,7 +60,7 @@ def page(comparison: Comparison) -> str:
         settings=_settings(comparison),
         comparison=comparison,
         others={name: run for name, run in comparison.runs.items() if name != comparison.against},
-        booked={name: run for name, run in comparison.runs.items() if run.ledger},
+        booked={name: run for name, run in comparison.runs.items() if run.figures.ledger},
         figures=[(label, values) for label, *values in key_figures(comparison)],
         verdict=verdict(comparison),
         theory={name: run.theory for name, run in comparison.runs.items() if run.theory},

@@ -323,7 +323,8 @@ def _bars(comparison: Comparison) -> tuple[dict[str, dict[str, float]], list[str
     _, unit = energies(comparison)
     energy = {
         name: {
-            CAUSES[entry.cause]: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0) for entry in run.ledger
+            CAUSES[entry.cause]: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0)
+            for entry in run.figures.ledger
         }
         for name, run in comparison.runs.items()
     }

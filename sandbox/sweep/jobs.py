@@ -19,11 +19,11 @@ from sandbox.mistakes import Mistake
 from sandbox.quantity import length
 from sandbox.scene import Scene
 from sandbox.spawn import spawn
+from sandbox.verdict import TUNED
 from sandbox.yardstick import YARDSTICK
 
 Row = dict[str, Any]  # column -> value
 
-TUNED: Final = "pymunk"  # the engine that settings are of
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
 MOST: Final = 1_000_000  # rows, which are held in memory
 SHARES: Final = 20  # of a final speed's law, into which speeds are sorted
