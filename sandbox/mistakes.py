@@ -94,7 +94,7 @@ def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Fi
             for inner, message in detail["ctx"]["found"]:
                 yield (*path, *inner), message
         elif detail["type"] == "extra_forbidden":
-            yield path, f"is not a key here; {nearest(str(path[-1]), _keys_at(model, path[:-1]))}"
+            yield path, _unknown(str(path[-1]), _keys_at(model, path[:-1]))
         elif detail["type"] == "missing" and isinstance(path[-1], int):
             yield path[:-1], f"must be a list of two, got {shown(detail['input'])}"
         elif detail["type"] == "missing":
@@ -106,6 +106,14 @@ def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Fi
             yield path, f"must be one table: write [{dotted(path)}]"
         else:
             yield path, _message(detail)
+
+
+def _unknown(key: str, known: Iterable[str]) -> str:
+    """Say that a key is mistyped, or of a newer version: a format grows by keys."""
+    from importlib.metadata import version
+
+    here = version("pymunk-sandbox")
+    return f"is not a key of sandbox {here} (perhaps of a newer one); {nearest(key, known)}"
 
 
 def _message(detail: "ErrorDetails") -> str:

@@ -2,6 +2,8 @@
 
 import os
 import shutil
+from importlib.metadata import version
+from typing import Final
 
 import pytest
 from hypothesis import settings
@@ -10,6 +12,7 @@ from sandbox.scene import Scene, parse
 
 settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
 
+NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: what is missing there is a failure
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import need, scene_of
+from conftest import NO_KEY, need, scene_of
 
 from sandbox import cli
 from sandbox.mistakes import Mistake, line_of, lines_of_keys
@@ -244,11 +244,11 @@ def test_all_mistakes_at_once_in_order_of_lines() -> None:
     )
     assert mistakes(text) == [
         "1: title must be text in quotes, got 3",
-        "2: sedd is not a key here; did you mean seed?",
-        "5: arena.backgruond is not a key here; did you mean background?",
+        f"2: sedd {NO_KEY}; did you mean seed?",
+        f"5: arena.backgruond {NO_KEY}; did you mean background?",
         "7: balls[0].radius must be greater than 0, got -5",
         "8: balls[0].position[0] must be a finite number, got nan",
-        "11: balls[1].velocty is not a key here; did you mean velocity?",
+        f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
         "13: balls[1].mass must be greater than 0, got 0",
         "14: balls[1].count must be a whole number, got 1.5",
         "17: walls[0].to is the same point as from; a wall needs a length",
@@ -259,17 +259,17 @@ def test_all_mistakes_at_once_in_order_of_lines() -> None:
 ALL_KEYS = {
     "top": (
         "radius = 1\n" + balls(BALL),
-        "1: radius is not a key here; known are {}".format(
+        f"1: radius {NO_KEY}; known are {{}}".format(
             "about, arena, balls, expect, gravity, pymunk, rate, seconds, seed, title, walls"
         ),
     ),
     "wall": (
         balls(BALL, more="[[walls]]\nfrom = [1, 1]\nto = [9, 9]\nstart = [1, 1]\n"),
-        "9: walls[0].start is not a key here; known are elasticity, friction, from, thickness, to",
+        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, thickness, to",
     ),
     "range": (
         balls("radius = 5\nx = { from = 9, to = 9, width = 1 }\ny = { from = 9, to = 9 }"),
-        "5: balls[0].x.width is not a key here; known are from, step, to",
+        f"5: balls[0].x.width {NO_KEY}; known are from, step, to",
     ),
 }
 
@@ -277,6 +277,15 @@ ALL_KEYS = {
 @pytest.mark.parametrize(("text", "message"), ALL_KEYS.values(), ids=ALL_KEYS)
 def test_an_unknown_key_like_no_other_is_told_the_known_ones(text: str, message: str) -> None:
     assert mistakes(text) == [message]
+
+
+def test_a_key_of_a_newer_version_is_told_with_this_version(tmp_path: Path, command: Command) -> None:
+    """However like a known key it is: `angular_velocity` is more than a mistyped `velocity`."""
+    file = tmp_path / "newer.toml"
+    file.write_text(balls(f"{BALL}\nangular_velocity = 3"))
+    message = f"{file}:6: balls[0].angular_velocity {NO_KEY}; did you mean velocity?\n"
+    assert command("check", file) == (2, "", message)
+    assert f"sandbox {command('--version')[1].strip()} (" in message
 
 
 PLACED = {
@@ -524,7 +533,7 @@ def test_a_run_that_no_machine_holds_is_a_mistake(command: Command, tmp_path: Pa
 
 BROKEN: dict[str, tuple[str | bytes, str]] = {
     "syntax": (ARENA + "[[balls]\n", ":3: is not valid TOML: Expected ']]' at the end of an array declaration"),
-    "unknown-key": (balls(f"{BALL}\nmas = 2"), ":6: balls[0].mas is not a key here; did you mean mass?"),
+    "unknown-key": (balls(f"{BALL}\nmas = 2"), f":6: balls[0].mas {NO_KEY}; did you mean mass?"),
     "wrong-type": (
         balls('radius = "5"\nposition = [100, 100]'),
         ':4: balls[0].radius must be a number, got "5"',

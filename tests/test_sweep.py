@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import REQUIRED, said, scene_of
+from conftest import NO_KEY, REQUIRED, said, scene_of
 
 from sandbox.comparison import compare
 from sandbox.mistakes import Mistake
@@ -315,7 +315,7 @@ def test_a_journal_of_another_sweep_or_of_one_at_work_is_left_alone() -> None:
         (("article", "--rates", "60,,"), "--rates 60,,: must be whole numbers with commas"),
         (("article", "--rates", "0"), "rate must be at least 1, got 0"),
         (("article", "--set", "substeps"), "--set substeps: must be a setting of Pymunk and its values"),
-        (("article", "--set", "subteps=1"), "pymunk.subteps is not a key here; did you mean substeps?"),
+        (("article", "--set", "subteps=1"), f"pymunk.subteps {NO_KEY}; did you mean substeps?"),
         (("article", "--set", "substeps=0"), "pymunk.substeps must be at least 1, got 0"),
         (
             ("article", "--engines", "article", "--set", "substeps=1"),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import NO_KEY, scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -271,7 +271,7 @@ BAD_INPUTS = {
     "ball-that-is-none": ('{"step": 9, "do": "grab", "ball": 2, "at": [1, 2]}', "ball must be at most 1, got 2"),
     "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
     "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
-    "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', "bal is not a key here; known are do, step"),
+    "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
         "step must be 0, got 3",
@@ -298,8 +298,8 @@ def test_all_mistakes_in_inputs_at_once_and_steps_in_order(tmp_path: Path) -> No
         load_inputs(path, two_balls())
     assert str(caught.value).splitlines() == [
         f"{path}:2: step must be at least 5, got 4",
-        f"{path}:3: at is not a key here; known are do, step",
-        f"{path}:3: ball is not a key here; known are do, step",
+        f"{path}:3: at {NO_KEY}; known are do, step",
+        f"{path}:3: ball {NO_KEY}; known are do, step",
         f"{path}:4: ball must be at most 1, got 2",
     ]
 
