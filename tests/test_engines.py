@@ -1,8 +1,5 @@
 """What holds of every engine, on every bundled scene that it takes."""
 
-import hashlib
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,32 +20,12 @@ PAIRS = [
     for engine in registry()
     if takes(engine, scene, initial)
 ]
-SHORT = 90  # steps
 
 
 def test_every_scene_has_an_engine_and_every_engine_a_scene() -> None:
     assert {scene for _, scene in PAIRS} == set(bundled())
     assert {engine for engine, _ in PAIRS} == set(registry())
     assert len(PAIRS) >= 15
-
-
-def digests() -> dict[str, str]:
-    """Hash the trace of each engine on each scene."""
-    found = {}
-    for engine, name in PAIRS:
-        run = simulate(load(name), engine, steps=SHORT)
-        found[f"{engine} {name}"] = hashlib.sha256(run.position.tobytes() + run.velocity.tobytes()).hexdigest()
-    return found
-
-
-def test_another_process_gives_the_same_bytes() -> None:
-    """The other process runs the scenes with other hashes, and in the other order of engines."""
-    program = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_engines as t; "
-    program += "t.PAIRS.reverse(); print(t.digests())"
-    other = subprocess.run(
-        [sys.executable, "-c", program], env={"PYTHONHASHSEED": "1"}, capture_output=True, text=True, check=True
-    )
-    assert eval(other.stdout) == digests()
 
 
 @pytest.fixture(params=list(registry()))
