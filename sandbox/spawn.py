@@ -60,7 +60,7 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
     moved = length(state.velocity) / scene.rate  # px a step
     ball = int((moved / radius).argmax())
     if moved[ball] > radius[ball] * (1 + ROUNDING):
-        enough = math.ceil(moved[ball] * scene.rate / radius[ball] - 1e-6)
+        enough = math.ceil(moved[ball] * scene.rate / (radius[ball] * (1 + ROUNDING)))
         yield scene.at(
             (),
             f"warning: ball {ball} moves {moved[ball]:.3g} px a step, more than its radius of {radius[ball]:g}, "
