@@ -21,7 +21,8 @@ def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Board:
 
 def _score(scene: Scene, engine: str) -> Score | Refused:
     try:
-        run = compare(scene.changed(seconds=max(expect.at for expect in scene.expect)), [engine]).runs[engine]
+        end = max(1 / scene.rate, *(expect.at for expect in scene.expect))  # s; a run has one step at least
+        run = compare(scene.changed(seconds=end), [engine]).runs[engine]
     except Refused as refusal:
         return refusal
     return worst(run.scores)

@@ -24,6 +24,13 @@ def test_the_exact_engine_meets_every_truth(name: str) -> None:
     assert score.error < 1e-9
 
 
+def test_what_is_expected_of_the_start_alone_is_scored() -> None:
+    expect = "[[expect]]\nat = 0\nball = 0\nposition = [100, 101]\ntolerance = 2\nbecause = 'It begins there.'"
+    [row] = verify([scene_of(f"radius = 20\nposition = [100, 100]\n{expect}")], ["exact"]).values()
+    assert isinstance(row["exact"], Score)
+    assert row["exact"].error == 1
+
+
 def test_pymunk_s_score_is_what_it_is_off_by() -> None:
     """In `oblique` it leaves at 105.88, -99.83 px/s where 100, -100 is true."""
     [row] = verify([load("oblique")], ["pymunk", "article"]).values()
