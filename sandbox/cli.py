@@ -3,7 +3,9 @@
 What is slow to import is imported by the commands that need it.
 """
 
+import io
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,8 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from sandbox.mistakes import Mistake
-from sandbox.output import whole_file
+from sandbox.mistakes import Mistake, printable
+from sandbox.output import console, whole_file
 
 if TYPE_CHECKING:
     from sandbox.comparison import Comparison
@@ -31,6 +33,7 @@ app = typer.Typer(
 )
 
 PATIENCE: Final = 1.0  # s, after which a run shows how far it is
+NUMBA: Final = ".numba_config.yaml"  # numba's settings, which it reads from the folder one is in
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.")]
 Engines = Annotated[
@@ -44,6 +47,9 @@ Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay a mous
 
 def main() -> None:
     """Run the command line. A user's mistake is told in one message, and the exit code is 2."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # processes started from here take no module from the folder one is in
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # of letters that the terminal's encoding lacks
     try:
         app(prog_name="sandbox")
     except Mistake as mistake:
@@ -61,6 +67,8 @@ def _article_by_default(
 
         print(version("pymunk-sandbox"))
         raise typer.Exit
+    if Path(NUMBA).exists():  # a stranger's could have numba run compiled code from where it says
+        raise Mistake(f"{NUMBA}: numba would obey it; move it away, or go to another folder")
     if context.invoked_subcommand is None:
         run()
 
@@ -301,7 +309,7 @@ def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="
         except Mistake as mistake:
             mistakes.append(str(mistake))
             continue
-        print(f"{name}: {counted(len(scene.bodies), 'ball')}, no mistakes")
+        print(f"{printable(name)}: {counted(len(scene.bodies), 'ball')}, no mistakes")
         for warning in warnings(scene, initial):
             print(warning)
     if mistakes:
@@ -311,7 +319,6 @@ def check(scenes: Annotated[list[str], typer.Argument(metavar="SCENE...", help="
 @app.command()
 def scenes() -> None:
     """List the bundled scenes."""
-    from rich.console import Console
     from rich.table import Table
 
     from sandbox.scene import bundled, load
@@ -322,7 +329,7 @@ def scenes() -> None:
     for name in bundled():
         scene = load(name)
         table.add_row(name, str(len(scene.bodies)), scene.about)
-    Console().print(table)
+    console().print(table)
 
 
 @app.command()
@@ -335,15 +342,13 @@ def bench(
     The parts are pymunk, article, exact, compare, window and start. Where a figure has a "/", it is a ratio of two
     that are measured in turn.
     """
-    from rich.console import Console
-
     from sandbox.bench import bench as measure
     from sandbox.tables import print_figures
 
     _tell_of_compiling()
     found = []
     for title, figures in measure(only.split(",") if only else None):
-        with Console(stderr=True).status(title):
+        with console(stderr=True).status(title):
             part = list(figures)
         found += part
         if json_file != "-":
@@ -390,7 +395,10 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
         if isinstance(given, Start):
             chosen = chosen.changed(seed=given.seed, rate=given.rate)
             if given.scene != chosen.name:
-                print(f"warning: {inputs} was recorded on {given.scene}, not on {chosen.name}", file=sys.stderr)
+                print(
+                    f"warning: {printable(str(inputs))} was recorded on {given.scene}, not on {chosen.name}",
+                    file=sys.stderr,
+                )
     chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
     for warning in warnings(chosen, spawn(chosen)):
         print(warning, file=sys.stderr)
@@ -417,11 +425,10 @@ def _size(text: str) -> tuple[int, int]:
 
 def _with_progress(steps: Sequence[int]) -> Iterator[int]:
     """Pass steps on, and show on a terminal how many are done."""
-    from rich.console import Console
     from rich.progress import track
 
-    console = Console(stderr=True)
-    return iter(track(steps, "Recording", console=console, transient=True, disable=not console.is_terminal))
+    terminal = console(stderr=True)
+    return iter(track(steps, "Recording", console=terminal, transient=True, disable=not terminal.is_terminal))
 
 
 def _json(value: object) -> str:
@@ -448,11 +455,10 @@ def _progress(what: str) -> Iterator[Callable[[float], object] | None]:
         yield None
         return
 
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    bar = Progress(*columns, console=console(stderr=True), transient=True)
     task, since = bar.add_task(what, total=1.0), monotonic()
 
     def show(done: float) -> None:
@@ -477,15 +483,14 @@ def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence
 
 def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
     """Run what a sweep lacks, with a bar on a terminal. Tell what failed; return how many did."""
-    from rich.console import Console
     from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
 
     from sandbox.sweep import missing, run
 
-    console = Console(stderr=True)
+    terminal = console(stderr=True)
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     failures = 0
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
         runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             progress.advance(runs)

@@ -1,7 +1,5 @@
 """Engines in step -> a comparison: how far each is from the yardstick, since when, and why."""
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Final, NamedTuple
@@ -15,6 +13,7 @@ from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input, clock_of
 from sandbox.ledger import Entry, Ledger, step_at
 from sandbox.mistakes import Mistake, nearest
+from sandbox.output import csv_text
 from sandbox.quantity import energy, length, momentum
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
@@ -125,12 +124,8 @@ class Comparison:
         document = self.as_json()
         common = {key: value for key, value in document.items() if key != "engines"}
         rows = [{"engine": name} | common | flat(told) for name, told in document["engines"].items()]
-        columns = dict.fromkeys(key for row in rows for key in row)
-        text = io.StringIO()
-        table = csv.DictWriter(text, columns, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-        return text.getvalue()
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
     def _repr_html_(self) -> str:
         """Show itself in a notebook."""

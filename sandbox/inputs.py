@@ -25,9 +25,9 @@ from pydantic import ValidationError
 
 from sandbox.clock import Clock
 from sandbox.edits import EDITS, DeleteBall, Edit, SetRate
-from sandbox.mistakes import Mistake, dotted, explain, read_text, shown
+from sandbox.mistakes import Mistake, dotted, explain, printable, read_text, shown
 from sandbox.output import whole_file
-from sandbox.scene import Count, Index, Model, Scene, Vector
+from sandbox.scene import Count, Index, Line, Model, Scene, Vector
 
 PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
 MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
@@ -39,7 +39,7 @@ class Start(Model):
 
     step: Literal[0] = 0
     do: Literal["start"] = "start"
-    scene: str
+    scene: Line
     seed: Index
     rate: Count
 
@@ -158,7 +158,7 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
                 scene = given.change_scene(scene)
             inputs.append(given)
         except Mistake as mistake:
-            found += [f"{path}:{number}: {what}" for what in str(mistake).splitlines()]
+            found += [f"{printable(str(path))}:{number}: {what}" for what in str(mistake).splitlines()]
     if found:
         raise Mistake("\n".join(found))
     return inputs

@@ -5,6 +5,7 @@ import json
 import pathlib
 import re
 import tomllib
+import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,7 +20,30 @@ MAX_BYTES: Final = 2_000_000  # of a file that a person writes: room for 20,000 
 
 
 class Mistake(Exception):
-    """Something the user can put right; its text is the whole message, one line a mistake."""
+    """Something the user can put right; its text is the whole message, one line a mistake, and printable."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__("\n".join(map(printable, text.split("\n"))))
+
+
+JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
+
+
+def unprintable(letter: str) -> bool:
+    """Tell whether a letter is not seen but does something: a control, the end of a line, a mark that turns text round.
+
+    So is half of a surrogate pair, which stands for a byte that is no UTF-8 in the name of a file.
+    """
+    return unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp") and letter not in JOINERS
+
+
+def printable(text: str) -> str:
+    r"""Return what a stranger may have written, such as a file's name, so that it can be shown anywhere, on one line.
+
+    >>> printable("\x1b[31mevil.toml") == "\N{REPLACEMENT CHARACTER}[31mevil.toml"
+    True
+    """
+    return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
 def findings(*found: Finding) -> "PydanticCustomError":
@@ -49,7 +73,7 @@ def dotted(path: Path) -> str:
 
 
 def _bare_or_quoted(key: str) -> str:
-    return key if re.fullmatch(r"[\w-]+", key, re.ASCII) else shown(key)
+    return key if re.fullmatch(r"[\w-]{1,40}", key, re.ASCII) else shown(key)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -72,6 +96,8 @@ _SAYS: Final[Mapping[str, str]] = {
     "float_type": "must be a number, got {got}",
     "int_type": "must be a whole number, got {got}",
     "string_type": "must be text in quotes, got {got}",
+    "string_too_long": "must have at most {max_length} characters, got {got}",
+    "string_unicode": "must not have half of a surrogate pair, got {got}",
     "tuple_type": "must be a list in brackets, got {got}",
     "literal_error": "must be {expected}, got {got}",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
@@ -138,17 +164,18 @@ def _keys_at(model: "type[BaseModel]", path: Path) -> dict[str, Any]:
 
 def read_text(file: pathlib.Path) -> str:
     """Read a file that a person names, with one message for all that can be wrong with it."""
+    name = printable(str(file))
     try:
         with file.open("rb") as opened:
             raw = opened.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
-            raise Mistake(f"{file}: is larger than {MAX_BYTES:,} bytes")
+            raise Mistake(f"{name}: is larger than {MAX_BYTES:,} bytes")
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise Mistake(f"{file}:{line}: is not UTF-8 text: byte {raw[error.start]:#04x}") from None
+        raise Mistake(f"{name}:{line}: is not UTF-8 text: byte {raw[error.start]:#04x}") from None
     except OSError as error:
-        raise Mistake(f"{file}: cannot be read: {error.strerror}") from None
+        raise Mistake(f"{name}: cannot be read: {error.strerror}") from None
 
 
 # What ends or nests a TOML statement: strings and comments are passed over whole.

@@ -1,13 +1,18 @@
-"""Files are written whole or not at all; `-` is standard output."""
+"""Files are written whole or not at all; `-` is standard output. Text stays text in CSV and in the terminal."""
 
+import csv
+import io
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING, Final
 
-from sandbox.mistakes import Mistake
+from sandbox.mistakes import Mistake, printable
+
+if TYPE_CHECKING:  # slow to import
+    from rich.console import Console
 
 
 @contextmanager
@@ -39,3 +44,30 @@ def _replacing(path: Path) -> Iterator[IO[bytes]]:
             partial.replace(path)
         finally:
             partial.unlink(missing_ok=True)
+
+
+FORMULA: Final = ("=", "+", "-", "@")  # begin a cell that a spreadsheet runs
+
+
+def csv_text(lines: Iterable[Sequence[object]]) -> str:
+    r"""Return a table as CSV; None is an empty cell. A text that a spreadsheet might run is given an apostrophe.
+
+    >>> csv_text([["=1+1", -2.0, None]])
+    "'=1+1,-2.0,\n"
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([_shown_by_a_spreadsheet(cell) for cell in line] for line in lines)
+    return text.getvalue()
+
+
+def _shown_by_a_spreadsheet(cell: object) -> object:
+    if not isinstance(cell, str):
+        return cell
+    return printable(f"'{cell}" if cell.startswith(FORMULA) else cell)
+
+
+def console(*, stderr: bool = False) -> "Console":
+    """Return the terminal for Rich, which is not to take [red] and :smile: in a text for commands."""
+    from rich.console import Console  # noqa: PLC0415
+
+    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)

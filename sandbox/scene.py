@@ -10,7 +10,6 @@ import math
 import os
 import re
 import tomllib
-import unicodedata
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib.resources import files
@@ -43,8 +42,10 @@ from sandbox.mistakes import (
     line_of,
     lines_of_keys,
     nearest,
+    printable,
     read_text,
     shown,
+    unprintable,
 )
 from sandbox.mistakes import Path as KeyPath
 from sandbox.output import whole_file
@@ -76,11 +77,17 @@ def _not_minute(size: float) -> float:
     return size
 
 
-def _no_controls(text: str) -> str:
-    """Let no text of a scene command the terminal that prints it."""
-    found = next((one for one in text if unicodedata.category(one) == "Cc" and one not in "\n\r\t"), None)
+def _printable(line: str) -> str:
+    """Let no text of a scene command the terminal that prints it, nor look as if it said something else."""
+    found = next(filter(unprintable, line), None)
     if found is not None:
         raise findings(((), f"must not have control characters, got U+{ord(found):04X}"))
+    return line
+
+
+def _printable_lines(text: str) -> str:
+    for line in text.split("\n"):
+        _printable(line.replace("\t", " "))
     return text
 
 
@@ -93,7 +100,9 @@ Size = Annotated[Number, Field(gt=0), AfterValidator(_not_minute)]
 Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
 Colour = Annotated[str, AfterValidator(_colour)]
-Text = Annotated[str, AfterValidator(_no_controls)]
+Line = Annotated[str, AfterValidator(_printable)]
+Title = Annotated[str, Field(max_length=100), AfterValidator(_printable)]
+Text = Annotated[str, Field(max_length=2_000), AfterValidator(_printable_lines)]
 Vector = tuple[Number, Number]
 
 
@@ -367,7 +376,7 @@ class Expect(Model):
     """Of all balls, px."""
     tolerance: Positive
     """Largest error that passes, in the units of what is expected."""
-    because: str
+    because: Text
     """The law."""
 
     @model_validator(mode="after")
@@ -386,8 +395,8 @@ class Expect(Model):
 class Scene(Model):
     """Balls, walls and gravity: what several engines run side by side."""
 
-    title: Text = ""
-    """What the window and the report call it."""
+    title: Title = ""
+    """What the window and the report call it, on one line."""
     about: Text = ""
     """Why it is worth watching."""
     rate: Count = 60
@@ -463,8 +472,8 @@ class Scene(Model):
 
     @property
     def name(self) -> str:
-        """The name of its file, without the ending."""
-        return Path(self._file).stem
+        """The name of its file, without the ending, as it can be shown."""
+        return printable(Path(self._file).stem)
 
     @property
     def source(self) -> str:
@@ -506,8 +515,8 @@ class Scene(Model):
 
     def at(self, path: KeyPath, message: str) -> str:
         """Say something of a key of this scene: `file:line: key message`."""
-        line = line_of(path, self._lines)
-        place = f"{self._file}:{line}" if line else self._file
+        line, name = line_of(path, self._lines), printable(self._file)
+        place = f"{name}:{line}" if line else name
         return f"{place}: {dotted(path)} {message}".replace(":  ", ": ")
 
 
@@ -544,17 +553,17 @@ def load(scene: str | Path) -> Scene:
 
 def parse(text: str, file: str) -> Scene:
     """Make a scene of TOML text; `file` is what messages call it. Raises Mistake as `load` does."""
-    text = text.replace("\r\n", "\n")
+    text, name = text.replace("\r\n", "\n"), printable(file)
     try:
         document = tomllib.loads(text)
     except RecursionError:
-        raise Mistake(f"{file}: is nested too deeply") from None
+        raise Mistake(f"{name}: is nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
         said, _, place = str(error).partition(" (at line ")
         line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
-        raise Mistake(f"{file}{line}: is not valid TOML: {said}") from None
+        raise Mistake(f"{name}{line}: is not valid TOML: {said}") from None
     except ValueError:  # of int(), which reads no more than 4,300 digits
-        raise Mistake(f"{file}: has a number of too many digits") from None
+        raise Mistake(f"{name}: has a number of too many digits") from None
     try:
         scene = Scene.model_validate(document)
     except ValidationError as error:
@@ -563,7 +572,7 @@ def parse(text: str, file: str) -> Scene:
             (line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in explain(error, Scene)
         )
         raise Mistake(
-            "\n".join(f"{file}:{line}: {what}" if line else f"{file}: {what}" for line, what in found)
+            "\n".join(f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
         ) from None
     scene._file, scene._lines, scene._source = file, lines_of_keys(text), text
     return scene

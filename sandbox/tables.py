@@ -4,13 +4,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from rich.console import Console
 from rich.table import Table
 
 from sandbox.bench.figure import Figure
 from sandbox.comparison import Comparison
 from sandbox.difference import Difference, who
 from sandbox.ledger import CAUSES
+from sandbox.output import console
 from sandbox.truth import Score
 from sandbox.verdict import Trial, advice, key_figures, verdict
 from sandbox.verify import Board
@@ -22,24 +22,24 @@ def print_comparison(comparison: Comparison) -> None:
     """Print what a comparison comes to, its figures, and each engine's first difference."""
     scene, horizon = comparison.scene, comparison.horizon
     edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
-    console = Console(highlight=False, markup=False)
-    console.print(
+    terminal = console()
+    terminal.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
         f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} a second, against {comparison.against}; "
         f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
     )
-    console.print(f"{verdict(comparison)}\n")
+    terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
     table.add_column("", overflow="fold")
     for name in comparison.runs:
         table.add_column(name, justify="right", overflow="fold")
     for label, *values in rows_of(comparison):
         table.add_row(label, *values)
-    console.print(table)
+    terminal.print(table)
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
-            console.print(f"\n{name}, {first.time:.3f} s, {who(scene, first)}: {_KINDS[first.kind]}{first.because}")
-            console.print(_speeds(first, comparison.against))
+            terminal.print(f"\n{name}, {first.time:.3f} s, {who(scene, first)}: {_KINDS[first.kind]}{first.because}")
+            terminal.print(_speeds(first, comparison.against))
 
 
 _KINDS: Final = {"outcome": "", "missing": "missing. ", "extra": "extra. ", "order": "in another order. "}
@@ -81,14 +81,13 @@ def print_advice(trials: Sequence[Trial]) -> None:
     """Print how other settings do, where some were tried."""
     if not trials:
         return
-    console = Console(highlight=False, markup=False)
     table = Table("pymunk with", box=None, pad_edge=False)
     for column in ("paths hold until", "energy astray", "gap, RMS"):
         table.add_column(column, justify="right")
     for trial in trials:
         until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
         table.add_row(trial.settings, until, f"{trial.astray:.2e}", f"{trial.gap_rms:.4g} px")
-    console.print("\n", table, "\n", advice(trials), sep="")
+    console().print("\n", table, "\n", advice(trials), sep="")
 
 
 def print_board(board: Board) -> None:
@@ -103,7 +102,7 @@ def print_board(board: Board) -> None:
             for one in row.values()
         )
         table.add_row(scene, *scores)
-    Console().print(table)
+    console().print(table)
 
 
 def counted(count: int, what: str) -> str:
@@ -121,4 +120,4 @@ def print_figures(title: str, figures: Sequence[Figure]) -> None:
     for figure in figures:
         values = (figure.median, figure.lowest, figure.highest)
         table.add_row(figure.means, *(f"{one:,.0f}" if one >= 100 else f"{one:.3g}" for one in values), figure.unit)
-    Console().print(table, "")
+    console().print(table, "")

@@ -116,7 +116,8 @@ def test_values_under_names_of_their_own_get_columns_and_unknown_ones_stay_empty
     place = columns.index("first_difference.cause")
     assert columns[place : place + 3] == ["first_difference.cause", "first_difference.time", "ledger.a"]
     assert "first_difference" not in columns
-    assert [line[place : place + 3] for line in lines] == [["", "", ""], ["late", "0.5", "[1]"]]
+    assert [line[place : place + 3] for line in lines] == [[None, None, None], ["late", 0.5, "[1]"]]
+    assert ",late,0.5,[1],," in as_csv(rows)
     assert columns[-1] == "wall_s"
 
 

@@ -199,7 +199,8 @@ def _command(comparison: Comparison) -> str:
         "--seconds": _seconds(scene.seconds),
     } | ({"--inputs": "inputs.jsonl"} if comparison.inputs else {})
     words = (word for option in options.items() for word in option)
-    return shlex.join(["sandbox", "compare", f"{scene.name}.toml", *words])
+    file = f"{scene.name}.toml"
+    return shlex.join(["sandbox", "compare", f"./{file}" if file.startswith("-") else file, *words])
 
 
 def _is_as_read(scene: Scene) -> bool:

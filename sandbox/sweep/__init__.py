@@ -3,11 +3,9 @@
 A row is the same whoever runs it, and in what order: here, on a cluster, or after the sweep was killed and begun again.
 """
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 
-from sandbox.output import whole_file
+from sandbox.output import csv_text, whole_file
 from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
 from sandbox.sweep.journal import Journal, journal, journal_of
 from sandbox.sweep.workers import Outcome, dask, local
@@ -45,10 +43,8 @@ def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None 
 
 def as_csv(rows: Sequence[Row]) -> str:
     """Return the table of rows."""
-    text = io.StringIO()
     columns, lines = table(rows)
-    csv.writer(text, lineterminator="\n").writerows([columns, *lines])
-    return text.getvalue()
+    return csv_text([columns, *lines])
 
 
 def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:

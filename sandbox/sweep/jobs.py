@@ -141,7 +141,7 @@ def speed_shares(comparison: Comparison, run: Run) -> list[int]:
     return [int(count) for count in counts]
 
 
-def table(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
     """Return the columns and lines of the CSV. What has values under names of its own gets a column for each."""
     inner = sorted({name for row in rows for name in row if "." in name})
     columns = [
@@ -150,10 +150,8 @@ def table(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     return columns, [[_cell(row.get(name)) for name in columns] for row in rows]
 
 
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    return json.dumps(value) if isinstance(value, list | tuple) else str(value)
+def _cell(value: Any) -> object:
+    return json.dumps(value) if isinstance(value, list | tuple) else value
 
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:

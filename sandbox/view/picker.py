@@ -10,7 +10,7 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.mistakes import Mistake
+from sandbox.mistakes import MAX_BYTES, Mistake, printable
 from sandbox.scene import TRUTHS, Scene, bundled, load, rgb
 from sandbox.spawn import spawn
 from sandbox.view.draw import panel, text_width, write
@@ -34,7 +34,8 @@ class Entry:
     def words(self) -> str:
         """What a search looks through: the name, and all that the file says."""
         try:
-            return f"{self.name} {self.file.read_text(encoding='utf-8', errors='replace')}".lower()
+            with self.file.open("rb") as file:
+                return f"{self.name} {file.read(MAX_BYTES).decode(errors='replace')}".lower()
         except OSError:
             return self.name.lower()
 
@@ -43,7 +44,8 @@ def entries(folder: Path) -> list[Entry]:
     """List the scenes of a folder, then those that come with the sandbox."""
     come_with = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
     known = {entry.file.resolve() for entry in come_with}
-    own = [Entry(file.name, file) for file in sorted(folder.glob("*.toml"))[:MOST] if file.resolve() not in known]
+    files = [file for file in sorted(folder.glob("*.toml")) if file.is_file()]  # no pipe, which would keep us waiting
+    own = [Entry(printable(file.name), file) for file in files[:MOST] if file.resolve() not in known]
     return [entry for entry in own if "[[balls]]" in entry.words] + come_with
 
 
