@@ -154,13 +154,14 @@ def test_a_long_key_is_told_in_short() -> None:
     assert str(caught.value).startswith(f'mine.toml:1: "{"a" * 36}... is not a key here; known are ')
 
 
-@pytest.mark.parametrize("wrong", ["", "rate = 0", "a\x1b = 1", '"\\u001b[31m\\u202e" = 1'])
+@pytest.mark.parametrize("wrong", ["", "rate = 1", "rate = 0", "a\x1b = 1", '"\\u001b[31m\\u202e" = 1'])
 def test_no_file_s_name_commands_a_terminal(command: Command, wrong: str) -> None:
-    names = files(f"{wrong}\n{SCENE}")
+    """Nor do they write a line of their own: a file has one, and one more for a warning."""
+    names = files(f"{wrong}\n{SCENE}".replace("seconds = 0.1", "seconds = 1"))
     code, out, err = command("check", "--", *names)
-    assert code == (2 if wrong else 0)
+    assert code == (0 if wrong in ("", "rate = 1") else 2)
     assert not obeyed(out + err)
-    assert len((err if wrong else out).splitlines()) >= len(names)
+    assert (out + err).count("\n") == len(names) * (2 if wrong == "rate = 1" else 1)
     assert "\N{REPLACEMENT CHARACTER}[31mred.toml:" in out + err
     assert "[red]a [link=file:b]c [[balls]].toml:" in out + err
     none = [f"none-{name}" for name in names]
@@ -192,9 +193,9 @@ def test_names_stand_in_tables_as_they_are(command: Command) -> None:
 def test_recorded_inputs_name_no_scene_that_commands_a_terminal() -> None:
     lines = [{"step": 0, "do": "start", "scene": name, "seed": 0, "rate": 60} for name in COMMANDS.values()]
     lines.append({"step": 0, "do": "start", "scene": "\ud800", "seed": 0, "rate": 60})
-    Path("\x1b.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    Path("\x1b\n.jsonl").write_text("\n".join(map(json.dumps, lines)))
     with pytest.raises(Mistake) as caught:
-        load_inputs(Path("\x1b.jsonl"), scene())
+        load_inputs(Path("\x1b\n.jsonl"), scene())
     told = str(caught.value).splitlines()
     assert len(told) == len(lines)
     assert all(": scene must not have " in line for line in told)
@@ -322,11 +323,12 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
     inside = tmp_path / "inside"
     inside.mkdir()
     monkeypatch.chdir(inside)
-    os.mkfifo("pipe.toml")
+    Path("[[balls]].toml").mkdir()
     names = files(SCENE)
     window = Window(load(Path(names[0])), ["article"])
     before = {*tmp_path.rglob("*")}
-    for file in names:
+    opened = [f"{NAMES[key]}.toml" for key in ("colour", "lines", "override", "no-utf-8", "option", "html")]
+    for file in opened:
         window.on_event(Event(pygame.DROPFILE, file=f"none-{file}"))
         assert window.shelf.mistake.startswith("none-")
         window.frame(0)
@@ -340,10 +342,15 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
             window.frame(0)
     window.shelf.pick()
     window.frame(0)
+    assert window.shelf.picker
+    picked = {entry.file.name: entry.name for entry in window.shelf.picker.found}
+    assert set(names) <= set(picked)
+    assert "[[balls]].toml" not in picked
+    assert not obeyed("".join(picked.values()))
     new = {*tmp_path.rglob("*")} - before
     assert {file.parent for file in new} == {inside}
     assert {file.suffix for file in new} == {".toml", ".png", ".gif"}
-    assert len(new) == len(names) + 2 * len({load(Path(name)).name for name in names})  # pictures of one name replace
+    assert len(new) == 3 * len(opened)
 
 
 def test_a_name_with_no_room_for_more_is_told_where_it_cannot_be_saved(monkeypatch: pytest.MonkeyPatch) -> None:
