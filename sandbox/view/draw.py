@@ -29,8 +29,9 @@ def font(height: int) -> pygame.font.Font:
 
 @lru_cache(maxsize=1024)
 def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
-    large = font(FINE * height).render(text, True, colour)
-    return pygame.transform.smoothscale(large, (text_width(text, height), round(large.get_height() / FINE)))
+    width = text_width(text, height)
+    large = font(FINE * height).render(text if width else "", True, colour)  # pygame draws no text that has no width
+    return pygame.transform.smoothscale(large, (width, round(large.get_height() / FINE)))
 
 
 def text_width(text: str, height: int) -> int:
