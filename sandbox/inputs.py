@@ -178,7 +178,7 @@ def _parse(line: str) -> Input:
         raise Mistake("\n".join(f"{dotted(where)} {what}" for where, what in explain(error, kind))) from None
 
 
-def write_inputs(inputs: Iterable[Input], path: Path) -> None:
+def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
     """Write inputs as the lines that `load_inputs` reads."""
     with whole_file(path) as file:
         file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)
