@@ -14,12 +14,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from sandbox.ending import ending
+from sandbox.ending import ending, held
 from sandbox.mistakes import Mistake
 from sandbox.output import STANDARD_OUTPUT, whole_file
 from sandbox.output import check as check_outputs
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+    from rich.status import Status
+
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
@@ -123,7 +126,8 @@ def record(
     check(out, pixels, showing)  # what cannot be is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    progress = Progress(console=console, transient=True, disable=not console.is_terminal)
+    with _shown(progress):
         watched = partial(progress.track, description="Recording")
         record_scene(chosen, _names(engines), out, pixels, showing, replayed, watched)
 
@@ -355,7 +359,7 @@ def bench(
     _tell_of_compiling()
     found = []
     for title, figures in measure(only.split(",") if only else None):
-        with Console(stderr=True).status(title):
+        with _shown(Console(stderr=True).status(title)):
             part = list(figures)
         found += part
         if json_file not in STANDARD_OUTPUT:
@@ -469,10 +473,22 @@ def _progress(what: str) -> Iterator[Callable[[float], object] | None]:
     def show(done: float) -> None:
         bar.update(task, completed=done)
         if monotonic() - since > PATIENCE:
-            bar.start()
+            with held():
+                bar.start()
 
     try:
         yield show
+    finally:
+        bar.stop()
+
+
+@contextmanager
+def _shown(bar: "Progress | Status") -> Iterator[None]:
+    """Show what hides the cursor, and whatever happens, show that again."""
+    try:
+        with held():
+            bar.start()
+        yield
     finally:
         bar.stop()
 
@@ -499,7 +515,8 @@ def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | N
     console = Console(stderr=True)
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     failures = 0
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    progress = Progress(*columns, console=console, disable=not console.is_terminal)
+    with _shown(progress):
         runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             progress.advance(runs)

@@ -14,6 +14,10 @@ from sandbox.mistakes import Mistake
 from sandbox.output import Ended, telling
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SOON: Final = 0.001  # s
+
+_holders: Final[list[None]] = []  # of signals
+_held: Final[list[int]] = []
 
 
 @contextmanager
@@ -28,6 +32,7 @@ def ending() -> Iterator[None]:
     for each in SIGNALS:
         if signal.getsignal(each) != signal.SIG_IGN:  # as nohup has it
             signal.signal(each, _end)
+    sys.unraisablehook = _raise_again
     try:
         try:
             yield
@@ -37,7 +42,10 @@ def ending() -> Iterator[None]:
     except Mistake as mistake:
         print(mistake, file=sys.stderr)
         sys.exit(2)
-    except Ended as end:
+    except (Ended, SystemError) as error:
+        end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
+        if not isinstance(end, Ended):
+            raise
         number = end.number
     else:
         return
@@ -45,9 +53,35 @@ def ending() -> Iterator[None]:
     signal.raise_signal(number)
 
 
+@contextmanager
+def held() -> Iterator[None]:
+    """Let a signal wait until something is done that must not be done by half."""
+    _holders.append(None)
+    try:
+        yield
+    finally:
+        _holders.pop()
+        if _held and not _holders:
+            _end(_held.pop(), None)
+
+
 def _end(number: int, _frame: FrameType | None) -> None:
+    if _holders:
+        _held.append(number)
+        return
     signal.signal(number, signal.SIG_DFL)  # who asks twice does not want to wait
     raise Ended(number)
+
+
+def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
+    """Raise again, a little later, what was raised where nothing can be: in what C calls back, or as an object goes."""
+    end = lost.exc_value
+    if not isinstance(end, Ended):
+        sys.__unraisablehook__(lost)
+        return
+    number = end.number
+    signal.signal(signal.SIGALRM, lambda *_: _end(number, None))
+    signal.setitimer(signal.ITIMER_REAL, SOON)
 
 
 class Stream(io.TextIOWrapper):

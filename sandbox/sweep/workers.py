@@ -10,6 +10,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
+from sandbox.ending import held
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene
 from sandbox.sweep.jobs import Job, Row, Sweep, run
@@ -41,7 +42,8 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
-            workers.append(Worker(sweep))
+            with held():  # one that is not among them would not be stopped
+                workers.append(Worker(sweep))
         while todo or any(worker.job for worker in workers):
             for worker in workers:
                 if todo and worker.job is None:
@@ -51,7 +53,8 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
-                    workers[workers.index(worker)] = Worker(sweep)
+                    with held():
+                        workers[workers.index(worker)] = Worker(sweep)
                     deaths[job] += 1
                     if deaths[job] < PATIENCE:
                         todo.appendleft(job)
