@@ -1,5 +1,6 @@
 """How a command ends: at a mistake, a signal, a pipe that nobody reads. What it has begun is undone first."""
 
+import errno
 import io
 import os
 import signal
@@ -15,6 +16,7 @@ from sandbox.output import Ended, telling
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SOON: Final = 0.001  # s
+NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 _holders: Final[list[None]] = []  # of signals
 _held: Final[list[int]] = []
@@ -35,7 +37,8 @@ def ending() -> Iterator[None]:
     sys.unraisablehook = _raise_again
     try:
         try:
-            yield
+            with _telling_of_numba():
+                yield
         finally:
             if sys.stdout:
                 sys.stdout.flush()
@@ -51,6 +54,21 @@ def ending() -> Iterator[None]:
         return
     signal.signal(number, signal.SIG_DFL)
     signal.raise_signal(number)
+
+
+@contextmanager
+def _telling_of_numba() -> Iterator[None]:
+    """Turn into a Mistake that numba cannot keep what it compiles: all else that is written tells of itself."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            why = error.strerror
+        elif "no locator available" in str(error):
+            why = "neither the sandbox's own folder nor the user's can be"
+        else:
+            raise
+        raise Mistake(f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder") from None
 
 
 @contextmanager

@@ -25,7 +25,8 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 import pytest
 from hypothesis import settings
-from pygame import Surface
+from numba import njit
+from pygame import Surface, surfarray
 
 import sandbox.cli as command_line
 from sandbox.comparison import compare
@@ -41,7 +42,7 @@ from sandbox.sweep import in_order, journal, plan, write
 from sandbox.sweep.jobs import run as run_job
 from sandbox.sweep.journal import journal_of
 from sandbox.trajectory import simulate, write_trace
-from sandbox.view.film import FILMS
+from sandbox.view.film import FILMS, Film
 from sandbox.view.picture import save_picture
 
 KILLS = settings().max_examples // 12  # of each writer: 8, and 833 with --hypothesis-profile=thorough
@@ -315,6 +316,50 @@ def test_what_cannot_be_written_is_told_before_anything_runs(
         monkeypatch.setattr(place, None)  # nothing that runs can do without
     assert done(*arguments, path) == (2, f"{path}: cannot be written: {why}\n")
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
+
+
+def twice(x: int) -> int:
+    return 2 * x
+
+
+@pytest.mark.parametrize("what", ["No room", "No folder"])
+def test_compiled_engines_that_cannot_be_kept_are_told(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was numba's traceback, on a full disk and for a user without a home."""
+    if what == "No folder":
+        monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(Path.cwd()))
+
+    def act() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        with ending():
+            njit(cache=True)(twice)(1)
+
+    with Path("said").open("wb") as said:
+        assert ended(forked(act, error=said.fileno())) == 2
+    why = {"No room": "File too large", "No folder": "neither the sandbox's own folder nor the user's can be"}[what]
+    expected = f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder\n"
+    assert Path("said").read_text() == expected
+
+
+@pytest.mark.parametrize("kind", FILMS.values(), ids=FILMS)
+def test_a_film_for_which_there_is_no_room_is_told_once(kind: type[Film]) -> None:
+    """Giving it up was a traceback: what was held back could not be written then, either."""
+    if kind is FILMS[".mp4"]:
+        pytest.importorskip("av")
+    noise = np.random.default_rng(0).integers(0, 256, (256, 256, 3))
+
+    def make() -> None:
+        with kind("film", (256, 256)) as made:
+            for k in range(100):
+                made.add(surfarray.make_surface(np.roll(noise, k, axis=0)))
+
+    def act() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+        with pytest.raises(Mistake, match=r"^film: cannot be written: File too large$"):
+            make()
+
+    assert ended(forked(act)) == 0
+    assert list(Path().iterdir()) == []
 
 
 def as_nobody(act: Callable[[], object]) -> int:

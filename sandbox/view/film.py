@@ -8,6 +8,7 @@ import io
 import shutil
 import struct
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
@@ -66,7 +67,8 @@ class Film(ABC):
 
     def discard(self) -> None:
         """Leave nothing of it."""
-        self._file.close()
+        with suppress(OSError):  # that there is still no room for what is thrown away
+            self._file.close()
 
     def __enter__(self) -> Self:
         return self
