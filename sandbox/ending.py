@@ -14,7 +14,7 @@ from typing import Final, TextIO
 from sandbox.mistakes import Mistake
 from sandbox.output import Ended, telling
 
-SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
 SOON: Final = 0.001  # s
 NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 

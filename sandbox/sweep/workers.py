@@ -2,6 +2,7 @@
 
 import multiprocessing
 import signal
+import sys
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -104,6 +105,9 @@ class Worker:
 @contextmanager
 def _deaf() -> Iterator[None]:
     """Start processes that never hear Ctrl-C, not while they import either: the sweep hears it, and ends them."""
+    if sys.platform == "win32":
+        yield
+        return
     resource_tracker.ensure_running()  # as a process's start would, and hear again from then on
     heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
