@@ -3,22 +3,28 @@
 What is slow to import is imported by the commands that need it.
 """
 
-import io
 import json
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from sandbox.mistakes import Mistake, printable
-from sandbox.output import console, whole_file
+from sandbox.ending import ending, held
+from sandbox.mistakes import Mistake
+from sandbox.output import STANDARD_OUTPUT, whole_file
+from sandbox.output import check as check_outputs
+from sandbox.plaintext import console, printable
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+    from rich.status import Status
+
     from sandbox.comparison import Comparison
     from sandbox.inputs import Input
     from sandbox.scene import Scene
@@ -46,15 +52,10 @@ Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay a mous
 
 
 def main() -> None:
-    """Run the command line. A user's mistake is told in one message, and the exit code is 2."""
+    """Run the command line."""
     os.environ["PYTHONSAFEPATH"] = "1"  # processes started from here take no module from the folder one is in
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # of letters that the terminal's encoding lacks
-    try:
+    with ending():
         app(prog_name="sandbox")
-    except Mistake as mistake:
-        print(mistake, file=sys.stderr)
-        sys.exit(2)
 
 
 @app.callback(invoke_without_command=True)
@@ -79,27 +80,29 @@ def run(
     engines: Engines = None,
     seed: Seed = None,
     inputs: Inputs = None,
-    save_inputs: Annotated[Path | None, typer.Option(metavar="FILE", help="Record the mouse, as JSON lines.")] = None,
+    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Record the mouse, as JSON lines.")] = None,
 ) -> None:
     """Open a scene in the window.
 
     Without a display: compare it, and save a picture of the end.
     """
-    from sandbox.inputs import End, Start, write_inputs
     from sandbox.view.window import Window, has_display
 
+    check_outputs({"--save-inputs": save_inputs})
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
         window = Window(chosen, _names(engines), replayed)
-        window.run()
-        chosen, given, steps = window.scene, window.stage.session.given(), window.stage.session.step
+        try:
+            window.run()
+        finally:  # what a hand has done cannot be had again
+            if save_inputs:
+                session = window.stage.session
+                _save_inputs(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
         _compare_and_draw(chosen, _names(engines), replayed)
-        given, steps = list(replayed), chosen.steps
-    if save_inputs:
-        start = Start(scene=chosen.name, seed=chosen.seed, rate=chosen.rate)
-        write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], save_inputs)
+        if save_inputs:
+            _save_inputs(chosen, replayed, chosen.steps, save_inputs)
 
 
 @app.command()
@@ -118,13 +121,20 @@ def record(
 
     A GIF has 50 frames a second, since its delays are in 1/100 s; WebP and MP4 have 60.
     """
+    from rich.progress import Progress
+
     from sandbox.view.record import check
     from sandbox.view.record import record as record_scene
 
     pixels, showing = _size(size), [name.strip() for name in show.split(",") if name.strip()]
+    check_outputs({"--out": out})
     check(out, pixels, showing)  # what cannot be is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
-    record_scene(chosen, _names(engines), out, pixels, showing, replayed, _with_progress)
+    terminal = console(stderr=True)
+    progress = Progress(console=terminal, transient=True, disable=not terminal.is_terminal)
+    with _shown(progress):
+        watched = partial(progress.track, description="Recording")
+        record_scene(chosen, _names(engines), out, pixels, showing, replayed, watched)
 
 
 @app.command()
@@ -154,10 +164,9 @@ def compare(
     from sandbox.tables import print_advice, print_comparison
     from sandbox.verdict import advise as try_settings
 
-    if report and report != "-" and Path(report).suffix != ".html":
+    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise Mistake(f"{report}: a report must end in .html")
-    if (json_file, csv_file, report).count("-") > 1:
-        raise Mistake("only one of --json, --csv and --report can be -, standard output")
+    check_outputs({"--json": json_file, "--csv": csv_file, "--report": report})
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     comparison = _compare(chosen, _names(engines), against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
@@ -170,7 +179,7 @@ def compare(
         from sandbox.report import page
 
         _write(page(comparison), report)
-    if "-" not in (json_file, csv_file, report):
+    if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
     beyond = list(comparison.beyond(max_gap, max_drift))
@@ -196,6 +205,7 @@ def trace(
 
     if steps is not None and seconds is not None:
         raise Mistake("--steps and --seconds both say how long; give one of them")
+    check_outputs({"--out": out})
     trace_writer(out)  # an ending that is none is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -222,6 +232,7 @@ def verify(
     from sandbox.verify import all_passed, as_json
     from sandbox.verify import verify as score_engines
 
+    check_outputs({"--json": json_file})
     _tell_of_compiling()
     named = _names(engines)
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
@@ -230,7 +241,7 @@ def verify(
         raise Mistake(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
     if json_file:
         _write(_json(as_json(board)), json_file)
-    if json_file != "-":
+    if json_file not in STANDARD_OUTPUT:
         print_board(board)
     if not all_passed(board, named):
         raise typer.Exit(1)
@@ -268,6 +279,7 @@ def sweep(
 
     if workers and scheduler:
         raise Mistake("--workers and --scheduler both say who runs it; give one of them")
+    check_outputs({"--out": out, "--report": report})
     _tell_of_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     planned = plan(
@@ -345,13 +357,14 @@ def bench(
     from sandbox.bench import bench as measure
     from sandbox.tables import print_figures
 
+    check_outputs({"--json": json_file})
     _tell_of_compiling()
     found = []
     for title, figures in measure(only.split(",") if only else None):
-        with console(stderr=True).status(title):
+        with _shown(console(stderr=True).status(title)):
             part = list(figures)
         found += part
-        if json_file != "-":
+        if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
         _write(_json([vars(figure) for figure in found]), json_file)
@@ -405,6 +418,14 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
     return chosen, recorded
 
 
+def _save_inputs(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:
+    """Write what was done to a scene until it had gone so many steps."""
+    from sandbox.inputs import End, Start, write_inputs
+
+    start = Start(scene=scene.name, seed=scene.seed, rate=scene.rate)
+    write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], file)
+
+
 def _names(engines: str | None) -> list[str] | None:
     if engines is None:
         return None
@@ -421,14 +442,6 @@ def _size(text: str) -> tuple[int, int]:
     if not (width.isdecimal() and height.isdecimal()):
         raise Mistake(f"--size {text}: write width x height in px, as in 1280x720")
     return int(width), int(height)
-
-
-def _with_progress(steps: Sequence[int]) -> Iterator[int]:
-    """Pass steps on, and show on a terminal how many are done."""
-    from rich.progress import track
-
-    terminal = console(stderr=True)
-    return iter(track(steps, "Recording", console=terminal, transient=True, disable=not terminal.is_terminal))
 
 
 def _json(value: object) -> str:
@@ -464,19 +477,34 @@ def _progress(what: str) -> Iterator[Callable[[float], object] | None]:
     def show(done: float) -> None:
         bar.update(task, completed=done)
         if monotonic() - since > PATIENCE:
-            bar.start()
+            with held():
+                bar.start()
 
-    yield show
-    bar.stop()
+    try:
+        yield show
+    finally:
+        bar.stop()
+
+
+@contextmanager
+def _shown(bar: "Progress | Status") -> Iterator[None]:
+    """Show what hides the cursor, and whatever happens, show that again."""
+    try:
+        with held():
+            bar.start()
+        yield
+    finally:
+        bar.stop()
 
 
 def _compare_and_draw(scene: "Scene", names: list[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
 
+    path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
+    check_outputs({"Picture": path})
     comparison = _compare(scene, names, None, inputs)
     print_comparison(comparison)
-    path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
 
@@ -490,7 +518,8 @@ def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | N
     terminal = console(stderr=True)
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     failures = 0
-    with Progress(*columns, console=terminal, disable=not terminal.is_terminal) as progress:
+    progress = Progress(*columns, console=terminal, disable=not terminal.is_terminal)
+    with _shown(progress):
         runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             progress.advance(runs)

@@ -13,7 +13,7 @@ from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input, clock_of
 from sandbox.ledger import Entry, Ledger, step_at
 from sandbox.mistakes import Mistake, nearest
-from sandbox.output import csv_text
+from sandbox.plaintext import csv_text
 from sandbox.quantity import energy, length, momentum
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn

@@ -25,8 +25,9 @@ from pydantic import ValidationError
 
 from sandbox.clock import Clock
 from sandbox.edits import EDITS, DeleteBall, Edit, SetRate
-from sandbox.mistakes import Mistake, dotted, explain, printable, read_text, shown
+from sandbox.mistakes import Mistake, dotted, explain, read_text, shown
 from sandbox.output import whole_file
+from sandbox.plaintext import printable
 from sandbox.scene import Count, Index, Line, Model, Scene, Vector
 
 PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
@@ -178,7 +179,7 @@ def _parse(line: str) -> Input:
         raise Mistake("\n".join(f"{dotted(where)} {what}" for where, what in explain(error, kind))) from None
 
 
-def write_inputs(inputs: Iterable[Input], path: Path) -> None:
+def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
     """Write inputs as the lines that `load_inputs` reads."""
     with whole_file(path) as file:
         file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)

@@ -5,9 +5,10 @@ import json
 import pathlib
 import re
 import tomllib
-import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
+
+from sandbox.plaintext import printable
 
 if TYPE_CHECKING:  # slow to import, and every command imports this module
     from pydantic import BaseModel, ValidationError
@@ -24,26 +25,6 @@ class Mistake(Exception):
 
     def __init__(self, text: str) -> None:
         super().__init__("\n".join(map(printable, text.split("\n"))))
-
-
-JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
-
-
-def unprintable(letter: str) -> bool:
-    """Tell whether a letter is not seen but does something: a control, the end of a line, a mark that turns text round.
-
-    So is half of a surrogate pair, which stands for a byte that is no UTF-8 in the name of a file.
-    """
-    return unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp") and letter not in JOINERS
-
-
-def printable(text: str) -> str:
-    r"""Return what a stranger may have written, such as a file's name, so that it can be shown anywhere, on one line.
-
-    >>> printable("\x1b[31mevil.toml") == "\N{REPLACEMENT CHARACTER}[31mevil.toml"
-    True
-    """
-    return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
 def findings(*found: Finding) -> "PydanticCustomError":

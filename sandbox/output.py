@@ -1,18 +1,42 @@
-"""Files are written whole or not at all; `-` is standard output. Text stays text in CSV and in the terminal."""
+"""Files are written whole or not at all; `-`, or /dev/stdout, is standard output.
 
-import csv
-import io
+What cannot be replaced, a device or a pipe, is written to as it is. A link stays, and the file behind it is replaced.
+"""
+
 import os
+import shutil
+import signal
+import stat
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from secrets import token_hex
+from typing import IO, Final
 
-from sandbox.mistakes import Mistake, printable
+from sandbox.mistakes import Mistake
 
-if TYPE_CHECKING:  # slow to import
-    from rich.console import Console
+STANDARD_OUTPUT: Final = ("-", "/dev/stdout")
+
+
+class Ended(BaseException):
+    """A signal ends the program; or nobody reads what it writes, which is what SIGPIPE says."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def telling(path: str | Path) -> Iterator[None]:
+    """Turn what goes wrong in writing a file into a Mistake that names it, and a pipe that nobody reads into Ended."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise Ended(signal.SIGPIPE) from None
+    except OSError as error:
+        raise Mistake(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 @contextmanager
@@ -21,53 +45,85 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
 
     Raises Mistake where it cannot be written.
     """
-    try:
-        if str(path) == "-":
+    with telling(path):
+        if str(path) in STANDARD_OUTPUT:
+            if sys.stdout is None:
+                raise OSError("it is closed")
             yield sys.stdout.buffer
             sys.stdout.buffer.flush()
-        else:
-            with _replacing(Path(path)) as file:
+        elif target := _file_behind(path):
+            with _replacing(target) as file:
                 yield file
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise Mistake(f"{path}: cannot be written: {error.strerror}") from None
+        else:
+            with Path(path).open("wb") as file:
+                yield file
+
+
+def is_file(path: str | Path) -> bool:
+    """Tell whether a path means a file, which others can stand beside. Raises Mistake where it cannot be written."""
+    with telling(path):
+        return str(path) not in STANDARD_OUTPUT and _file_behind(path) is not None
+
+
+def check(outputs: Mapping[str, str | None]) -> None:
+    """Find what cannot be written before anything runs: options, and the paths that they were given.
+
+    Raises Mistake.
+    """
+    given = {option: path for option, path in outputs.items() if path is not None}
+    for option, path in given.items():
+        if not path:
+            raise Mistake(f"{option} '': must be the name of a file, or - for standard output")
+    for one, other in combinations(given, 2):
+        if _means(given[one]) == _means(given[other]) is not None:
+            raise Mistake(f"{one} {given[one]} and {other} {given[other]}: each must be a file of its own")
+    for path in given.values():
+        if is_file(path):
+            with telling(path), _partial_of(Path(os.path.realpath(path))):
+                pass
+
+
+def _means(path: str) -> str | None:
+    """Return what two paths to the same output have alike; None where it takes any number."""
+    if path in STANDARD_OUTPUT:
+        return "-"
+    return os.path.realpath(path) if is_file(path) else None
+
+
+def _file_behind(path: str | Path) -> Path | None:
+    """Return the file that a path means, behind links; None for a device or a pipe.
+
+    Raises OSError where the file is there and cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    try:
+        mode = Path(path).stat().st_mode
+    except FileNotFoundError:
+        return target
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        return None
+    target.open("r+b").close()
+    return target
 
 
 @contextmanager
-def _replacing(path: Path) -> Iterator[IO[bytes]]:
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    with partial.open("wb") as file:
-        try:
-            yield file
-            file.close()
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+def _replacing(target: Path) -> Iterator[IO[bytes]]:
+    with _partial_of(target) as (partial, file):
+        yield file
+        file.flush()
+        os.fsync(file.fileno())  # or the new name may be on the disk before what it names, and power fail between
+        if target.exists():
+            shutil.copymode(target, partial)
+        file.close()
+        partial.replace(target)
 
 
-FORMULA: Final = ("=", "+", "-", "@")  # begin a cell that a spreadsheet runs
-
-
-def csv_text(lines: Iterable[Sequence[object]]) -> str:
-    r"""Return a table as CSV; None is an empty cell. A text that a spreadsheet might run is given an apostrophe.
-
-    >>> csv_text([["=1+1", -2.0, None]])
-    "'=1+1,-2.0,\n"
-    """
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([_shown_by_a_spreadsheet(cell) for cell in line] for line in lines)
-    return text.getvalue()
-
-
-def _shown_by_a_spreadsheet(cell: object) -> object:
-    if not isinstance(cell, str):
-        return cell
-    return printable(f"'{cell}" if cell.startswith(FORMULA) else cell)
-
-
-def console(*, stderr: bool = False) -> "Console":
-    """Return the terminal for Rich, which is not to take [red] and :smile: in a text for commands."""
-    from rich.console import Console  # noqa: PLC0415
-
-    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+@contextmanager
+def _partial_of(target: Path) -> Iterator[tuple[Path, IO[bytes]]]:
+    """Open a file beside another, of a name that no other program has; only a kill leaves it."""
+    partial = target.with_name(f".{target.name[:40]}.{token_hex(8)}.partial")  # names have 255 bytes, letters up to 4
+    try:
+        with partial.open("xb") as file:
+            yield partial, file
+    finally:
+        partial.unlink(missing_ok=True)

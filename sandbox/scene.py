@@ -42,13 +42,12 @@ from sandbox.mistakes import (
     line_of,
     lines_of_keys,
     nearest,
-    printable,
     read_text,
     shown,
-    unprintable,
 )
 from sandbox.mistakes import Path as KeyPath
 from sandbox.output import whole_file
+from sandbox.plaintext import printable, unprintable
 from sandbox.state import Bodies, State
 
 MAX_BALLS: Final = 200_000

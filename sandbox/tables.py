@@ -10,7 +10,7 @@ from sandbox.bench.figure import Figure
 from sandbox.comparison import Comparison
 from sandbox.difference import Difference, who
 from sandbox.ledger import CAUSES
-from sandbox.output import console
+from sandbox.plaintext import console
 from sandbox.truth import Score
 from sandbox.verdict import Trial, advice, key_figures, verdict
 from sandbox.verify import Board

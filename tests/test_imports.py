@@ -10,7 +10,7 @@ from sandbox.engines import registry
 
 ROOT = Path(sandbox.__file__).parent
 LAYERS = (  # each may import from those before it, and from its own
-    ("mistakes", "output", "state", "clock"),
+    ("plaintext", "mistakes", "output", "ending", "state", "clock"),
     ("scene",),
     ("quantity", "edits"),
     ("inputs",),

@@ -21,7 +21,7 @@ from sandbox import cli
 from sandbox.comparison import compare
 from sandbox.inputs import load_inputs
 from sandbox.mistakes import Mistake
-from sandbox.output import csv_text
+from sandbox.plaintext import csv_text
 from sandbox.report import page
 from sandbox.scene import Scene, load, parse
 from sandbox.sweep import as_csv, in_order, plan

@@ -5,7 +5,8 @@ A row is the same whoever runs it, and in what order: here, on a cluster, or aft
 
 from collections.abc import Iterator, Sequence
 
-from sandbox.output import csv_text, whole_file
+from sandbox.output import is_file, whole_file
+from sandbox.plaintext import csv_text
 from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
 from sandbox.sweep.journal import Journal, journal, journal_of
 from sandbox.sweep.workers import Outcome, dask, local
@@ -51,5 +52,5 @@ def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
     """Write the table; where it has every row, what was kept to go on from is no longer needed."""
     with whole_file(out) as file:
         file.write(as_csv(rows).encode())
-    if out != "-" and len(rows) == len(sweep.jobs):
+    if is_file(out) and len(rows) == len(sweep.jobs):
         journal_of(out).unlink(missing_ok=True)

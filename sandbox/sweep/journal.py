@@ -13,21 +13,22 @@ from pathlib import Path
 from typing import IO, Any
 
 from sandbox.mistakes import Mistake
+from sandbox.output import is_file, telling
 from sandbox.sweep.jobs import Row, Sweep
 
 
 class Journal:
     """Rows that are kept. Without a file, only as long as the sweep runs."""
 
-    def __init__(self, rows: list[Row], file: IO[bytes] | None = None, path: Path | None = None) -> None:
+    def __init__(self, rows: list[Row], file: IO[bytes] | None = None) -> None:
         self.rows = rows
-        self._file, self._path = file, path
+        self._file = file
 
     def add(self, row: Row) -> None:
         """Keep a row: when this returns, it is on the disk. Raises Mistake where there is no room for it."""
         self.rows.append(row)
         if self._file:
-            with _telling(self._path):
+            with telling(self._file.name):
                 _append(self._file, row)
 
 
@@ -37,25 +38,17 @@ def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
 
     Raises Mistake where it is another sweep's, or cannot be written.
     """
-    if out == "-":
+    if not is_file(out):
         yield Journal([])
         return
     path = journal_of(out)
-    with _telling(path):
+    with telling(path):
         file = path.open("a+b", buffering=0)
     with file:
-        with _telling(path):
+        with telling(path):
             _lock(file, path)
             rows = _resume(file, path, sweep)
-        yield Journal(rows, file, path)
-
-
-@contextmanager
-def _telling(path: Path | None) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise Mistake(f"{path}: cannot be written: {error.strerror}") from None
+        yield Journal(rows, file)
 
 
 def journal_of(out: str) -> Path:

@@ -2,13 +2,16 @@
 
 import multiprocessing
 import signal
+import sys
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
+from sandbox.ending import held
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene
 from sandbox.sweep.jobs import Job, Row, Sweep, run
@@ -37,8 +40,11 @@ def attempt(scene: Scene, against: str, job: Job) -> Outcome:
 def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
     """Run jobs in so many processes. A process that dies is replaced, and its job begun again."""
     todo, deaths = deque(jobs), Counter[Job]()
-    workers = [Worker(sweep) for _ in range(min(count, len(jobs)))]
+    workers: list[Worker] = []
     try:
+        while len(workers) < min(count, len(jobs)):
+            with held():  # one that is not among them would not be stopped
+                workers.append(Worker(sweep))
         while todo or any(worker.job for worker in workers):
             for worker in workers:
                 if todo and worker.job is None:
@@ -48,7 +54,8 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
-                    workers[workers.index(worker)] = Worker(sweep)
+                    with held():
+                        workers[workers.index(worker)] = Worker(sweep)
                     deaths[job] += 1
                     if deaths[job] < PATIENCE:
                         todo.appendleft(job)
@@ -67,7 +74,8 @@ class Worker:
         context = multiprocessing.get_context("spawn")  # forked, it would share locks with what is about to run
         self.connection, there = context.Pipe()
         self.process = context.Process(target=_serve, args=(there, sweep.scene, sweep.against), daemon=True)
-        self.process.start()
+        with _deaf():
+            self.process.start()
         there.close()
         self.job: Job | None = None
 
@@ -94,9 +102,22 @@ class Worker:
         self.process.join()
 
 
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Start processes that never hear Ctrl-C, not while they import either: the sweep hears it, and ends them."""
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # as a process's start would, and hear again from then on
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+
+
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
     """Run jobs until the other end is closed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the sweep is told, and ends its workers
     with suppress(EOFError, OSError):
         while True:
             connection.send(attempt(scene, against, connection.recv()))

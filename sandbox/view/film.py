@@ -8,8 +8,7 @@ import io
 import shutil
 import struct
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import suppress
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
@@ -25,7 +24,7 @@ from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
 from sandbox.mistakes import Mistake
-from sandbox.output import whole_file
+from sandbox.output import telling, whole_file
 
 COLOURS: Final = 255  # that a frame of a GIF can have, beside one number for none
 CLEAR: Final = 255
@@ -42,7 +41,7 @@ class Film(ABC):
         self.size = size
         self.frames = 0
         self._shown: Image.Image | None = None  # the last frame
-        with told_of(path):
+        with telling(path):
             self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
                 self._open(self._file)
@@ -54,13 +53,13 @@ class Film(ABC):
         """Add a frame, which is shown for 1/fps of a second. Raises Mistake where it cannot be written."""
         assert surface.get_size() == self.size
         frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
-        with told_of(self.path):
+        with telling(self.path):
             self._write(self._file, frame)
         self.frames, self._shown = self.frames + 1, frame
 
     def save(self) -> None:
         """End the film, and put it in its place. Raises Mistake where it cannot be written."""
-        with told_of(self.path), self._file:
+        with telling(self.path), self._file:
             self._close(self._file)
             self._file.seek(0)
             with whole_file(self.path) as file:
@@ -68,7 +67,8 @@ class Film(ABC):
 
     def discard(self) -> None:
         """Leave nothing of it."""
-        self._file.close()
+        with suppress(OSError):  # that there is still no room for what is thrown away
+            self._file.close()
 
     def __enter__(self) -> Self:
         return self
@@ -97,15 +97,6 @@ class Film(ABC):
     @abstractmethod
     def _close(self, file: IO[bytes]) -> None:
         """Write what comes after the frames."""
-
-
-@contextmanager
-def told_of(path: str | Path) -> Iterator[None]:
-    """Turn what goes wrong in writing a file into a Mistake that names it."""
-    try:
-        yield
-    except OSError as error:
-        raise Mistake(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 class Gif(Film):

@@ -10,7 +10,8 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.mistakes import MAX_BYTES, Mistake, printable
+from sandbox.mistakes import MAX_BYTES, Mistake
+from sandbox.plaintext import printable
 from sandbox.scene import TRUTHS, Scene, bundled, load, rgb
 from sandbox.spawn import spawn
 from sandbox.view.draw import panel, text_width, write

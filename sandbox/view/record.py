@@ -1,6 +1,6 @@
 """A scene's run as a film, or as a picture of its end, without a window."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -70,7 +70,7 @@ def record(
     size: tuple[int, int],
     showing: Collection[str],
     inputs: Sequence[Input] = (),
-    watched: Callable[[Sequence[int]], Iterator[int]] = iter,
+    watched: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> None:
     """Run a scene for its seconds, and write it as .gif, .webp or .mp4, or its end as .png, by the path's ending.
 

@@ -1,0 +1,133 @@
+"""How a command ends: at a mistake, a signal, a pipe that nobody reads. What it has begun is undone first."""
+
+import errno
+import io
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Final, TextIO
+
+from sandbox.mistakes import Mistake
+from sandbox.output import Ended, telling
+
+SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
+SOON: Final = 0.001  # s
+NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+_holders: Final[list[None]] = []  # of signals
+_held: Final[list[int]] = []
+
+
+@contextmanager
+def ending() -> Iterator[None]:
+    """End the program as what happens within says: exit code 2 and one message at a mistake, by a signal at a signal.
+
+    A shell tells the latter as 128 + its number: 130 for Ctrl-C, 143 for SIGTERM, 141 for a closed pipe.
+    """
+    sys.stderr = Stream(sys.stderr) if sys.stderr else Path(os.devnull).open("w")  # noqa: SIM115 (until the end)
+    if sys.stdout:
+        sys.stdout = Stream(sys.stdout)
+    for each in SIGNALS:
+        if signal.getsignal(each) != signal.SIG_IGN:  # as nohup has it
+            signal.signal(each, _end)
+    sys.unraisablehook = _raise_again
+    try:
+        try:
+            with _telling_of_numba():
+                yield
+        finally:
+            if sys.stdout:
+                sys.stdout.flush()
+    except Mistake as mistake:
+        print(mistake, file=sys.stderr)
+        sys.exit(2)
+    except (Ended, SystemError) as error:
+        end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
+        if not isinstance(end, Ended):
+            raise
+        number = end.number
+    else:
+        return
+    signal.signal(number, signal.SIG_DFL)
+    signal.raise_signal(number)
+
+
+@contextmanager
+def _telling_of_numba() -> Iterator[None]:
+    """Turn into a Mistake that numba cannot keep what it compiles: all else that is written tells of itself."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        if isinstance(error, OSError) and error.errno in NO_ROOM:
+            why = error.strerror
+        elif "no locator available" in str(error):
+            why = "neither the sandbox's own folder nor the user's can be"
+        else:
+            raise
+        raise Mistake(f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder") from None
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Let a signal wait until something is done that must not be done by half."""
+    _holders.append(None)
+    try:
+        yield
+    finally:
+        _holders.pop()
+        if _held and not _holders:
+            _end(_held.pop(), None)
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    if _holders:
+        _held.append(number)
+        return
+    signal.signal(number, signal.SIG_DFL)  # who asks twice does not want to wait
+    raise Ended(number)
+
+
+def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
+    """Raise again, a little later, what was raised where nothing can be: in what C calls back, or as an object goes."""
+    end = lost.exc_value
+    if not isinstance(end, Ended):
+        sys.__unraisablehook__(lost)
+        return
+    number = end.number
+    signal.signal(signal.SIGALRM, lambda *_: _end(number, None))
+    signal.setitimer(signal.ITIMER_REAL, SOON)
+
+
+class Stream(io.TextIOWrapper):
+    """Standard output or error that says what is wrong with it, once; then it takes everything, and keeps nothing."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__(
+            stream.buffer,
+            encoding=stream.encoding,
+            errors="backslashreplace",
+            line_buffering=bool(stream.line_buffering),
+        )
+
+    def write(self, text: str) -> int:
+        """Write text. Raises Mistake, or Ended."""
+        with self._telling():
+            return super().write(text)
+
+    def flush(self) -> None:
+        """Write what is held back. Raises Mistake, or Ended."""
+        with self._telling():
+            super().flush()
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        try:
+            with telling("standard output" if self.fileno() == 1 else "standard error"):
+                yield
+        except (Mistake, Ended):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            raise
