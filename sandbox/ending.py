@@ -7,7 +7,6 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
 from typing import Final, TextIO
 
@@ -28,32 +27,54 @@ def ending() -> Iterator[None]:
 
     A shell tells the latter as 128 + its number: 130 for Ctrl-C, 143 for SIGTERM, 141 for a closed pipe.
     """
-    sys.stderr = Stream(sys.stderr) if sys.stderr else Path(os.devnull).open("w")  # noqa: SIM115 (until the end)
-    if sys.stdout:
-        sys.stdout = Stream(sys.stdout)
-    for each in SIGNALS:
-        if signal.getsignal(each) != signal.SIG_IGN:  # as nohup has it
-            signal.signal(each, _end)
+    with _streams():
+        try:
+            with _signals(), _telling_of_numba():
+                try:
+                    yield
+                finally:
+                    if sys.stdout:
+                        sys.stdout.flush()
+        except Mistake as mistake:
+            print(mistake, file=sys.stderr)
+            sys.exit(2)
+        except (Ended, SystemError) as error:
+            end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
+            if not isinstance(end, Ended):
+                raise
+            signal.signal(end.number, signal.SIG_DFL)
+            signal.raise_signal(end.number)
+
+
+@contextmanager
+def _streams() -> Iterator[None]:
+    """Have both outputs say what is wrong with them. Standard error, where it is closed, takes everything."""
+    before = sys.stdout, sys.stderr
+    output = sys.stdout and Stream(sys.stdout, "standard output")
+    error = Stream(sys.stderr or io.TextIOWrapper(io.BytesIO()), "standard error")
+    sys.stdout, sys.stderr = output, error
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+        for stream in filter(None, (output, error)):
+            stream.detach()
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    """Raise Ended at a signal, but for those that are ignored, as nohup has it."""
+    before = {each: signal.getsignal(each) for each in SIGNALS if signal.getsignal(each) != signal.SIG_IGN}
+    hook = sys.unraisablehook
+    for each in before:
+        signal.signal(each, _end)
     sys.unraisablehook = _raise_again
     try:
-        try:
-            with _telling_of_numba():
-                yield
-        finally:
-            if sys.stdout:
-                sys.stdout.flush()
-    except Mistake as mistake:
-        print(mistake, file=sys.stderr)
-        sys.exit(2)
-    except (Ended, SystemError) as error:
-        end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
-        if not isinstance(end, Ended):
-            raise
-        number = end.number
-    else:
-        return
-    signal.signal(number, signal.SIG_DFL)
-    signal.raise_signal(number)
+        yield
+    finally:
+        sys.unraisablehook = hook
+        for each, handler in before.items():
+            signal.signal(each, handler)
 
 
 @contextmanager
@@ -105,13 +126,14 @@ def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
 class Stream(io.TextIOWrapper):
     """Standard output or error that says what is wrong with it, once; then it takes everything, and keeps nothing."""
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, name: str) -> None:
         super().__init__(
             stream.buffer,
             encoding=stream.encoding,
-            errors="backslashreplace",
+            errors="replace",
             line_buffering=bool(stream.line_buffering),
         )
+        self._stream, self._called = stream, name  # the stream would close what both write to when it goes
 
     def write(self, text: str) -> int:
         """Write text. Raises Mistake, or Ended."""
@@ -126,7 +148,7 @@ class Stream(io.TextIOWrapper):
     @contextmanager
     def _telling(self) -> Iterator[None]:
         try:
-            with telling("standard output" if self.fileno() == 1 else "standard error"):
+            with telling(self._called):
                 yield
         except (Mistake, Ended):
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())

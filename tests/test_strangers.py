@@ -14,7 +14,7 @@ from pathlib import Path
 import pygame
 import pytest
 from browser import Browser, chromium
-from conftest import said
+from conftest import NO_KEY, said
 from pygame.event import Event
 
 from sandbox import cli
@@ -153,7 +153,7 @@ def test_a_text_that_would_fill_the_window_is_a_mistake(key: str, most: int) -> 
 def test_a_long_key_is_told_in_short() -> None:
     with pytest.raises(Mistake) as caught:
         parse(f"{'a' * 100_000} = 1\n{SCENE}", "mine.toml")
-    assert str(caught.value).startswith(f'mine.toml:1: "{"a" * 36}... is not a key here; known are ')
+    assert str(caught.value).startswith(f'mine.toml:1: "{"a" * 36}... {NO_KEY}; known are ')
 
 
 @pytest.mark.parametrize("wrong", ["", "rate = 1", "rate = 0", "a\x1b = 1", '"\\u001b[31m\\u202e" = 1'])
@@ -210,7 +210,7 @@ def test_a_terminal_without_a_name_s_letters_is_no_traceback(command: Command, m
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(out, encoding="ascii"))
     assert command("check", "漢.toml") == (0, "", "")
     sys.stdout.flush()
-    assert out.getvalue() == b"\\u6f22.toml: 1 ball, no mistakes\n"
+    assert out.getvalue() == b"?.toml: 1 ball, no mistakes\n"
 
 
 # In a spreadsheet
