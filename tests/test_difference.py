@@ -194,6 +194,35 @@ def test_one_pair_ignored(first_of: First) -> None:
     assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
 
 
+def beside_a_wall(x: float, vx: float) -> Scene:
+    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` does not know of."""
+    wall = "[[walls]]\nfrom = [400, 250]\nto = [400, 350]\nthickness = 4"
+    return scene_of(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{vx}, 0]\n{wall}", more="seconds = 0.5")
+
+
+@pytest.mark.parametrize(
+    ("x", "vx"), [(310, 3000), (300, 3000), (485, -3000), (500, -3000)], ids=["right", "onto", "left", "onto, left"]
+)
+def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -> None:
+    one = first_of("Faulty", beside_a_wall(x, vx))
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, "missed")
+    assert one.because == (
+        "The ball went through the wall, from (400, 250) to (400, 350): it flew 50 px in the step, and the wall is "
+        "4 px thick."
+    )
+    assert one.time == pytest.approx((abs(x - 400) - 22) / 3000)
+    assert (one.before, one.should_after) == (None, ((-vx, 0.0),))
+
+
+def test_a_ball_that_the_yardstick_lets_through_a_wall() -> None:
+    runs = compare(load("truths/thin-wall-60-hz"), ["exact", "pymunk"], against="pymunk").runs
+    one = runs["exact"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.cause) == ("extra", "missed")
+    assert one.because.startswith("It is the yardstick's that is wrong. The ball went through the wall, from (900, 60)")
+
+
 def test_walls_that_give_back_too_little(first_of: First) -> None:
     one = first_of("SoftWalls", WALL)
     assert one is not None
