@@ -371,12 +371,16 @@ class _Tally:
             contacts=contacts,
             differences=differing,
             missed=tuple(sorted(account.missed)),
-            outing=Outing(*self.left, int(np.count_nonzero(self.outside)), self.outside.max()) if self.left else None,
+            outing=self.outing(),
             scores=self.scores,
             theory=self.beside_theory(contacts) if is_gas(self.scene) or horizon is not None else (),
             path=np.concatenate(self.path),
             final=self.final,
         )
+
+    def outing(self) -> Outing | None:
+        """Return who left the arena, if any did."""
+        return Outing(*self.left, int(np.count_nonzero(self.outside)), float(self.outside.max())) if self.left else None
 
     def from_nowhere(self, total: Floats, at_wall: Contacts) -> Floats:
         """Return the momentum that no wall, gravity or hand gave, (steps,) kg px/s, from all balls' (steps + 1, 2)."""

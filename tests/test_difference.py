@@ -108,6 +108,17 @@ class Discards(Faulty):
         return 2 * depth - 1
 
 
+class BeyondTheLine(Faulty):
+    """Turns a ball round at an inner wall at 400 px once its centre is beyond, and leaves it there."""
+
+    def step(self) -> None:
+        before = self.x[0, 0]
+        super().step()
+        if before < 400 <= self.x[0, 0]:
+            self.tell(0, ~4, (1.0, 0.0), 2 * self.v[0, 0], 22.0)
+            self.v[0, 0] *= -1
+
+
 First = Callable[[str, Scene], Difference | None]
 
 
@@ -213,6 +224,15 @@ def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -
     )
     assert one.time == pytest.approx((abs(x - 400) - 22) / 3000)
     assert (one.before, one.should_after) == (None, ((-vx, 0.0),))
+
+
+def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 310 px to 360, to 410, where it is told, and back through the wall to 360, where it is not."""
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", "test_difference:BeyondTheLine")
+    run = compare(beside_a_wall(310, 3000).changed(seconds=0.1), ["faulty"]).runs["faulty"]
+    [passage] = run.missed
+    assert passage[:3] == (3, 0, ~4)
+    assert passage.flown == pytest.approx(50)
 
 
 def test_a_ball_that_the_yardstick_lets_through_a_wall() -> None:

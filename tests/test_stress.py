@@ -50,7 +50,7 @@ def crowd(*balls: str, more: str = "") -> Scene:
 SCENES = {
     "at rest in contact": crowd("radius = 20\ngrid = [4, 4]\nspacing = 40\nposition = [20, 20]"),
     "a heap": crowd(
-        "radius = 20\nelasticity = 0.5\ngrid = [10, 1]\nspacing = 40\nposition = [20, 380]", more="gravity = [0, 900]"
+        "radius = 20\nelasticity = 0.5\ngrid = [10, 2]\nspacing = 40\nposition = [20, 340]", more="gravity = [0, 900]"
     ),
     "radius 1e-3 beside 250": scene_of(
         "radius = 250\nposition = [300, 300]\nvelocity = [100, 37]",
@@ -63,7 +63,9 @@ SCENES = {
         "count = 3\nradius = 10\nspeed = 300\ninside = [[0, 200], [200, 400]]",
     ),
     "1e5 px/s": crowd("count = 10\nradius = 20\nspeed = 1e5\ninside = [[0, 0], [400, 400]]"),
-    "1e6 px/s": crowd("count = 10\nradius = 20\nspeed = 1e6\ninside = [[0, 0], [400, 400]]"),
+    "1e6 px/s": scene_of(
+        "count = 10\nradius = 20\nspeed = 1e6\ninside = [[0, 0], [500, 300]]", size="[500, 300]", more="seconds = 1"
+    ),
     "a corner": crowd(
         "radius = 15\nposition = [16, 16]\nvelocity = [-30, -40]",
         "radius = 40\nmass = 1000\nposition = [120, 125]\nvelocity = [-300, -310]",
@@ -95,17 +97,14 @@ RUNS = [
 ]
 LEAVES = {  # engines, and by how many px they let a centre out of the arena at most: their own limits
     ("radius 1e-3 beside 250", "pymunk"): 2,
-    ("radius 1e-3 beside 250", "box2d"): 0.3,
-    ("masses 1e-6 and 1e6", "pymunk"): 60,
     ("1e5 px/s", "pymunk"): 5_000,
     ("1e5 px/s", "article"): 20,
     ("1e5 px/s", "impulse"): 20,
-    ("1e5 px/s", "box2d"): 200,
     ("1e6 px/s", "pymunk"): 20_000,
     ("1e6 px/s", "article"): 20,
     ("1e6 px/s", "impulse"): 20,
-    ("1e6 px/s", "box2d"): 200,
-    ("a corner", "pymunk"): 50,
+    ("1e6 px/s", "box2d"): 300,
+    ("a corner", "pymunk"): 10,
     ("a corner", "impulse"): 10,
     ("gravity 1e5", "pymunk"): 200,
 }
@@ -198,7 +197,7 @@ def test_a_ball_shaken_against_a_wall_stays_in_the_arena() -> None:
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_a_gas_stays_in_the_box_and_in_its_memory(name: str) -> None:
-    """For 2,000 steps; with `--hypothesis-profile=thorough` for a million, ten minutes for all engines."""
+    """For 2,000 steps; with `--hypothesis-profile=thorough` for a million."""
     steps = 1_000_000 if thoroughly() else 2_000
     scene = load("gas-100")
     bodies, size = scene.bodies, np.array(scene.arena.size)
