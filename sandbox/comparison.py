@@ -11,7 +11,7 @@ from sandbox.difference import Account, Difference, differences
 from sandbox.engines import default_engines, takes
 from sandbox.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.inputs import Input, clock_of
-from sandbox.ledger import Entry, Ledger, step_at
+from sandbox.ledger import Entry, Ledger, Passage, step_at
 from sandbox.mistakes import Mistake, nearest
 from sandbox.plaintext import csv_text
 from sandbox.quantity import energy, length, momentum
@@ -47,6 +47,15 @@ class Figures:
     ledger: tuple[Entry, ...]  # every change of energy, momentum and places, by its cause
 
 
+class Outing(NamedTuple):
+    """Balls whose centres left the arena."""
+
+    time: float  # s, when the first of them was outside
+    ball: int  # the first of them
+    balls: int  # how many did
+    furthest: float  # px from the arena
+
+
 @dataclass(frozen=True)
 class Run:
     """What one engine did, over time.
@@ -54,7 +63,8 @@ class Run:
     energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
     yardstick over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, since when a ball is further than its
     radius from the yardstick's; contacts: in order of time; differences: those that are not as the yardstick has them,
-    while the two are not apart; scores: of the scene's expectations that fall into the run; theory: what is expected of
+    while the two are not apart; missed: where it told of no contact and should have; outing: the balls that left the
+    arena, if any did; scores: of the scene's expectations that fall into the run; theory: what is expected of
     a gas, beside what was measured; path: (frames, n, 2) px, float32, of every so many steps.
     """
 
@@ -67,6 +77,8 @@ class Run:
     apart: float | None
     contacts: Contacts
     differences: tuple[Difference, ...]
+    missed: tuple[Passage, ...]
+    outing: Outing | None
     scores: list[Score]
     theory: tuple[Row, ...]
     path: NDArray[np.float32]
@@ -262,6 +274,8 @@ class _Tally:
         self.contacts: list[Contacts] = []
         self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max, apart
         self.gap_of_ball = np.zeros(len(scene.bodies))
+        self.outside = np.zeros(len(scene.bodies))  # px, each ball's furthest from the arena
+        self.left: tuple[float, int] | None = None  # when the first was there (s), and which
         self.scores: list[Score] = []
         self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
         self.every = max(1, steps // SAMPLES)
@@ -293,6 +307,11 @@ class _Tally:
         if obeys_laws(scene):
             self.velocities.append(velocity[:: self.every])
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
+        outside = np.maximum(-position, position - scene.arena.size).max(axis=2)
+        if self.left is None and outside.max() > 0:
+            step, ball = np.argwhere(outside > 0)[0].tolist()
+            self.left = (done + step) / scene.rate, ball
+        self.outside = np.maximum(self.outside, outside.max(axis=0))
         self.contacts.append(self.engine.contacts())
         self.book(position, velocity)
         self.final = self.states[-1]
@@ -351,11 +370,17 @@ class _Tally:
             apart=parted,
             contacts=contacts,
             differences=differing,
+            missed=tuple(sorted(account.missed)),
+            outing=self.outing(),
             scores=self.scores,
             theory=self.beside_theory(contacts) if is_gas(self.scene) or horizon is not None else (),
             path=np.concatenate(self.path),
             final=self.final,
         )
+
+    def outing(self) -> Outing | None:
+        """Return who left the arena, if any did."""
+        return Outing(*self.left, int(np.count_nonzero(self.outside)), float(self.outside.max())) if self.left else None
 
     def from_nowhere(self, total: Floats, at_wall: Contacts) -> Floats:
         """Return the momentum that no wall, gravity or hand gave, (steps,) kg px/s, from all balls' (steps + 1, 2)."""

@@ -14,9 +14,9 @@ from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
-from sandbox.ledger import CAUSES, LONGEST, SHARE, Booked, Integers
+from sandbox.ledger import CAUSES, LONGEST, SHARE, Booked, Integers, Passage
 from sandbox.quantity import length
-from sandbox.scene import Scene, Vector
+from sandbox.scene import ARENA_WALLS, Scene, Vector
 from sandbox.state import Bools, Contacts
 
 MOST: Final = 200  # differences that are told of one engine
@@ -43,18 +43,18 @@ class Difference:
     should_after: Velocities | None
 
 
-def who(scene: Scene, difference: Difference) -> str:
-    """Name the two that a difference is of."""
-    first, second = difference.first, difference.second
+def who(scene: Scene, one: Difference | Passage) -> str:
+    """Name the two that a difference, or a passage, is of."""
+    first, second = one.first, one.second
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and the {scene.wall_name(~second)}"
 
 
 class Account(NamedTuple):
-    """An engine's contacts, what the ledger says of each, and which pairs passed into each other: (step, i, j)."""
+    """An engine's contacts, what the ledger says of each, and where it told of none."""
 
     contacts: Contacts
     rows: Booked
-    passed: Sequence[tuple[int, int, int]]
+    missed: Sequence[Passage]
 
 
 class Place(NamedTuple):
@@ -172,8 +172,10 @@ class _Pairs:
                 because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
                 return "late" if after > 0 else "early", because
         cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
-        if cause == "untold" and place.kind == "extra":
-            return "missed", f"The yardstick has no such contact within {self._slack}."
+        passage = self._passage(self.right, place.time, int(contact["first"]), int(contact["second"]))
+        if place.kind == "extra" and (passage or cause == "untold"):
+            said = f"{_NOT_ITS_OWN} {explain_passage(self.scene, passage)}" if passage else ""
+            return "missed", said or f"The yardstick has no such contact within {self._slack}."
         return cause, _ON_THE_WAY[cause]
 
     @property
@@ -211,9 +213,8 @@ class _Pairs:
         first, second = int(contact["first"]), int(contact["second"])
         cause = because = ""
         if mine is None:
-            step = place.time * self.scene.rate
-            if any((i, j) == (first, second) and 0 <= at - step <= 2 * LONGEST for at, i, j in self.mine.passed):
-                cause, because = "missed", "The two passed into each other, and the engine told of no contact."
+            if passage := self._passage(self.mine, place.time, first, second):
+                cause, because = "missed", explain_passage(self.scene, passage)
         elif self._explains(contact, mine, place.size):
             cause, because = CAUSE[mine["cause"]], explain(self.scene, contact, mine)
         return Difference(
@@ -224,6 +225,18 @@ class _Pairs:
             cause,
             because,
             *(_of_balls(row, key, second) for row in (mine, right) for key in ("before", "after")),
+        )
+
+    def _passage(self, account: Account, time: float, first: int, second: int) -> Passage | None:
+        """Find where an engine lets two pass through each other that should have touched at a time (s)."""
+        step = time * self.scene.rate
+        return next(
+            (
+                one
+                for one in account.missed
+                if (one.first, one.second) == (first, second) and 0 <= one.step - step <= 2 * LONGEST
+            ),
+            None,
         )
 
     def _explains(self, contact: np.void, row: np.void, size: float) -> bool:
@@ -298,6 +311,18 @@ def explain(scene: Scene, contact: np.void, row: np.void) -> str:
         "unconverged": _UNCONVERGED,
         "gravity": "Gravity pulled for a whole step, though the wall was met within it.",
     }.get(cause, f"{CAUSES[cause].capitalize()}.")
+
+
+def explain_passage(scene: Scene, passage: Passage) -> str:
+    """Say in words what an engine did where it told of no contact."""
+    if passage.second >= 0:
+        return "The two passed into each other, and the engine told of no contact."
+    wall = scene.walls[~passage.second - len(ARENA_WALLS)]
+    ends = " to ".join("({:g}, {:g})".format(*end) for end in (wall.start, wall.to))
+    return (
+        f"The ball went through the wall, from {ends}: it flew {passage.flown:.3g} px in the step, and the wall is "
+        f"{wall.thickness:g} px thick."
+    )
 
 
 def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:

@@ -19,6 +19,7 @@ elasticity, μ = 1 / (1/m_i + 1/m_j), J an impulse, g the gravity. An impulse J 
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -26,7 +27,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sandbox.scene import Scene
+from sandbox.scene import ARENA_WALLS, Scene
 from sandbox.state import Contacts, Floats
 
 CAUSES: Final = {
@@ -72,6 +73,15 @@ BOOKED: Final = np.dtype(
 )
 Booked = NDArray[np.void]
 Integers = NDArray[np.int64]
+
+
+class Passage(NamedTuple):
+    """Two balls that passed into each other, or one that went through an inner wall, with no contact told."""
+
+    step: int  # in which it was, counted from 1
+    first: int  # ball
+    second: int  # ball, or ~wall
+    flown: float  # px, by the first in that step
 
 
 @dataclass(frozen=True)
@@ -449,8 +459,7 @@ def _walk(law, page, position, velocity, pulled, pull, free, contacts, step_of, 
 class Ledger:
     """The books of one engine, kept block by block of steps.
 
-    deepest: px that two balls overlapped at the end of any step; missed: step, first and second of each pair that
-    passed into each other with no contact told.
+    deepest: px that two balls overlapped at the end of any step; missed: where it told of no contact.
     """
 
     def __init__(self, scene: Scene, *, together: bool) -> None:
@@ -472,7 +481,7 @@ class Ledger:
         self._sums = np.zeros((4, len(CAUSES)))  # energy, momentum, displacement, contacts
         self._met = np.full(len(bodies), -np.inf)
         self._passing = [np.empty(0, np.int64), np.empty(0, np.int64)]
-        self.missed: list[tuple[int, int, int]] = []
+        self.missed: list[Passage] = []
         self.deepest = 0.0
         self._steps = 0
 
@@ -501,6 +510,7 @@ class Ledger:
             self._rows.append(page.row)
         self._steps += steps
         self._look_at_overlaps(position, velocity, contacts, step_of)
+        self._look_at_walls(position, contacts, step_of, within)
 
     def _look_at_overlaps(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Find the deepest overlap, and the pairs that pass into each other with no contact told."""
@@ -513,8 +523,23 @@ class Ledger:
             position, velocity, self._law.radius, told[order], bounds, *self._passing
         )
         self.deepest = max(self.deepest, float(deepest))
-        self._sums[3, MISSED] += len(passed)
-        self.missed += [(self._steps - len(position) + 1 + int(step), *divmod(int(key), n)) for step, key in passed]
+        self._miss(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
+
+    def _look_at_walls(self, position: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> None:
+        """Find the balls that go through an inner wall with no contact told."""
+        ends = np.array([(*wall.start, *wall.to) for wall in self._scene.walls], float)
+        if len(ends):
+            bounds = np.searchsorted(step_of, np.arange(len(position) + 1))
+            early = within < self._law.dt * (1 - SHARE)
+            self._miss(position, _crossings(position, ends, len(ARENA_WALLS), contacts, early, bounds).tolist())
+
+    def _miss(self, position: Floats, found: Iterable[tuple[int, int, int]]) -> None:
+        """Book what was missed in a block: step of it, first and second."""
+        before = self._steps - len(position) + 1
+        for step, first, second in found:
+            flown = math.dist(position[step, first], position[step - 1, first])
+            self.missed.append(Passage(before + step, first, second, flown))
+            self._sums[3, MISSED] += 1
 
     @property
     def rows(self) -> Booked:
@@ -619,3 +644,33 @@ def _overlaps(position, velocity, radius, told, bounds, passing, longer):  # typ
         if step > 0:
             passing, longer = np.array(now)[1:], np.array(again)[1:]
     return deepest, np.array(found)[1:], passing, longer
+
+
+@njit(cache=True)
+def _crossings(position, ends, arena, contacts, early, bounds):  # type: ignore[no-untyped-def]
+    """Find where balls cross the centre line of an inner wall: step, ball and ~wall of each, (crossings, 3).
+
+    ends: (m, 4) px, of the walls that follow so many of the arena's; early: whether a contact is told before its step
+    ends; bounds: of the contacts of each step. Left out is who has a contact with that wall in the step, and who has an
+    early one with anything: that may have led round the wall.
+    """
+    found = [(0, 0, 0)]
+    for step in range(1, len(position)):
+        for ball in range(position.shape[1]):
+            x, y = position[step - 1, ball]
+            dx, dy = position[step, ball, 0] - x, position[step, ball, 1] - y
+            for w in range(len(ends)):
+                ax, ay = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
+                rx, ry = x - ends[w, 0], y - ends[w, 1]
+                off, across = rx * ay - ry * ax, dx * ay - dy * ax
+                if (off < 0) == (off + across < 0):
+                    continue
+                share = -off / across
+                along = (rx + share * dx) * ax + (ry + share * dy) * ay
+                told = not 0 <= along <= ax * ax + ay * ay
+                for k in range(bounds[step], bounds[step + 1]):
+                    of_ball = contacts[k].first == ball or contacts[k].second == ball
+                    told = told or (of_ball and (early[k] or contacts[k].second == ~(arena + w)))
+                if not told:
+                    found.append((step, ball, ~(arena + w)))
+    return np.array(found)[1:]

@@ -64,6 +64,8 @@ def rows_of(comparison: Comparison) -> Iterator[list[str]]:
     yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
     yield ["  its cause", *(CAUSES[first.cause] if first else "-" for first in firsts)]
+    if any(run.missed for run in runs):
+        yield ["contacts missed", *(str(len(run.missed)) for run in runs)]
     booked = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
     for cause, words in CAUSES.items():
         shares = [

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from sandbox.comparison import Comparison, Run, compare
+from sandbox.difference import who
 from sandbox.inputs import Input
 from sandbox.ledger import CAUSES, Entry
 from sandbox.mistakes import Mistake
@@ -51,7 +52,7 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
 
 def verdict(comparison: Comparison) -> str:
     """Say which engine to believe until when, what the largest error is, and what to change."""
-    said = [*_of_paths(comparison), *_of_energy(comparison), *_of_cures(comparison)]
+    said = [*_of_paths(comparison), *_of_energy(comparison), *_of_walls(comparison), *_of_cures(comparison)]
     return " ".join(said) or f"Nothing is measured against {comparison.against}."
 
 
@@ -96,6 +97,26 @@ def _of_energy(comparison: Comparison) -> Iterator[str]:
         yield f"The largest error is {name}'s: {change}, most of it by “{CAUSES[entry.cause]}”."
 
 
+def _of_walls(comparison: Comparison) -> Iterator[str]:
+    """Say whose balls went through walls of the scene's own, and whose were outside the arena."""
+    through, outside = [], []
+    for name, run in comparison.runs.items():
+        passages = [one for one in run.missed if one.second < 0]
+        if passages:
+            first = f"{who(comparison.scene, passages[0])} at {passages[0].step / comparison.scene.rate:.3f} s"
+            through.append(f"{name}'s {len(passages)}, first {first}")
+        if run.outing:
+            time, ball, balls, furthest = run.outing
+            to_the_end = f", {run.figures.escaped} of them at the end" if run.figures.escaped else ""
+            outside.append(
+                f"{name}'s {balls}, first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{to_the_end}"
+            )
+    if through:
+        yield f"Passages through walls: {'; '.join(through)}."
+    if outside:
+        yield f"Balls outside the arena: {'; '.join(outside)}."
+
+
 def _of_cures(comparison: Comparison) -> Iterator[str]:
     """Say what to change of Pymunk."""
     run = _others(comparison).get(TUNED)
@@ -103,6 +124,7 @@ def _of_cures(comparison: Comparison) -> Iterator[str]:
         return
     of_energy, first = astray(run), run.figures.first_difference
     causes = ([of_energy[1].cause] if of_energy else []) + ([first.cause] if first else [])
+    causes += ["late"] if run.missed else []
     cures = dict.fromkeys(CURES[cause] for cause in causes if cause in CURES)
     if cures:
         yield f"For {TUNED}, {'; '.join(cures)}. --advise tries that and more."

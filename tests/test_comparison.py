@@ -85,13 +85,17 @@ def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
     assert figures.max_overlap == pytest.approx(200 / 60, abs=1e-9)
 
 
-def test_a_ball_whose_centre_is_outside_at_the_end_has_escaped() -> None:
+def test_a_ball_whose_centre_is_outside_at_the_end_has_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of(
         "radius = 20\nposition = [420, 300]\nvelocity = [6000, 0]",  # 100 px a step, and Pymunk finds the wall late
         "radius = 20\nposition = [400, 100]",
     )
     assert compare(scene.changed(seconds=4 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 1
     assert compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 0
+    monkeypatch.setattr("sandbox.comparison.BLOCK_BYTES", 3 * 2 * 32)  # three states
+    outing = compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].outing
+    assert outing is not None
+    assert tuple(outing) == pytest.approx((4 / 60, 0, 1, 20))
 
 
 def test_balls_at_rest_have_no_energy_to_compare() -> None:

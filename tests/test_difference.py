@@ -108,6 +108,17 @@ class Discards(Faulty):
         return 2 * depth - 1
 
 
+class BeyondTheLine(Faulty):
+    """Turns a ball round at an inner wall at 400 px once its centre is beyond, and leaves it there."""
+
+    def step(self) -> None:
+        before = self.x[0, 0]
+        super().step()
+        if before < 400 <= self.x[0, 0]:
+            self.tell(0, ~4, (1.0, 0.0), 2 * self.v[0, 0], 22.0)
+            self.v[0, 0] *= -1
+
+
 First = Callable[[str, Scene], Difference | None]
 
 
@@ -192,6 +203,44 @@ def test_one_pair_ignored(first_of: First) -> None:
     assert one.because == "The two passed into each other, and the engine told of no contact."
     assert one.time == pytest.approx((160 + 162) / 240)
     assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
+
+
+def beside_a_wall(x: float, vx: float) -> Scene:
+    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` does not know of."""
+    wall = "[[walls]]\nfrom = [400, 250]\nto = [400, 350]\nthickness = 4"
+    return scene_of(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{vx}, 0]\n{wall}", more="seconds = 0.5")
+
+
+@pytest.mark.parametrize(
+    ("x", "vx"), [(310, 3000), (300, 3000), (485, -3000), (500, -3000)], ids=["right", "onto", "left", "onto, left"]
+)
+def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -> None:
+    one = first_of("Faulty", beside_a_wall(x, vx))
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, "missed")
+    assert one.because == (
+        "The ball went through the wall, from (400, 250) to (400, 350): it flew 50 px in the step, and the wall is "
+        "4 px thick."
+    )
+    assert one.time == pytest.approx((abs(x - 400) - 22) / 3000)
+    assert (one.before, one.should_after) == (None, ((-vx, 0.0),))
+
+
+def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 310 px to 360, to 410, where it is told, and back through the wall to 360, where it is not."""
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", "test_difference:BeyondTheLine")
+    run = compare(beside_a_wall(310, 3000).changed(seconds=0.1), ["faulty"]).runs["faulty"]
+    [passage] = run.missed
+    assert passage[:3] == (3, 0, ~4)
+    assert passage.flown == pytest.approx(50)
+
+
+def test_a_ball_that_the_yardstick_lets_through_a_wall() -> None:
+    runs = compare(load("truths/thin-wall-60-hz"), ["exact", "pymunk"], against="pymunk").runs
+    one = runs["exact"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.cause) == ("extra", "missed")
+    assert one.because.startswith("It is the yardstick's that is wrong. The ball went through the wall, from (900, 60)")
 
 
 def test_walls_that_give_back_too_little(first_of: First) -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import signal
 from collections.abc import Iterable
 
 import numpy as np
@@ -383,6 +384,20 @@ def gas(rate: int = 60, **more: float) -> Scene:
         f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n{extra}",
         "test",
     )
+
+
+def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
+    """A second of 2e9 bounces would take minutes."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    engine = engine_of(scene_of(ball([0.5, 0.5], [1e9, 0], radius=0.25), head="rate = 1", size=(1, 1)))
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    with pytest.raises(KeyboardInterrupt):
+        engine.step()
+    signal.signal(signal.SIGALRM, before)
 
 
 def test_energy_and_momentum_are_conserved_and_nothing_overlaps() -> None:

@@ -35,9 +35,9 @@ from sandbox.engines import Refused
 from sandbox.engines.agenda import NOBODY, Agenda, empty_agenda, rank, runner_up, schedule
 from sandbox.engines.cells import Cells, along_a_curve, cell_at, empty_cells, enter, fetch_discs, leave
 from sandbox.engines.discs import BODY, DISC, EVENT, HELD, NONE, aligned
-from sandbox.engines.impact import NEVER, time_to_face, time_to_leave, time_to_touch
+from sandbox.engines.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.kernel import Record, entry, kernel, prefetch
-from sandbox.engines.walls import pieces_of
+from sandbox.engines.walls import ARENA, pieces_of
 from sandbox.scene import Scene, Vector
 from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
 
@@ -51,6 +51,7 @@ RATTLE: Final = 10  # slow contacts within HOP before a disc is held
 JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after which a wall stops a disc: it is wedged
 PATIENCE: Final = 10_000_000  # as many where nothing takes energy: then only what goes to and fro is stopped
 PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
+BREATH: Final = 1_000_000  # events, about a second's, between two chances for Ctrl C to end a step of ever more
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
 
@@ -140,10 +141,12 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
     if piece.length == 0:
         return time_to_touch(rx, ry, m.vx, m.vy, m.ax, m.ay, radius + piece.thick, NEVER)
     tx, ty = piece.tx, piece.ty
+    off, v_off, a_off = ry * tx - rx * ty, m.vy * tx - m.vx * ty, m.ay * tx - m.ax * ty
+    if piece.wall < ARENA:
+        return NEVER if carried else time_to_close(off - radius, v_off, a_off)
     along, v_along, a_along = rx * tx + ry * ty, m.vx * tx + m.vy * ty, m.ax * tx + m.ay * ty
     if carried:
         return time_to_leave(along, v_along, a_along, -PAST, piece.length + PAST)[0]
-    off, v_off, a_off = ry * tx - rx * ty, m.vy * tx - m.vx * ty, m.ay * tx - m.ax * ty
     return time_to_face(along, v_along, a_along, off, v_off, a_off, piece.length, radius + piece.thick)
 
 
@@ -302,7 +305,7 @@ def _normal(disc: Record, piece: Record) -> tuple[float, float, float]:
     rx, ry = piece.x - disc.x, piece.y - disc.y
     if piece.length > 0:
         off = ry * piece.tx - rx * piece.ty
-        side = 1.0 if off > 0 else -1.0
+        side = 1.0 if off > 0 and piece.wall >= ARENA else -1.0
         return -side * piece.ty, side * piece.tx, side * off
     if rx == 0 and ry == 0:
         rx = SPECK
@@ -391,15 +394,16 @@ def _note(row: Record, time: float, first: int, second: int, contact: tuple[floa
 
 @entry
 def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[int, int]:
-    """Play events in place up to a time (s), or until the log is full.
+    """Play events in place up to a time (s), or until the log is full, or for a BREATH.
 
     log: (capacity,) CONTACT, which gets a row per contact if `collect`. Returns how many rows of it are filled, and how
     many contacts there were between discs.
     """
     disc, event, root = world.disc, world.event, world.agenda.node[0]
-    count = collisions = 0
-    while root.time <= until and count < len(log):
+    count = collisions = events = 0
+    while root.time <= until and count < len(log) and events < BREATH:
         now, i = root.time, root.disc
+        events += 1
         _fetch_early(world, runner_up(world.agenda))
         partner = np.int64(event[i].partner)
         if event[i].cross < disc[i].hit:
@@ -477,14 +481,12 @@ class ExactEngine:
     def step(self) -> None:
         """Play the events of one step. Nothing is computed at its end, so the rate changes no event."""
         self._steps += 1
-        full = True
-        while full:
+        while self._world.agenda.node[0]["time"] <= self._now:
             count, collisions = advance(self._world, self._now, self._log, self._found is not None)
             self.collisions += collisions
             if self._found is not None:
                 self._found.append(self._log[:count].copy())
-            full = count == len(self._log)
-            if full:
+            if count == len(self._log):
                 self._log = np.empty(2 * count, CONTACT)
         if self._found is not None and self._world.falls:
             self._found.append(self._carried())

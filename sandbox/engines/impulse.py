@@ -6,7 +6,6 @@ the overshoot as the ball would have flown it. Contacts are still found up to a 
 """
 
 import math
-from typing import Final
 
 import numpy as np
 from numba import njit
@@ -14,11 +13,11 @@ from numba import njit
 from sandbox.engines import Refused
 from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
+from sandbox.engines.walls import ARENA
 from sandbox.scene import Scene
 from sandbox.state import Floats, State
 
-ARENA: Final = 4  # walls, of which these tell its size
-RIGHT, BOTTOM = 2, 3
+RIGHT, BOTTOM = 2, 3  # walls, of which these tell the arena's size
 
 
 @njit(cache=True)
@@ -62,9 +61,12 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                 e = elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found so late, gravity pulled too long
+                back = (1 + e) * depth
+                if w < ARENA:  # no further than to the wall on the other side
+                    back = min(back, depth + walls[w | RIGHT, 2] - 2 * radius[i])
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
-                    position[i, k] -= (1 + e) * depth * n_k
+                    position[i, k] -= back * n_k
                 log, count = note(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
     # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
