@@ -24,7 +24,8 @@ from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.state import CONTACT, Bools, Floats
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.draw import capsule
+from sandbox.view.debug_draw import turned
+from sandbox.view.draw import capsule, disc
 from sandbox.view.layout import LEAST, Layout, natural_size
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import facts
@@ -74,6 +75,13 @@ def colour_at(surface: pygame.Surface, layout: Layout, pane: int, x: float, y: f
     """Return the colour shown at a place of a pane's scene."""
     arena = layout.arenas[pane]
     return tuple(surface.get_at((round(arena.x + x * layout.scale), round(arena.y + y * layout.scale))))[:3]
+
+
+def test_discs_in_sizes_that_the_window_had_before_are_not_kept(window: Window) -> None:
+    for width in range(700, 1000, 20):
+        window.screen = pygame.display.set_mode((width, width))
+        window.draw()
+        assert disc.cache_info().currsize == turned.cache_info().currsize == 2
 
 
 def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> None:
