@@ -527,6 +527,23 @@ def test_what_is_saved_loads_to_what_was_shown(window: Window, tmp_path: Path) -
         assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
 
 
+def test_a_name_too_long_to_be_saved_under_is_told(tmp_path: Path) -> None:
+    file = tmp_path / ("x" * 245 + ".toml")
+    file.write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n")
+    window = Window(load(file), None)
+    window.frame(1 / 60)
+    window.save_picture()
+    assert "cannot be written: File name too long" in window.status
+    window.notice = ("", 0.0)
+    press(window, "s")
+    assert "cannot be written: File name too long" in window.status
+    window.record()
+    window.frame(1 / 60)
+    window.record()
+    assert "cannot be written: File name too long" in window.status
+    assert list(tmp_path.iterdir()) == [file]
+
+
 def test_the_picker_finds_by_typing_and_runs_what_is_chosen(window: Window) -> None:
     press(window, "/")
     window.draw()
