@@ -155,6 +155,16 @@ class Monkey(RuleBasedStateMachine):
             self.move("pane", which + k, y, x)
             self.wait(1 / 60, frames)
 
+    @rule(which=numbers, x=shares, y=shares, back=shares)
+    def throw_and_go_back(self, which: int, x: float, y: float, back: float) -> None:
+        """Throw a ball, let it fly, and go back to some time, which may be in the midst of that."""
+        self.window.shelf.close_picker()
+        self.window.player.paused = False
+        self.drag("ball", which, x, y, 4, 5)
+        self.let_go(1)
+        self.wait(1 / 60, 10)
+        self.window.player.seek(round(back * self.window.stage.session.end))
+
     @rule(y=st.integers(-3, 3))
     def turn_the_wheel(self, y: int) -> None:
         self.send(pygame.MOUSEWHEEL, x=0, y=y, flipped=False)
