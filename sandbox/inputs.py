@@ -25,7 +25,7 @@ from pydantic import ValidationError
 
 from sandbox.clock import Clock
 from sandbox.edits import EDITS, DeleteBall, Edit, SetRate
-from sandbox.mistakes import Mistake, dotted, explain, read_text, shown
+from sandbox.mistakes import Mistake, mistake_of, read_text, shown
 from sandbox.output import whole_file
 from sandbox.plaintext import printable
 from sandbox.scene import Count, Index, Line, Model, Scene, Vector
@@ -176,7 +176,7 @@ def _parse(line: str) -> Input:
     try:
         return kind.model_validate(document)
     except ValidationError as error:
-        raise Mistake("\n".join(f"{dotted(where)} {what}" for where, what in explain(error, kind))) from None
+        raise mistake_of(error, kind) from None
 
 
 def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:

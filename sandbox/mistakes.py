@@ -94,6 +94,11 @@ def explain(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Find
     yield from dict.fromkeys(_findings(error, model))
 
 
+def mistake_of(error: "ValidationError", model: "type[BaseModel]") -> Mistake:
+    """Make one mistake of all errors that pydantic found in a `model` that is no file's."""
+    return Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, model)))
+
+
 def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
     for detail in error.errors(include_url=False):
         path = detail["loc"]

@@ -41,6 +41,7 @@ from sandbox.mistakes import (
     findings,
     line_of,
     lines_of_keys,
+    mistake_of,
     nearest,
     read_text,
     shown,
@@ -464,7 +465,7 @@ class Scene(Model):
         try:
             scene = Scene.model_validate({key: getattr(self, key) for key in Scene.model_fields} | changes)
         except ValidationError as error:
-            raise Mistake("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, Scene))) from None
+            raise mistake_of(error, Scene) from None
         scene._file, scene._lines, scene._source = self._file, self._lines, self._source
         scene._spawned = self._spawned
         return scene

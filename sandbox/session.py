@@ -53,6 +53,12 @@ class Session:
         return not self._stale and self.lockstep.steps == self.step
 
     @property
+    def held(self) -> int | None:
+        """The ball in a person's hand, which is none of what was done before and is only seen again."""
+        nothing_to_come = len(self.lockstep.given) == len(self.inputs)
+        return self.lockstep.hand.ball if self.live and nothing_to_come else None
+
+    @property
     def marks(self) -> Marks:
         """What stands out up to where the engines are."""
         return self._marker.marks
@@ -78,7 +84,7 @@ class Session:
     def advance(self) -> None:
         """Do one step from here, with the inputs that were given there if one has been there before.
 
-        Raises Mistake for an edit to come that is refused; it is dropped, and the step is done.
+        Raises Mistake for edits to come that are refused; they are dropped, and the step is done.
         """
         self.catch_up()
         self.lockstep.step()
@@ -102,15 +108,19 @@ class Session:
             self._remember()
 
     def give(self, given: Input) -> None:
-        """Take an input here. What was to come after it is dropped.
+        """Take an input here. What was to come after it is dropped, and a hand that is only seen again lets go.
 
         Raises Mistake, with nothing changed, where an edit is refused.
         """
         self.catch_up()
-        before = self.lockstep.given
+        before, hand, led = self.lockstep.given, self.lockstep.hand, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # the last of a step's moves is the one that pulls
+        if isinstance(given, Grab) and hand.ball is not None:
+            self.lockstep.obey(Release(step=given.step))
         self.lockstep.obey(given)
+        if isinstance(given, Edit) and hand.ball is not None and not led:
+            self.lockstep.obey(Release(step=given.step))
         self.inputs = list(before)
         self._undone.clear()
         self._branch()
@@ -174,13 +184,15 @@ class Session:
         self._marker = Marker(self.lockstep)
 
     def _obey_due(self) -> None:
-        lockstep = self.lockstep
+        lockstep, refused = self.lockstep, list[str]()
         while (k := len(lockstep.given)) < len(self.inputs) and self.inputs[k].step <= lockstep.steps:
             try:
                 lockstep.obey(self.inputs[k])
-            except Mistake:
+            except Mistake as mistake:
                 del self.inputs[k]
-                raise
+                refused.append(str(mistake))
+        if refused:
+            raise Mistake("\n".join(refused))
 
     def _remember(self) -> None:
         lockstep = self.lockstep

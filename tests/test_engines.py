@@ -112,3 +112,13 @@ def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> Non
     assert default_engines(heavy, spawn(heavy)) == ["pymunk", "impulse"]
     rough = scene_of("radius = 20\nposition = [100, 100]\nfriction = 0.5")
     assert default_engines(rough, spawn(rough)) == ["pymunk"]
+
+
+def test_an_engine_of_our_own_is_built_without_looking_through_what_is_installed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """That takes longer than a step, and an edit builds every engine anew."""
+    monkeypatch.delattr("sandbox.engines.entry_points")
+    scene = load("article")
+    for name in ("pymunk", "article", "impulse", "exact"):
+        assert create(name, scene, spawn(scene)).state().time == 0

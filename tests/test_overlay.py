@@ -115,6 +115,16 @@ def test_a_contact_is_where_the_ball_touched_when_it_did() -> None:
     assert len(sparks.latest()) == 0
 
 
+def test_a_contact_without_an_impulse_is_a_dot() -> None:
+    surface = pygame.Surface((800, 600))
+    overlay = Overlay(surface, scene_of("radius = 20\nposition = [200, 300]"), 1.0, 20)
+    surface.fill("white")
+    sparks = Sparks(overlay.scene.bodies.radius)
+    sparks.add(contacts_of((0.0, 0, -1, (0.0, 1.0), -0.0)), State(0.0, np.array([[200.0, 300.0]]), np.zeros((1, 2))))
+    overlay.contacts(sparks.latest(), 0.0)
+    assert surface.get_at((200, 320)) == overlay.palette.contact
+
+
 def test_contacts_after_a_step_back_are_forgotten_and_many_are_not_kept() -> None:
     sparks = Sparks(np.array([20.0]))
     state = State(1.0, np.zeros((1, 2)), np.zeros((1, 2)))

@@ -141,10 +141,47 @@ def test_going_on_from_the_past_repeats_what_was_done_until_something_else_is(se
     session.seek(8)
     kick = SetVelocity(step=8, ball=0, velocity=(-60, 30))
     session.give(kick)
-    assert (session.inputs, session.end) == ([THROW[0], kick], 8)
+    assert (session.inputs, session.end) == ([THROW[0], kick, Release(step=8)], 8)
     run(session, 32)
     assert is_replay(session)
     assert flat(session.shown) != thrown
+
+
+def test_in_the_midst_of_an_earlier_drag_the_hand_is_nobody_s_and_lets_go_when_something_else_is_done(
+    session: Session,
+) -> None:
+    perform(session, THROW[:2], 12)
+    assert session.held == 2
+    perform(session, THROW[2:], 40)
+    session.seek(8)
+    session.catch_up()
+    assert session.shown.held == 2
+    assert session.held is None
+    with pytest.raises(Mistake):
+        session.give(DeleteBall(step=8, ball=7))
+    assert (session.inputs, session.shown.held) == (THROW, 2)
+    session.give(Grab(step=8, ball=0, at=(300, 300)))
+    assert session.inputs == [THROW[0], Release(step=8), Grab(step=8, ball=0, at=(300, 300))]
+    assert session.held == 0
+    session.give(SetVelocity(step=8, ball=1, velocity=(0, 0)))
+    assert session.held == 0
+    assert session.undo()
+    session.catch_up()
+    assert (session.shown.held, session.inputs) == (None, [THROW[0], Release(step=8)])
+    run(session, 20)
+    assert is_replay(session)
+
+
+def test_edits_to_come_of_a_step_are_done_there_though_another_is_refused(scene: Scene) -> None:
+    gravity, kick = SetGravity(step=3, gravity=(0, 900)), SetVelocity(step=3, ball=0, velocity=(0, 60))
+    session = Session(scene_of("radius = 20\nposition = [200, 300]"), ["article"], [gravity, kick, gravity])
+    run(session, 2)
+    with pytest.raises(Mistake, match=r"gravity is not part .*\n.*gravity is not part"):
+        session.advance()
+    assert (session.step, session.inputs) == (3, [kick])
+    assert session.shown.states["article"].velocity.tolist() == [[0, 60]]
+    run(session, 10)
+    assert is_replay(session)
 
 
 def test_an_input_of_the_future_is_no_part_of_what_is_recorded_here(session: Session) -> None:

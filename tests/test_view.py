@@ -1,6 +1,9 @@
 """What the window shows and does, on a screen that is only in memory."""
 
+import json
 import math
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +18,15 @@ from pymunk.pygame_util import DrawOptions
 
 from sandbox.comparison import compare
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.inputs import Grab, Input, Move, Release
+from sandbox.inputs import Grab, Input, Move, Release, Start
 from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, bundled, load, rgb
-from sandbox.state import CONTACT
+from sandbox.state import CONTACT, Bools, Floats
 from sandbox.trajectory import simulate
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.layout import Layout, natural_size
+from sandbox.view.debug_draw import turned
+from sandbox.view.draw import capsule, disc
+from sandbox.view.layout import LEAST, Layout, natural_size
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import facts
 from sandbox.view.picture import draw_picture
@@ -35,6 +40,7 @@ TWO = (
     f'radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\ncolors = ["{RED}"]',
     f'radius = 20\nposition = [600, 300]\ncolors = ["{BLUE}"]',
 )
+BALL = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
 KEYS = {"Space": (pygame.K_SPACE, " "), "Right": (pygame.K_RIGHT, ""), "Esc": (pygame.K_ESCAPE, "\x1b")}
 
 
@@ -69,6 +75,13 @@ def colour_at(surface: pygame.Surface, layout: Layout, pane: int, x: float, y: f
     """Return the colour shown at a place of a pane's scene."""
     arena = layout.arenas[pane]
     return tuple(surface.get_at((round(arena.x + x * layout.scale), round(arena.y + y * layout.scale))))[:3]
+
+
+def test_discs_in_sizes_that_the_window_had_before_are_not_kept(window: Window) -> None:
+    for width in range(700, 1000, 20):
+        window.screen = pygame.display.set_mode((width, width))
+        window.draw()
+        assert disc.cache_info().currsize == turned.cache_info().currsize == 2
 
 
 def test_each_pane_shows_its_engine_s_balls_where_they_are(window: Window) -> None:
@@ -182,6 +195,99 @@ def test_time_passes_at_the_scene_s_rate_and_speed_doubles_and_halves_it(window:
     for _ in range(20):
         press(window, "-")
     assert window.player.speed == 0.01
+
+
+def test_at_the_fastest_a_single_step_is_one_too_and_time_goes_on(window: Window) -> None:
+    press(window, "p")
+    window.player.set_speed(math.inf)
+    press(window, "o")
+    window.advance(0.0)
+    assert window.lockstep.steps == 1
+    window.advance(1 / 60)
+    assert window.lockstep.steps > 1
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1400, 20), (20, 900), (479, 319)])
+def test_a_window_too_small_for_everything_shows_the_upper_left(size: tuple[int, int]) -> None:
+    window = Window(load("article"), None)
+    window.player.paused = True
+    window.screen = pygame.display.set_mode([max(sides) for sides in zip(size, LEAST, strict=True)])
+    window.draw()
+    whole = pygame.surfarray.array3d(window.screen)
+    window.screen = pygame.display.set_mode(size)
+    for key in ("F1", "/"):
+        window.draw()
+        press(window, key)
+        window.draw()
+    press(window, "Esc")
+    press(window, "F1")
+    window.draw()
+    assert np.array_equal(pygame.surfarray.array3d(window.screen), whole[: size[0], : size[1]])
+
+
+@pytest.mark.parametrize(
+    "title",
+    ["\u200b", "\ufe0f", "a\tb\nc", "\U0001f600\u0301", "wide " * 20_000],
+    ids=["clear", "none", "tab", "odd", "long"],
+)
+def test_a_scene_may_be_called_anything(title: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f"title = {json.dumps(title, ensure_ascii=False)}\n{BALL}", encoding="utf-8")
+    window = Window(load(file), None)
+    window.draw()
+    assert pygame.display.get_caption()[0].endswith(" - sandbox")
+    for key in ("/", *"mine.toml"):
+        press(window, key)
+        window.draw()
+    assert window.shelf.picker
+    assert len(window.shelf.picker.found) == 1
+
+
+def test_a_scene_s_file_may_have_a_name_that_is_no_unicode(tmp_path: Path) -> None:
+    file = tmp_path / os.fsdecode(b"\xff\x07.toml")
+    file.write_text(BALL)
+    window = Window(load(file), None)
+    window.draw()
+    press(window, "s")
+    window.draw()
+    assert load(tmp_path / f"{window.scene.name}-0-000000.toml").arena.size == (90, 90)
+    file.write_text("[arena]\n")
+    window.shelf.open(file)
+    window.draw()
+    assert Start(scene=window.scene.name, seed=0, rate=60).model_dump_json()
+
+
+def test_of_many_mistakes_the_first_are_shown_and_how_many_more(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[str] = []
+    monkeypatch.setattr("sandbox.view.notice.card", lambda _, lines, *__: shown.extend(line for [line] in lines))
+    window.shelf.mistake = "\n".join(f"mine.toml:{k}: {'k' * 500_000 if k == 3 else 'is wrong'}" for k in range(100))
+    window.draw()
+    assert len(shown) == 9
+    assert shown[1:4] == [f"mine.toml:{k}: is wrong" for k in range(3)]
+    assert 92 < int(shown[-1].removeprefix("and ").removesuffix(" lines more")) < 110
+
+
+@pytest.mark.parametrize(
+    ("ends", "thickness", "seen"),
+    [
+        (((0, 0), (1e9, 1e9)), 20, lambda x, y: abs(x - y) < 10 * 2**0.5),
+        (((-1e9, 300), (1e9, 300)), 20, lambda x, y: abs(y - 300) < 10),
+        (((400, 5e8 + 300), (400, 1e9)), 1e9, lambda x, y: y > 300),
+        (((-1e9, 300), (400, 300)), 200, lambda x, y: np.hypot(np.maximum(x - 400, 0), y - 300) < 100),
+    ],
+    ids=["along the diagonal", "across", "thick", "with a round end"],
+)  # fmt: skip
+def test_walls_that_reach_far_out_of_the_arena_are_drawn_where_they_are_seen(
+    ends: tuple[tuple[float, float], tuple[float, float]], thickness: float, seen: Callable[[Floats, Floats], Bools]
+) -> None:
+    """pygame's own drawing of such a figure takes half a minute."""
+    surface = pygame.Surface((800, 600))
+    capsule(surface, (255, 255, 255), *ends, thickness / 2)
+    x, y = np.mgrid[0:800, 0:600].astype(float)
+    drawn = pygame.surfarray.array3d(surface)[..., 0] > 0
+    assert (drawn != seen(x, y)).sum() < 2500  # at the edges
 
 
 def test_a_slow_frame_slows_time_and_never_enlarges_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -352,7 +458,7 @@ def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
 
 
 @given(
-    window=st.tuples(st.integers(480, 4000), st.integers(320, 2500)),
+    window=st.tuples(st.integers(LEAST[0], 4000), st.integers(LEAST[1], 2500)),
     arena=st.tuples(st.floats(100, 5000), st.floats(100, 5000)),
     panes=st.integers(1, 6),
     tools=st.sampled_from([(), ((1.0,) * 5 + (5.0,), (1.0,) * 3, (1.0,) * 9, (1.0,) * 3)]),

@@ -11,7 +11,7 @@ from conftest import scene_of
 from pygame.event import Event
 
 from sandbox.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
-from sandbox.inputs import Grab, Input, Release
+from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.scene import Scene, bundled, load, rgb
 from sandbox.spawn import spawn
 from sandbox.trajectory import simulate
@@ -24,6 +24,7 @@ CODES = {
     "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,
     "End": pygame.K_END, "PageUp": pygame.K_PAGEUP, "PageDown": pygame.K_PAGEDOWN, "Delete": pygame.K_DELETE,
     "Enter": pygame.K_RETURN, "Esc": pygame.K_ESCAPE, "Back": pygame.K_BACKSPACE, "Tab": pygame.K_TAB,
+    "Shift": pygame.K_LSHIFT,
 }  # fmt: skip
 CONTROL = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
 
@@ -417,6 +418,99 @@ def test_a_ball_in_hand_is_let_go_when_one_leaves_the_time(window: Window) -> No
     assert [one.do for one in given(window)] == ["grab", "release"]
 
 
+def thrown(window: Window) -> list[Input]:
+    """Drag a ball for twenty steps, let it go, and go back to the midst of that; return what was given."""
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    for k in range(20):
+        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 5 * k, 100 + 4 * k))
+        run(window, 1)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 500, 180))
+    run(window, 10)
+    done = given(window)
+    window.player.seek(10)
+    assert window.stage.moment.held == 2
+    return done
+
+
+def test_who_only_looks_at_an_earlier_drag_drops_nothing_of_it(window: Window) -> None:
+    done = thrown(window)
+    window.draw()
+    strip = window.layout.strip
+    hover(window, point(window, 300, 500))
+    drag(window, strip.center, (strip.x + strip.width // 3, strip.centery))
+    drag(window, window.layout.toolbar[0].center, (5, 5))
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    window.player.seek(10)
+    run(window, 2)
+    press(window, "Left", "Home", "Right", "End")
+    assert given(window) == done
+    window.player.seek(10)
+    while step(window) < 30:
+        hover(window, point(window, 300, 500))
+        window.player.one_step()
+    assert window.stage.session.inputs == done
+
+
+def test_an_edit_in_the_midst_of_an_earlier_drag_leaves_no_ball_in_nobody_s_hand(window: Window) -> None:
+    thrown(window)
+    window.set_gravity(300.0)
+    run(window, 5)
+    assert window.stage.moment.held is None
+
+
+@pytest.mark.parametrize("lost", [Event(pygame.MOUSEBUTTONUP, button=1, pos=(5, 5)), Event(pygame.WINDOWFOCUSLOST)])
+def test_what_the_mouse_holds_is_let_go_under_the_picker_too(window: Window, lost: Event) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    assert window.stage.session.held == 2
+    press(window, "/")
+    window.on_event(lost)
+    assert window.stage.session.held is None
+    press(window, "Esc")
+    knob, place = slider(window, "speed")
+    mouse(window, pygame.MOUSEBUTTONDOWN, place.midleft)
+    press(window, "/")
+    window.on_event(lost)
+    press(window, "Esc")
+    hover(window, place.midright)
+    assert knob.value() == 0.01
+
+
+def test_what_is_done_at_a_step_that_is_not_remembered_is_done_to_the_balls_as_they_are_there(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sandbox.memory.RECENT", 8)
+    monkeypatch.setattr("sandbox.memory.BYTES", 12 * window.stage.moment.size)
+    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)
+    run(window, 100)
+    press(window, ".")
+    for there, key, kind in ((37, "a", AddBall), (21, "Right", SetVelocity), (11, "Delete", DeleteBall)):
+        window.player.seek(there)
+        assert step(window) != there
+        press(window, key, shift=key == "Right")
+        [edit] = given(window)
+        assert (type(edit), edit.step, step(window)) == (kind, there, there)
+        if isinstance(edit, SetVelocity):
+            at_that_step = simulate(window.scene, "pymunk", steps=there).velocity[there, 0]
+            assert edit.velocity == (at_that_step[0] + 30, at_that_step[1])
+        press(window, "undo")
+        run(window, 100 - step(window))
+
+
+def test_a_velocity_that_may_not_be_is_told(window: Window) -> None:
+    fast = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [999999999, 0]"), ["exact"])
+    press(fast, "p", ".")
+    press(fast, "Right", shift=True)
+    assert "velocity[0] must be at most 1e+09, got 1000000029" in fast.status
+    assert given(fast) == []
+
+
+def test_a_drag_far_outside_of_a_very_large_arena_pulls_to_its_edge() -> None:
+    window = Window(scene_of("radius = 1e8\nposition = [5e8, 5e8]", size="[1e9, 1e9]"), ["exact"])
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 5e8, 5e8))
+    mouse(window, pygame.MOUSEMOTION, (30_000, -30_000))
+    assert given(window)[-1] == Move(step=0, at=(1e9, 0))
+
+
 # --- Scenes ----------------------------------------------------------------------------------------------------
 
 
@@ -431,6 +525,23 @@ def test_what_is_saved_loads_to_what_was_shown(window: Window, tmp_path: Path) -
     for file, pane in (("test-0-000033.toml", 0), ("test-0-000033-3.toml", 1)):
         start = spawn(load(tmp_path / file))
         assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
+
+
+def test_a_name_too_long_to_be_saved_under_is_told(tmp_path: Path) -> None:
+    file = tmp_path / ("x" * 245 + ".toml")
+    file.write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n")
+    window = Window(load(file), None)
+    window.frame(1 / 60)
+    window.save_picture()
+    assert "cannot be written: File name too long" in window.status
+    window.notice = ("", 0.0)
+    press(window, "s")
+    assert "cannot be written: File name too long" in window.status
+    window.record()
+    window.frame(1 / 60)
+    window.record()
+    assert "cannot be written: File name too long" in window.status
+    assert list(tmp_path.iterdir()) == [file]
 
 
 def test_the_picker_finds_by_typing_and_runs_what_is_chosen(window: Window) -> None:
@@ -500,6 +611,49 @@ def test_the_wheel_turns_the_rows_of_the_picker(window: Window) -> None:
     assert picker.chosen == picker.columns
     window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=9))
     assert picker.chosen == 0
+
+
+def test_the_wheel_turns_the_rows_though_the_mouse_is_on_one(window: Window) -> None:
+    press(window, "/")
+    window.draw()
+    picker = window.shelf.picker
+    assert picker
+    _, place = picker.places()[0]
+    hover(window, place.center)
+    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
+    for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):  # which pygame has of the wheel as well
+        window.on_event(Event(what, pos=place.center, button=5))
+    assert picker.chosen == picker.columns
+    press(window, "Shift")
+    assert picker.chosen == picker.columns
+
+
+def test_what_is_in_the_folder_beside_scenes_does_not_stop_the_picker(window: Window, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "bytes.toml").write_bytes(bytes(range(256)) + b"[[balls]]")
+    (tmp_path / os.fsdecode(b"no-unicode-\xff.toml")).write_text("[[balls]]")
+    (tmp_path / "huge.toml").write_bytes(b"#" * 3_000_000 + b"[[balls]]")
+    press(window, "/")
+    window.draw()
+    picker = window.shelf.picker
+    assert picker
+    own = [entry.name for entry in picker.found if entry.name.endswith(".toml")]
+    assert own == ["bytes.toml", os.fsdecode(b"no-unicode-\xff.toml")]
+
+
+def test_what_is_typed_in_the_picker_may_have_no_picture_or_be_very_long(window: Window) -> None:
+    press(window, "/", "\ufe0f")
+    window.draw()
+    press(window, "Back", *"long" * 300, "\u0301", "\U0001f600", "\ud83d")
+    window.draw()
+    assert window.shelf.picker
+
+
+def test_after_the_largest_seed_there_is_none(window: Window) -> None:
+    window = Window(scene_of("radius = 20\nposition = [200, 300]", more="seed = 9223372036854775807"), None)
+    press(window, "n")
+    assert "seed must be less than" in window.status
 
 
 def test_own_scenes_come_first_and_other_toml_is_left_out(window: Window, tmp_path: Path) -> None:

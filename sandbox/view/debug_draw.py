@@ -52,7 +52,7 @@ class DebugDraw(DrawOptions):
         turns = np.rint(rows[:, 2] / math.tau * TURNS).astype(int) % TURNS
         line = self.shape_outline_color.as_int()
         radius = scale * self._radius
-        pictures = map(_turned, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
+        pictures = map(turned, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
         blit_discs(self.surface, pictures, scale * rows[:, :2], radius)
 
     def draw_fat_segment(
@@ -72,7 +72,7 @@ class DebugDraw(DrawOptions):
 
 
 @lru_cache(maxsize=4096)
-def _turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
+def turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
     """Draw a disc with the line that shows how it is turned, as pymunk does."""
     picture = disc(radius, colour).copy()
     half, angle = picture.get_width() // 2, turn * math.tau / TURNS

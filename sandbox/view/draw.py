@@ -3,17 +3,20 @@
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from itertools import accumulate, cycle
+from itertools import accumulate, cycle, pairwise
 
 import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.plaintext import printable
 from sandbox.scene import rgb
 from sandbox.state import Floats
 from sandbox.view.palette import FAINT, FRAME, INK
 
+HUGE = 10_000  # px; figures that reach further are drawn only where they are seen
 FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
+LONGEST = 1000  # characters of a line that are drawn; there is room for fewer on any screen
 FINE = 3  # text is drawn this many times as large: fitted to pixels in its own size, letters stand apart unevenly
 SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
 Point = Sequence[float]
@@ -30,13 +33,20 @@ def font(height: int) -> pygame.font.Font:
 @lru_cache(maxsize=1024)
 def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
     width = text_width(text, height)
-    large = font(FINE * height).render(text if width else "", True, colour)  # pygame draws no text that has no width
+    if not width:
+        return Surface((0, height))
+    large = font(FINE * height).render(drawable(text), True, colour)
     return pygame.transform.smoothscale(large, (width, round(large.get_height() / FINE)))
 
 
 def text_width(text: str, height: int) -> int:
     """Return how wide a line of text is, px."""
-    return round(font(FINE * height).size(text)[0] / FINE)
+    return round(font(FINE * height).size(drawable(text))[0] / FINE)
+
+
+def drawable(text: str) -> str:
+    """Return as much of a text as there is room for, as pygame takes it."""
+    return printable(text[:LONGEST])
 
 
 def lettering(text: str, colour: Color, height: int) -> Surface:
@@ -74,9 +84,35 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     distance = math.dist(a, b) or 1.0
     across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
     sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]
+    if max(map(abs, (*a, *b, radius))) > HUGE:
+        _fill_rows(surface, colour, (a, b), radius, sides)
+        return
     pygame.draw.polygon(surface, colour, sides)
     for end in (a, b):
         pygame.draw.circle(surface, colour, end, radius)
+
+
+def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: float, sides: Sequence[Point]) -> None:
+    """Fill the outline of two discs and the four-sided figure between them, which is convex, row by row.
+
+    pygame's own drawing passes over every row of a figure, seen or not, which of 1e9 takes half a minute.
+    """
+    width, height = surface.get_size()
+    y = np.arange(height, dtype=float)
+    left, right = np.full(height, np.inf), np.full(height, -np.inf)
+    for centre_x, centre_y in ends:
+        off = np.abs(y - centre_y)
+        half = np.sqrt(np.maximum((radius - off) * (radius + off), 0.0))
+        inside = off <= radius
+        left[inside] = np.minimum(left, centre_x - half)[inside]
+        right[inside] = np.maximum(right, centre_x + half)[inside]
+    for (x0, y0), (x1, y1) in pairwise([*sides, sides[0]]):
+        crossed = (y >= min(y0, y1)) & (y <= max(y0, y1))
+        x = x0 + (y[crossed] - y0) / ((y1 - y0) or 1.0) * (x1 - x0)
+        left[crossed], right[crossed] = np.minimum(left[crossed], x), np.maximum(right[crossed], x)
+    left, right = np.clip(np.rint(left), 0, width), np.clip(np.rint(right) + 1, 0, width)
+    for row in np.flatnonzero(right > left).tolist():
+        surface.fill(colour, (int(left[row]), row, int(right[row] - left[row]), 1))
 
 
 def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:

@@ -5,12 +5,13 @@ from typing import Final
 
 import numpy as np
 import pygame
+from pydantic import ValidationError
 from pygame import Surface
 
 from sandbox.edits import AddBall, SetVelocity
 from sandbox.inputs import Grab, Input, Move, Release
 from sandbox.memory import Moment
-from sandbox.mistakes import Mistake
+from sandbox.mistakes import Mistake, mistake_of
 from sandbox.quantity import length, segment_distance
 from sandbox.scene import PALETTE, Vector
 from sandbox.view.draw import arrow
@@ -69,22 +70,23 @@ class Grasp:
     def drag(self, stage: Stage, layout: Layout, point: Point) -> Input | None:
         """Pull what is held to a point of the screen."""
         at = layout.to_scene(self._pane, point)
-        if stage.moment.held is not None:
-            return Move(step=stage.session.step, at=at)
+        if stage.session.held is not None:
+            x, y = (min(max(to, 0.0), side) for to, side in zip(at, stage.moment.scene.arena.size, strict=True))
+            return Move(step=stage.session.step, at=(x, y))
         if self._pressed is not None and (self.aim or math.dist(point, self._pressed) > STILL):
             self.aim = at
         return None
 
     def let_go(self, stage: Stage) -> Input | None:
-        """Let go of what is held."""
+        """Let go of what is held. Raises Mistake for a velocity that may not be."""
         aim, self.aim, self._pressed = self.aim, None, None
-        if stage.moment.held is not None:
+        if stage.session.held is not None:
             return Release(step=stage.session.step)
         ball = self.ball(stage.moment)
         if aim is None or ball is None:
             return None
         vx, vy = ((aim - stage.panes[self._pane].state.position[ball]) / ARROW).tolist()
-        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
+        return _throw(stage, ball, vx, vy)
 
     def take_back(self) -> None:
         """Leave a velocity as it was."""
@@ -104,12 +106,12 @@ class Grasp:
         self.by_key = True
 
     def push(self, stage: Stage, x: int, y: int) -> Input | None:
-        """Let the chosen ball go more to the right and down."""
+        """Let the chosen ball go more to the right and down. Raises Mistake for a velocity that may not be."""
         ball = self.ball(stage.moment)
         if ball is None:
             return None
         vx, vy = stage.panes[0].state.velocity[ball].tolist()
-        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx + PUSH * x, vy + PUSH * y))
+        return _throw(stage, ball, vx + PUSH * x, vy + PUSH * y)
 
     def add(self, moment: Moment, at: Vector | None) -> Input:
         """Add a ball like the chosen one, or else the last, at a place; or where there is room near the middle.
@@ -158,6 +160,13 @@ class Grasp:
         if over is not None and pointer:
             radius = scene.bodies.radius[self._like(stage.moment)] * scale
             pygame.draw.circle(surface, colours.ink, pointer, radius, width)
+
+
+def _throw(stage: Stage, ball: int, vx: float, vy: float) -> SetVelocity:
+    try:
+        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
+    except ValidationError as error:
+        raise mistake_of(error, SetVelocity) from None
 
 
 def _has_room(moment: Moment, at: Vector, radius: float) -> bool:

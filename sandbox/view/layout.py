@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 from pygame import Rect
 
@@ -11,6 +12,7 @@ from sandbox.scene import Vector
 GAP = 8  # px between panes and round them
 AROUND = 110  # px, about, of toolbar, titles and status line
 STRIP = 0.27  # of the window's height, for the charts
+LEAST: Final = (480, 320)  # px of a window that has room for all of this
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ class Overlay:
         """Draw contacts: a dot, and along its normal as long a line as the impulse is large; fading with time."""
         if not len(sparks):
             return
-        longest = 4 * self.text_height / sparks["impulse"].max()
+        longest = 4 * self.text_height / (sparks["impulse"].max() or 1.0)  # they may touch and no more
         for spark in sparks:
             fresh = 1 - (time - spark["time"]) / SPARK
             colour = self.palette.ground.lerp(self.palette.contact, 0.3 + 0.7 * fresh)

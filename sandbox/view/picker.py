@@ -45,8 +45,8 @@ def entries(folder: Path) -> list[Entry]:
     """List the scenes of a folder, then those that come with the sandbox."""
     come_with = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
     known = {entry.file.resolve() for entry in come_with}
-    files = [file for file in sorted(folder.glob("*.toml")) if file.is_file()]  # no pipe, which would keep us waiting
-    own = [Entry(printable(file.name), file) for file in files[:MOST] if file.resolve() not in known]
+    files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
+    own = [Entry(printable(file.name), file) for file in files[:MOST]]
     return [entry for entry in own if "[[balls]]" in entry.words] + come_with
 
 
@@ -81,11 +81,11 @@ class Picker:
             self._on_key(event)
         elif event.type == pygame.MOUSEWHEEL:
             self._move(-event.y * self.columns)
-        elif event.type in (pygame.MOUSEMOTION, pygame.MOUSEBUTTONDOWN):
+        elif event.type == pygame.MOUSEMOTION or (event.type == pygame.MOUSEBUTTONDOWN and event.button == 1):
             over = next((index for index, place in self.places() if place.collidepoint(event.pos)), None)
             if over is not None:
                 self.chosen = over
-            if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            if event.type == pygame.MOUSEBUTTONDOWN:
                 self._close() if over is None else self._take()
 
     def _on_key(self, event: Event) -> None:
@@ -101,7 +101,7 @@ class Picker:
             self._move(pages[event.key] * self.columns * self.rows)
         elif event.key == pygame.K_BACKSPACE:
             self._type(self.typed[:-1])
-        elif event.unicode.isprintable():
+        elif event.unicode and event.unicode.isprintable():
             self._type(self.typed + event.unicode)
 
     def _type(self, typed: str) -> None:

@@ -49,7 +49,8 @@ class Player:
         """Do the steps that are due after some time of the screen: never a larger step, if need be fewer."""
         if self.catch_up():
             return
-        self._owed += seconds * self.speed * self.stage.moment.scene.rate
+        if seconds:  # of none, as fast as can be is none too
+            self._owed += seconds * self.speed * self.stage.moment.scene.rate
         until = perf_counter() + BUDGET
         while self._owed >= 1:
             try:
@@ -98,7 +99,7 @@ class Player:
 
     def _let_go(self) -> None:
         """Let go of a ball before one leaves the time at which it is held."""
-        if self.session.live and self.stage.moment.held is not None:
+        if self.session.held is not None:
             self.give(Release(step=self.session.step))
 
     # What keys and buttons ask for

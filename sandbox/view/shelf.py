@@ -75,7 +75,12 @@ class Shelf:
 
     def next_seed(self) -> None:
         """Start the scene again with the next seed."""
-        self.try_to_begin(self._scene.changed(seed=self._scene.seed + 1))
+        try:
+            following = self._scene.changed(seed=self._scene.seed + 1)
+        except Mistake as mistake:  # there is a largest
+            self._tell(str(mistake))
+        else:
+            self.try_to_begin(following)
 
     def next_scene(self) -> None:
         """Go on to the next bundled scene."""

@@ -11,6 +11,8 @@ from sandbox.scene import Scene
 from sandbox.session import Session
 from sandbox.spawn import spawn
 from sandbox.view.chart import Charts, History
+from sandbox.view.debug_draw import turned
+from sandbox.view.draw import disc
 from sandbox.view.layout import Layout
 from sandbox.view.pane import Pane, draw_panes
 
@@ -27,6 +29,7 @@ class Stage:
         self.panes = [Pane(self.moment, name, runner.engine) for name, runner in runners]
         self.charts = Charts(History(scene, self.moment.states))
         self._live = True
+        self._scale = 0.0  # that discs were drawn in
 
     def look(self) -> None:
         """Show where the session is."""
@@ -50,6 +53,10 @@ class Stage:
 
     def draw(self, surface: Surface, layout: Layout, showing: Collection[str]) -> None:
         """Draw panes and charts."""
+        if layout.scale != self._scale:  # of no use any more are pictures in another size
+            disc.cache_clear()
+            turned.cache_clear()
+            self._scale = layout.scale
         hand = Hand(self.moment.scene)
         hand.ball, hand.target = self.moment.held, self.moment.target
         draw_panes(surface, layout, self.panes, showing=showing, hand=hand)

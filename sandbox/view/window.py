@@ -3,13 +3,15 @@
 import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count, groupby
 from pathlib import Path
 from time import monotonic
 from typing import Final
 
 import pygame
+from pygame import Surface
 from pygame.event import Event
 
 from sandbox.edits import DeleteBall, SetElasticity, SetGravity, SetRate
@@ -19,12 +21,12 @@ from sandbox.scene import Scene, write
 from sandbox.trajectory import Lockstep
 from sandbox.view.chart import Charts
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.draw import card
+from sandbox.view.draw import card, drawable
 from sandbox.view.draw import write as write_text
 from sandbox.view.film import Film, Gif
 from sandbox.view.grasp import Grasp, Point
 from sandbox.view.help import draw_help
-from sandbox.view.layout import Layout, natural_size
+from sandbox.view.layout import LEAST, Layout, natural_size
 from sandbox.view.notice import draw_mistake
 from sandbox.view.overlay import ball_at
 from sandbox.view.palette import FAINT, FRAME
@@ -42,6 +44,7 @@ GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
 IDLE: Final = 25  # looks a second for events, while paused and none come; pygame's own wait looks 1,000 times
 NOTICE: Final = 5.0  # s that a notice stays
+LETTING_GO: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # which is done whatever lies over the panes
 CHOOSE: Final = "no ball is chosen: pause and click one, or choose with , and ."
 
 
@@ -180,7 +183,7 @@ class Window:
             self.quit()
         elif event.type == pygame.DROPFILE:
             self.shelf.open(Path(event.file))
-        elif self.shelf.picker:
+        elif self.shelf.picker and event.type not in LETTING_GO:
             self.shelf.picker.on_event(event)
         elif self.toolbar.on_event(event, self.layout.toolbar):
             pass
@@ -215,6 +218,8 @@ class Window:
 
     def do(self, control: Control) -> None:
         """Do what a control is for."""
+        if control.group == "edit":
+            self.player.settle()  # what is done, is done to the balls as they are
         whose = next(part for part in (self, self.player, self.shelf) if hasattr(part, control.action))
         act = getattr(whose, control.action)
         act(control.shows) if control.shows else act()
@@ -227,19 +232,22 @@ class Window:
     @property
     def holds(self) -> bool:
         """Whether the mouse has a ball or its velocity in hand."""
-        return self.grasp.holds or self.stage.moment.held is not None
+        return self.grasp.holds or self.stage.session.held is not None
 
     def press(self, point: Point) -> None:
         """Take the ball nearest to a point of the screen, if it is near enough; or place a new one there."""
-        try:
+        if self.layout.pane_at(point) is not None:
+            self.player.settle()
+        with self.telling():
             self.player.give(self.grasp.press(self.stage, self.layout, point, paused=self.player.paused))
-        except Mistake as mistake:
-            self.tell(str(mistake))
 
     def release(self) -> None:
         """Let go of what the mouse holds."""
         self.scrubs = False
-        self.player.give(self.grasp.let_go(self.stage))
+        if self.grasp.aim:
+            self.player.settle()
+        with self.telling():
+            self.player.give(self.grasp.let_go(self.stage))
 
     def scrub(self, point: Point) -> None:
         """Pause, and go to the time at a point of the charts, or of the bar."""
@@ -262,11 +270,9 @@ class Window:
         if pane is None and self.toolbar.over is not None:
             self.grasp.adding = not self.grasp.adding
             return
-        try:
-            at = self.layout.to_scene(pane, self.pointer) if pane is not None and self.pointer else None
+        at = self.layout.to_scene(pane, self.pointer) if pane is not None and self.pointer else None
+        with self.telling():
             self.player.give(self.grasp.add(self.stage.moment, at))
-        except Mistake as mistake:
-            self.tell(str(mistake))
 
     def delete_ball(self) -> None:
         """Delete the ball under the mouse, or else the chosen one."""
@@ -279,8 +285,9 @@ class Window:
 
     def push(self, x: int, y: int) -> None:
         """Let the chosen ball go more to the right and down."""
-        given = self.grasp.push(self.stage, x, y)
-        self.player.give(given) if given else self.tell(CHOOSE)
+        with self.telling():
+            given = self.grasp.push(self.stage, x, y)
+            self.player.give(given) if given else self.tell(CHOOSE)
 
     def ball_under(self) -> int | None:
         """Return the ball under the mouse."""
@@ -325,6 +332,7 @@ class Window:
 
     def set_gravity(self, gravity: float) -> None:
         """Set the gravity downwards."""
+        self.player.settle()
         self.player.give(SetGravity(step=self.stage.session.step, gravity=(self.now.gravity[0], gravity)))
 
     def set_rate(self, rate: float) -> None:
@@ -339,20 +347,16 @@ class Window:
         pane = self.panes[(self.layout.pane_at(self.pointer) if self.pointer else None) or 0]
         names = (self.file_name(".toml" if k == 1 else f"-{k}.toml") for k in count(1))
         name = next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
-        try:
+        with self.telling():
             write(self.now, pane.state, name)
             self.tell(f"saved {name}: the balls as {pane.name} has them")
-        except Mistake as mistake:
-            self.tell(str(mistake))
 
     def save_picture(self) -> None:
         """Save what the window shows, in the folder it was opened from."""
         name = self.file_name(".png")
-        try:
+        with self.telling():
             save_picture(self.screen, name)
             self.tell(f"saved {name}")
-        except Mistake as mistake:
-            self.tell(str(mistake))
 
     def file_name(self, ending: str) -> str:
         """Name a file after what is shown now."""
@@ -366,10 +370,8 @@ class Window:
         if self.film:
             self.stop_recording()
             return
-        try:
+        with self.telling():
             self.film = Gif(self.file_name(".gif"), self.screen.get_size())
-        except Mistake as mistake:
-            self.tell(str(mistake))
 
     def film_frame(self, film: Film) -> None:
         """Add what is shown now to a film; a window of another size ends it."""
@@ -387,11 +389,9 @@ class Window:
         """Save the film that is being recorded, if one is."""
         film, self.film = self.film, None
         if film:
-            try:
+            with self.telling():
                 film.save()
                 self.tell(f"saved {film.path}")
-            except Mistake as mistake:
-                self.tell(str(mistake))
 
     def show(self, what: str) -> None:
         """Show or hide something."""
@@ -413,6 +413,14 @@ class Window:
         """Show a notice in place of the status line for some seconds."""
         self.notice = (what, monotonic() + NOTICE)
 
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """Tell a person's mistake, in place of the status line."""
+        try:
+            yield
+        except Mistake as mistake:
+            self.tell(str(mistake))
+
     # What is shown
 
     def show_progress(self) -> None:
@@ -423,8 +431,9 @@ class Window:
 
     @property
     def layout(self) -> Layout:
-        """Where things stand, in the window as large as it is now."""
-        return self.layout_in(self.screen.get_size())
+        """Where things stand, in the window as large as it is now; one that is too small shows the upper left."""
+        width, height = map(max, self.screen.get_size(), LEAST)
+        return self.layout_in((width, height))
 
     def layout_in(self, size: tuple[int, int]) -> Layout:
         """Return where things would stand in a window of some size, px."""
@@ -434,27 +443,36 @@ class Window:
     def draw(self) -> None:
         """Draw everything."""
         layout = self.layout
-        self.screen.fill(FRAME)
-        self.stage.draw(self.screen, layout, self.showing)
-        self.grasp.draw(self.screen, layout, self.stage, self.pointer)
-        draw_bar(self.screen, layout.bar, self.stage.moment.step, self.stage.session.end)
-        self.shown = self.stage.moment.step, self.status
-        write_text(self.screen, self.status, layout.status, FAINT, layout.text_height)
-        self.toolbar.draw(self.screen, layout.toolbar)
-        self.draw_facts(layout)
-        if self.shelf.mistake:
-            draw_mistake(self.screen, layout, self.shelf.mistake)
-        if "help" in self.showing:
-            draw_help(self.screen, layout)
-        if self.shelf.picker:
-            self.shelf.picker.fit(self.screen.get_rect(), layout.text_height)
-            self.shelf.picker.draw(self.screen)
+        if self.screen.get_size() == layout.window:
+            self.draw_on(self.screen, layout)
         else:
-            self.toolbar.draw_tip(self.screen, layout.toolbar, layout.text_height)
-        pygame.display.set_caption(f"{self.scene.title or self.scene.name} - sandbox")
+            whole = Surface(layout.window)
+            self.draw_on(whole, layout)
+            self.screen.blit(whole, (0, 0))
+        pygame.display.set_caption(f"{drawable(self.scene.title or self.scene.name)} - sandbox")
+        self.shown = self.stage.moment.step, self.status
         self.stale = False
 
-    def draw_facts(self, layout: Layout) -> None:
+    def draw_on(self, surface: Surface, layout: Layout) -> None:
+        """Draw everything on a surface of the layout's size."""
+        surface.fill(FRAME)
+        self.stage.draw(surface, layout, self.showing)
+        self.grasp.draw(surface, layout, self.stage, self.pointer)
+        draw_bar(surface, layout.bar, self.stage.moment.step, self.stage.session.end)
+        write_text(surface, self.status, layout.status, FAINT, layout.text_height)
+        self.toolbar.draw(surface, layout.toolbar)
+        self.draw_facts(surface, layout)
+        if self.shelf.mistake:
+            draw_mistake(surface, layout, self.shelf.mistake)
+        if "help" in self.showing:
+            draw_help(surface, layout)
+        if self.shelf.picker:
+            self.shelf.picker.fit(surface.get_rect(), layout.text_height)
+            self.shelf.picker.draw(surface)
+        else:
+            self.toolbar.draw_tip(surface, layout.toolbar, layout.text_height)
+
+    def draw_facts(self, surface: Surface, layout: Layout) -> None:
         """Draw what is to be told of the ball under the mouse, or of one that the keyboard chose."""
         if self.holds:
             return
@@ -465,7 +483,7 @@ class Window:
             x, y = self.panes[0].state.position[ball] * layout.scale
             near = layout.arenas[0].x + round(x), layout.arenas[0].y + round(y)
         if ball is not None and near:
-            card(self.screen, facts(self.panes, ball), near, layout.text_height, self.screen.get_rect())
+            card(surface, facts(self.panes, ball), near, layout.text_height, surface.get_rect())
 
     @property
     def status(self) -> str:
