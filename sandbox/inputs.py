@@ -158,6 +158,8 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
             given = _parse(line)
             if inputs and given.step < inputs[-1].step:
                 raise Mistake(f"step must be at least {inputs[-1].step}, got {given.step}")
+            if isinstance(given, Start) and inputs:
+                raise Mistake("start must come before all other inputs")
             if isinstance(given, Grab) and given.ball >= len(scene.bodies):
                 raise Mistake(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
             if isinstance(given, Start | Edit):

@@ -272,6 +272,10 @@ BAD_INPUTS = {
     "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
     "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
     "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),
+    "a-start-after-others": (
+        '{"step": 0, "do": "start", "scene": "x", "seed": 0, "rate": 1}',
+        "start must come before all other inputs",
+    ),
     "deep": ("[" * 100_000, "is nested too deeply"),
     "deep-kind": (
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
