@@ -295,7 +295,7 @@ def replay(scene: Scene, inputs: list[Input]) -> None:
     """Run ten steps, or half a second, in every engine, each of which takes the scene or refuses it."""
     if not gentle(scene, inputs):
         return
-    steps = min(10, max(1, scene.rate // 2))
+    steps = min(10, max(1, slowest_rate(scene, inputs) // 2))
     for name in ENGINES:
         with contextlib.suppress(Refused):
             run = simulate(scene, name, steps=steps, inputs=inputs)
@@ -304,10 +304,14 @@ def replay(scene: Scene, inputs: list[Input]) -> None:
             assert np.isfinite(run.velocity[there]).all()
 
 
+def slowest_rate(scene: Scene, inputs: list[Input]) -> int:
+    return min(one.rate for one in [scene, *inputs] if isinstance(one, Scene | SetRate))
+
+
 def gentle(scene: Scene, inputs: list[Input]) -> bool:
     """Tell whether no ball can cross the arena a thousand times in a step, and there are few balls and walls."""
     edits = [one for one in inputs if isinstance(one, Edit)]
-    rate = min([scene.rate, *(one.rate for one in edits if isinstance(one, SetRate))])
+    rate = slowest_rate(scene, inputs)
     pull = max(math.hypot(*one.gravity) for one in [scene, *edits] if isinstance(one, Scene | SetGravity))
     thrown = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
     fastest = max([float(length(spawn(scene).velocity).max()), *thrown]) + 10 * pull / rate
