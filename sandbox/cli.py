@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from sandbox.ending import ending, held
-from sandbox.mistakes import Mistake
+from sandbox.mistakes import Mistake, shown
 from sandbox.output import STANDARD_OUTPUT, whole_file
 from sandbox.output import check as check_outputs
 from sandbox.plaintext import console, printable
@@ -406,10 +406,10 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
     recorded = load_inputs(inputs, chosen) if inputs else []
     for given in recorded:
         if isinstance(given, Start):
-            chosen = chosen.changed(seed=given.seed, rate=given.rate)
+            chosen = given.change_scene(chosen)
             if given.scene != chosen.name:
                 print(
-                    f"warning: {printable(str(inputs))} was recorded on {given.scene}, not on {chosen.name}",
+                    f"{printable(str(inputs))}: warning: recorded on {shown(given.scene)}, not on {chosen.name}",
                     file=sys.stderr,
                 )
     chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})

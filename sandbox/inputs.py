@@ -25,12 +25,13 @@ from pydantic import ValidationError
 
 from sandbox.clock import Clock
 from sandbox.edits import EDITS, DeleteBall, Edit, SetRate
-from sandbox.mistakes import Mistake, mistake_of, read_text, shown
+from sandbox.mistakes import MOST_TOLD, Mistake, first_mistakes, mistake_of, read_text, shown
 from sandbox.output import whole_file
 from sandbox.plaintext import printable
 from sandbox.scene import Count, Index, Line, Model, Scene, Vector
 
 PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
+MOST_EDITS: Final = 1_000  # in a file: each takes time as the balls there are
 MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
 BRAKE: Final = MOST_PULL / PULL**2  # px from the target; a ball that comes from further must be able to brake
 
@@ -43,6 +44,10 @@ class Start(Model):
     scene: Line
     seed: Index
     rate: Count
+
+    def change_scene(self, scene: Scene) -> Scene:
+        """Return the scene as it was run. Raises Mistake where there can be no such scene."""
+        return scene.changed(seed=self.seed, rate=self.rate)
 
 
 class Grab(Model):
@@ -146,6 +151,7 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
     """Read a file of inputs to be replayed on a scene. Raises Mistake with every mistake in it."""
     inputs: list[Input] = []
     found: list[str] = []
+    edits, name = 0, printable(str(path))
     for number, line in enumerate(read_text(path).split("\n"), 1):
         if not line.strip():
             continue
@@ -153,24 +159,37 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
             given = _parse(line)
             if inputs and given.step < inputs[-1].step:
                 raise Mistake(f"step must be at least {inputs[-1].step}, got {given.step}")
+            if isinstance(given, Start) and inputs:
+                raise Mistake("start must come before all other inputs")
             if isinstance(given, Grab) and given.ball >= len(scene.bodies):
                 raise Mistake(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
-            if isinstance(given, Edit):
+            if isinstance(given, Start | Edit):
+                edits += 1
+                if edits > MOST_EDITS:
+                    found.append(f"{name}:{number}: is edit {edits:,}; at most {MOST_EDITS:,} are allowed")
+                    break
                 scene = given.change_scene(scene)
             inputs.append(given)
         except Mistake as mistake:
-            found += [f"{printable(str(path))}:{number}: {what}" for what in str(mistake).splitlines()]
+            found += [f"{name}:{number}: {what}" for what in str(mistake).split("\n")]
+            if len(found) > MOST_TOLD:
+                break
     if found:
-        raise Mistake("\n".join(found))
+        raise first_mistakes(found, name)
     return inputs
 
 
 def _parse(line: str) -> Input:
     try:
         document = json.loads(line)
-    except (ValueError, RecursionError) as error:
+    except json.JSONDecodeError as error:
         raise Mistake(f"is not JSON: {error}") from None
-    kind = _KINDS.get(str(document.get("do"))) if isinstance(document, dict) else None
+    except RecursionError:
+        raise Mistake("is nested too deeply") from None
+    except ValueError:  # of int(), which reads no more than 4,300 digits
+        raise Mistake("has a number of too many digits") from None
+    do = document.get("do") if isinstance(document, dict) else None
+    kind = _KINDS.get(do) if isinstance(do, str) else None
     if kind is None:
         raise Mistake(f'must be an object with "do" as one of {", ".join(_KINDS)}, got {shown(document)}')
     try:

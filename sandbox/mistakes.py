@@ -1,11 +1,14 @@
 """A user's mistakes: one message each, with what is wrong, where, and what would be right."""
 
 import difflib
+import functools
+import itertools
 import json
+import os
 import pathlib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 from sandbox.plaintext import printable
@@ -18,6 +21,10 @@ Path = tuple[str | int, ...]  # of keys into a document: ("balls", 2, "radius")
 Finding = tuple[Path, str]  # a path and what is wrong there, which reads on from it: "must be ..."
 
 MAX_BYTES: Final = 2_000_000  # of a file that a person writes: room for 20,000 balls one by one
+MAX_DEPTH: Final = 20  # of brackets, and of the parts of a dotted key: a scene needs five
+MOST_TOLD: Final = 100  # mistakes of one file
+MOST_SHOWN: Final = 40  # characters of what a file says
+MOST_BITS: Final = 14_000  # of a whole number shown in decimals: Python writes no more than 4,300 digits
 
 
 class Mistake(Exception):
@@ -27,21 +34,53 @@ class Mistake(Exception):
         super().__init__("\n".join(map(printable, text.split("\n"))))
 
 
-def findings(*found: Finding) -> "PydanticCustomError":
-    """Make the error a validator raises where it found several (path from here, message) at once."""
+def findings(*found: tuple[Path, str | Callable[[], str]]) -> "PydanticCustomError":
+    """Make the error a validator raises where it found several (path from here, message) at once.
+
+    What takes long to say is a function that does, which is called only if it is among the first that are told.
+    """
     from pydantic_core import PydanticCustomError
 
     return PydanticCustomError("findings", "{found}", {"found": list(found)})
 
 
+def first_mistakes(found: Iterable[str], file: object) -> Mistake:
+    """Make one mistake of all that were found in a file, a line each; of the first, where they are very many."""
+    told = list(itertools.islice(found, MOST_TOLD + 1))
+    if len(told) > MOST_TOLD:
+        told[MOST_TOLD:] = [f"{file}: has more mistakes than these {MOST_TOLD}"]
+    return Mistake("\n".join(told))
+
+
 def shown(value: object) -> str:
     """Show a value in a message the way TOML writes it: short, on one line, printable.
 
-    >>> shown([1.5, True]), shown(float("nan"))
-    ('[1.5, true]', 'nan')
+    >>> shown([1.5, True]), shown(float("nan")), shown({"a": 16**5000})
+    ('[1.5, true]', 'nan', '{"a": 0x1000000000000000000000000000...')
     """
-    text = json.dumps(value, default=str).replace("NaN", "nan").replace("Infinity", "inf")
-    return text if len(text) <= 40 else text[:37] + "..."
+    text = ""
+    for piece in _pieces(value):
+        text += piece
+        if len(text) > MOST_SHOWN:
+            return text[: MOST_SHOWN - 3] + "..."
+    return text
+
+
+def _pieces(value: object) -> Iterator[str]:
+    """Write a value piece by piece, so that no more of it need be written than is shown."""
+    if isinstance(value, dict | list | tuple):
+        begin, end = "{}" if isinstance(value, dict) else "[]"
+        yield begin
+        for index, inner in enumerate(value):
+            yield ", " if index else ""
+            if isinstance(value, dict):
+                yield f"{shown(inner)}: "
+            yield from _pieces(value[inner] if isinstance(value, dict) else inner)
+        yield end
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield hex(value) if isinstance(value, int) and value.bit_length() > MOST_BITS else str(value)
+    else:
+        yield json.dumps(value, default=str)
 
 
 def dotted(path: Path) -> str:
@@ -54,7 +93,7 @@ def dotted(path: Path) -> str:
 
 
 def _bare_or_quoted(key: str) -> str:
-    return key if re.fullmatch(r"[\w-]{1,40}", key, re.ASCII) else shown(key)
+    return key if re.fullmatch(rf"[\w-]{{1,{MOST_SHOWN}}}", key, re.ASCII) else shown(key)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -91,7 +130,11 @@ _SAYS: Final[Mapping[str, str]] = {
 
 def explain(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
     """Put each error pydantic found in a `model` in the words of a person who writes the file."""
-    yield from dict.fromkeys(_findings(error, model))
+    told = set()
+    for finding in _findings(error, model):
+        if finding not in told:
+            told.add(finding)
+            yield finding
 
 
 def mistake_of(error: "ValidationError", model: "type[BaseModel]") -> Mistake:
@@ -104,7 +147,7 @@ def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Fi
         path = detail["loc"]
         if detail["type"] == "findings":
             for inner, message in detail["ctx"]["found"]:
-                yield (*path, *inner), message
+                yield (*path, *inner), message if isinstance(message, str) else message()
         elif detail["type"] == "extra_forbidden":
             yield path, _unknown(str(path[-1]), _keys_at(model, path[:-1]))
         elif detail["type"] == "missing" and isinstance(path[-1], int):
@@ -135,10 +178,15 @@ def _message(detail: "ErrorDetails") -> str:
     return template.format(got=shown(detail["input"]), **detail.get("ctx", {}))
 
 
+@functools.cache
+def _schema(model: "type[BaseModel]") -> dict[str, Any]:
+    return model.model_json_schema()
+
+
 def _keys_at(model: "type[BaseModel]", path: Path) -> dict[str, Any]:
     """Return the keys of the table that `path` names, and the JSON Schema of each."""
-    schema = model.model_json_schema()
-    node: dict[str, Any] = schema
+    schema = _schema(model)
+    node = schema
     for key in path:
         node = node["items"] if isinstance(key, int) else node["properties"][key]
         node = next((kind for kind in node.get("anyOf", []) if kind.get("type") != "null"), node)
@@ -148,11 +196,18 @@ def _keys_at(model: "type[BaseModel]", path: Path) -> dict[str, Any]:
     return properties
 
 
+def _without_waiting(path: str, flags: int) -> int:
+    """Open a file to read; of a pipe that nobody writes to, there is nothing to read."""
+    descriptor = os.open(path, flags | os.O_NONBLOCK)
+    os.set_blocking(descriptor, True)
+    return descriptor
+
+
 def read_text(file: pathlib.Path) -> str:
     """Read a file that a person names, with one message for all that can be wrong with it."""
     name = printable(str(file))
     try:
-        with file.open("rb") as opened:
+        with open(file, "rb", opener=_without_waiting) as opened:
             raw = opened.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
             raise Mistake(f"{name}: is larger than {MAX_BYTES:,} bytes")
@@ -164,11 +219,36 @@ def read_text(file: pathlib.Path) -> str:
         raise Mistake(f"{name}: cannot be read: {error.strerror}") from None
 
 
-# What ends or nests a TOML statement: strings and comments are passed over whole.
+_STRING: Final = r"""(?:"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""  # on one line
+
+# What ends or nests a TOML statement: strings, comments and blank lines are passed over whole.
 _TOKEN: Final = re.compile(
-    r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|\#[^\n]*|[\[\]{}\n]',
+    r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)|'
+    r"'{3}.*?(?:'{3,5}|\Z)|"
+    rf"{_STRING}|\#[^\n]*|[\[\]{{}}]|\n\s*|"
+    rf"(?P<deep>(?:\.[ \t]*(?:[\w-]+|{_STRING})[ \t]*){{{MAX_DEPTH}}})",
     re.DOTALL,
 )
+
+
+_PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # an assignment of no table to a bare key
+
+
+def too_deep(text: str) -> int | None:
+    """Return the line on which a TOML document nests too deeply to be read, None where it does not.
+
+    Each part of a dotted key takes a parser time and memory as the length of the whole key.
+    """
+    depth, line = 0, 1
+    for token in _TOKEN.finditer(text):
+        if token[0] in "[{":
+            depth += 1
+        elif token[0] in "]}":
+            depth -= 1
+        if depth > MAX_DEPTH or token["deep"]:
+            return line
+        line += token[0].count("\n")
+    return None
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
@@ -181,7 +261,7 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
         elif token[0] in "]}":
             depth -= 1
         line += token[0].count("\n")
-        if token[0] == "\n" and depth == 0:
+        if token[0][0] == "\n" and depth == 0:
             yield first_line, text[start : token.start()]
             start, first_line = token.end(), line
 
@@ -196,10 +276,11 @@ def lines_of_keys(text: str) -> dict[Path, int]:
     lengths: dict[Path, int] = {}  # of the arrays of tables so far
     table: Path = ()
     for line, statement in _statements(text):
-        parsed = tomllib.loads(statement)
+        plain = _PLAIN.match(statement)
+        parsed = {plain[1]: None} if plain else tomllib.loads(statement)
         header = statement.lstrip().startswith("[")
         path = () if header else table
-        while isinstance(parsed, dict) and parsed:
+        while isinstance(parsed, dict) and parsed and len(path) <= 2 * MAX_DEPTH:
             key, parsed = next(iter(parsed.items()))
             path = (*path, key)
             if header and isinstance(parsed, list):

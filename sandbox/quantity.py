@@ -49,7 +49,7 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
     """
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
-    overlap, first, second = _sweep(position[order], radius[order], axis, 2 * float(radius.max()))
+    overlap, first, second = _sweep(position[order], radius[order], axis)
     if overlap == 0:
         return 0.0, -1, -1
     first, second = sorted((int(order[first]), int(order[second])))
@@ -57,16 +57,27 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
 
 
 @njit(cache=True)
-def _sweep(position, radius, axis, reach):  # type: ignore[no-untyped-def]
+def _sweep(position, radius, axis):  # type: ignore[no-untyped-def]
+    """Hold each ball beside those that are no larger, as long as they are near enough to overlap it more than any yet.
+
+    So neither a ball that is larger than all others nor a heap of thousands makes it look at every pair.
+    """
     deepest, first, second = 0.0, -1, -1
+    smallest = radius.min()
     for i in range(len(position)):
-        for j in range(i + 1, len(position)):
-            if position[j, axis] - position[i, axis] >= reach:
+        for way in (1, -1):
+            if way < 0 and radius[i] == smallest:
                 break
-            distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
-            overlap = radius[i] + radius[j] - distance
-            if overlap > deepest:
-                deepest, first, second = overlap, i, j
+            j = i + way
+            while 0 <= j < len(position):
+                if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i] - deepest:
+                    break
+                if radius[j] < radius[i] or (radius[j] == radius[i] and way > 0):
+                    distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
+                    overlap = radius[i] + radius[j] - distance
+                    if overlap > deepest:
+                        deepest, first, second = overlap, i, j
+                j += way
     return deepest, first, second
 
 

@@ -34,17 +34,20 @@ from pydantic import (
 
 from sandbox.mistakes import (
     MAX_BYTES,
+    MOST_TOLD,
     Finding,
     Mistake,
     dotted,
     explain,
     findings,
+    first_mistakes,
     line_of,
     lines_of_keys,
     mistake_of,
     nearest,
     read_text,
     shown,
+    too_deep,
 )
 from sandbox.mistakes import Path as KeyPath
 from sandbox.output import whole_file
@@ -52,6 +55,7 @@ from sandbox.plaintext import printable, unprintable
 from sandbox.state import Bodies, State
 
 MAX_BALLS: Final = 200_000
+MAX_WALLS: Final = 1_000  # each of which is held beside each ball
 MAX_STEPS: Final = 10_000_000
 ROUNDING: Final = 1e-9  # of an arena's size: what sums of decimal fractions may be off by
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
@@ -66,9 +70,13 @@ def rgb(colour: str) -> tuple[int, int, int]:
 def _colour(name: str) -> str:
     if name.lower() in ImageColor.colormap or re.fullmatch("#([0-9a-fA-F]{3}){1,2}", name):
         return name
+    raise findings(((), lambda: _no_colour(name)))
+
+
+def _no_colour(name: str) -> str:
     close = difflib.get_close_matches(name.lower(), ImageColor.colormap, n=1)
     right = f"did you mean {close[0]}?" if close else "write a CSS name or #rrggbb"
-    raise findings(((), f"is no colour: {shown(name)}; {right}"))
+    return f"is no colour: {shown(name)}; {right}"
 
 
 def _not_minute(size: float) -> float:
@@ -178,7 +186,7 @@ class BallGroup(Model):
     """CSS colour names or #rrggbb, taken in turn."""
     position: Vector | None = None
     """Centre, px; of a grid, the centre of its first ball."""
-    positions: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_BALLS)] | None = None
     """Centres, one a ball, px."""
     x: Range | None = None
     """Centres drawn at random, px. Goes with y."""
@@ -409,12 +417,11 @@ class Scene(Model):
     """px/s², y down."""
     arena: Arena
     balls: tuple[Annotated[BallGroup, AfterValidator(_in_arena)], ...]
-    walls: tuple[Wall, ...] = ()
+    walls: Annotated[tuple[Wall, ...], Field(max_length=MAX_WALLS)] = ()
     pymunk: PymunkSettings = PymunkSettings()
     expect: tuple[Expect, ...] = ()
 
     _file: str = PrivateAttr("scene")
-    _lines: Mapping[KeyPath, int] = PrivateAttr(default_factory=dict)
     _source: str = PrivateAttr("")
     _spawned: tuple[object, State] | None = PrivateAttr(None)  # what `spawn` drew, and from what: it can take seconds
 
@@ -466,7 +473,7 @@ class Scene(Model):
             scene = Scene.model_validate({key: getattr(self, key) for key in Scene.model_fields} | changes)
         except ValidationError as error:
             raise mistake_of(error, Scene) from None
-        scene._file, scene._lines, scene._source = self._file, self._lines, self._source
+        scene._file, scene._source = self._file, self._source
         scene._spawned = self._spawned
         return scene
 
@@ -513,9 +520,14 @@ class Scene(Model):
         """Name a wall for people: walls 0 to 3 are the arena's, the scene's own follow."""
         return f"{ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"
 
+    @cached_property
+    def lines(self) -> Mapping[KeyPath, int]:
+        """On which line of its file each key is."""
+        return lines_of_keys(self._source)
+
     def at(self, path: KeyPath, message: str) -> str:
         """Say something of a key of this scene: `file:line: key message`."""
-        line, name = line_of(path, self._lines), printable(self._file)
+        line, name = line_of(path, self.lines) if path else None, printable(self._file)
         place = f"{name}:{line}" if line else name
         return f"{place}: {dotted(path)} {message}".replace(":  ", ": ")
 
@@ -553,11 +565,11 @@ def load(scene: str | Path) -> Scene:
 
 def parse(text: str, file: str) -> Scene:
     """Make a scene of TOML text; `file` is what messages call it. Raises Mistake as `load` does."""
-    text, name = text.replace("\r\n", "\n"), printable(file)
+    text, name = re.sub(r"(?<!\r)\r+\n", "\n", text), printable(file)  # \r\r\n too, which tomllib reads
+    if (deep := too_deep(text)) is not None:
+        raise Mistake(f"{name}:{deep}: is nested too deeply")
     try:
         document = tomllib.loads(text)
-    except RecursionError:
-        raise Mistake(f"{name}: is nested too deeply") from None
     except tomllib.TOMLDecodeError as error:
         said, _, place = str(error).partition(" (at line ")
         line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
@@ -569,12 +581,12 @@ def parse(text: str, file: str) -> Scene:
     except ValidationError as error:
         lines = lines_of_keys(text)
         found = sorted(
-            (line_of(path, lines) or 0, f"{dotted(path)} {message}") for path, message in explain(error, Scene)
+            (line_of(path, lines) or 0, f"{dotted(path)} {message}")
+            for path, message in itertools.islice(explain(error, Scene), MOST_TOLD + 1)
         )
-        raise Mistake(
-            "\n".join(f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
-        ) from None
-    scene._file, scene._lines, scene._source = file, lines_of_keys(text), text
+        told = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
+        raise first_mistakes(told, name) from None
+    scene._file, scene._source = file, text
     return scene
 
 

@@ -1,21 +1,20 @@
 """A scene and its seed -> the initial state."""
 
-import copy
-import itertools
 import math
 import random
-from collections import defaultdict
 from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
 
+from sandbox.crowd import Crowd, empty_crowd, forget, have_room, place_all, place_some, placed
 from sandbox.mistakes import Mistake
 from sandbox.quantity import deepest_overlap, length, segment_distance
 from sandbox.scene import ROUNDING, BallGroup, Range, Scene, Vector
 from sandbox.state import Floats, State
 
 TRIES: Final = 100  # random places tried for a ball before its group is put on a lattice instead
+MOST_SITES: Final = 400_000  # of a lattice, about: twice as many as there can be balls
 
 
 def spawn(scene: Scene) -> State:
@@ -34,7 +33,8 @@ def spawn(scene: Scene) -> State:
 
 def _spawn(scene: Scene) -> State:
     rng = random.Random(scene.seed)
-    crowd = _Crowd(scene)
+    crowd = empty_crowd(scene)
+    last = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)  # that needs the crowd
     position: list[Vector] = []
     velocity: list[Vector] = []
     for index, group in enumerate(scene.balls):
@@ -42,8 +42,9 @@ def _spawn(scene: Scene) -> State:
         throw = _throws(group, rng)
         for _ in range(group.size):
             position.append(next(place))
-            crowd.add(position[-1], group.radius)
             velocity.append(next(throw))
+        if index < last and not group.inside:
+            place_all(crowd, np.array(position[-group.size :], float), group.radius)
     return State(0.0, np.array(position, float), np.array(velocity, float))
 
 
@@ -75,7 +76,7 @@ def _draw(drawn: Range, rng: random.Random) -> float:
     return float(rng.randrange(start, to + step, step))
 
 
-def _places(scene: Scene, index: int, rng: random.Random, crowd: "_Crowd") -> Iterator[Vector]:
+def _places(scene: Scene, index: int, rng: random.Random, crowd: Crowd) -> Iterator[Vector]:
     group = scene.balls[index]
     if group.grid and group.spacing:
         x, y = group.first_of_grid(scene.arena)
@@ -108,35 +109,8 @@ def _throws(group: BallGroup, rng: random.Random) -> Iterator[Vector]:
             yield group.velocity or (0.0, 0.0)
 
 
-class _Crowd:
-    """The balls placed so far, each in all the square cells that its bounding box meets."""
-
-    def __init__(self, scene: Scene) -> None:
-        radii = [group.radius for group in scene.balls]
-        self.walls = scene.walls
-        self.width = max(2 * min(radii), max(radii) / 25)  # the largest ball is in some 2,500 cells
-        self.cells: dict[tuple[int, int], list[tuple[float, float, float]]] = defaultdict(list)
-
-    def _cells(self, place: Vector, radius: float) -> Iterator[tuple[int, int]]:
-        columns, rows = (range(int((c - radius) // self.width), int((c + radius) // self.width) + 1) for c in place)
-        return itertools.product(columns, rows)
-
-    def add(self, place: Vector, radius: float) -> None:
-        for cell in self._cells(place, radius):
-            self.cells[cell].append((*place, radius))
-
-    def has_room(self, place: Vector, radius: float) -> bool:
-        for cell in self._cells(place, radius):
-            for x, y, other in self.cells.get(cell, ()):
-                if math.dist(place, (x, y)) < radius + other:
-                    return False
-        return all(
-            segment_distance(np.array(place), wall.start, wall.to) >= radius + wall.thickness / 2 for wall in self.walls
-        )
-
-
-def _inside(scene: Scene, index: int, rng: random.Random, crowd: _Crowd) -> list[Vector]:
-    """Find random places in a rectangle: wherever there is room, and in a tight crowd on a shuffled lattice.
+def _inside(scene: Scene, index: int, rng: random.Random, crowd: Crowd) -> list[Vector]:
+    """Place balls at random in a rectangle: wherever there is room, and in a tight crowd on a shuffled lattice.
 
     Placing one by one jams at about half of the area (0.547, Feder 1980); a hexagonal lattice goes to 0.907.
     """
@@ -144,38 +118,54 @@ def _inside(scene: Scene, index: int, rng: random.Random, crowd: _Crowd) -> list
     assert group.inside is not None
     corners = np.sort(np.array(group.inside), axis=0)
     low, high = corners[0] + group.radius, corners[1] - group.radius
-    places = _one_by_one(group, low, high, rng, copy.deepcopy(crowd))
-    if len(places) == group.size:
-        return places
-    extent = high - low
-    pitch = math.sqrt(float(extent[0] * extent[1]) / group.size / math.sqrt(0.75)) + 2 * group.radius
-    closest = 2 * group.radius * (1 + 1e-12)
+    places = _one_by_one(group, low, high, rng, crowd)
+    if len(places) < group.size:
+        forget(crowd, placed(crowd) - len(places))
+        free = _free_sites(scene, index, low, high, crowd)
+        places = free[rng.sample(range(len(free)), group.size)]
+        place_all(crowd, places, group.radius)
+    found: list[Vector] = places.tolist()
+    return found
+
+
+def _one_by_one(group: BallGroup, low: Floats, high: Floats, rng: random.Random, crowd: Crowd) -> Floats:
+    """Place balls where there is room until all are placed, or one finds none in `TRIES` tries: (n, 2) px."""
+    before, missed = placed(crowd), 0
+    while (wanted := group.size - (placed(crowd) - before)) and missed < TRIES:
+        drawn, state = max(wanted, TRIES), rng.getstate()
+        looked, missed = place_some(crowd, _anywhere(low, high, drawn, rng), group.radius, wanted, missed, TRIES)
+        if looked < drawn:  # the generator goes on after the last that was looked at
+            rng.setstate(state)
+            _anywhere(low, high, looked, rng)
+    return crowd.ball[before : placed(crowd), :2].copy()
+
+
+def _anywhere(low: Floats, high: Floats, count: int, rng: random.Random) -> Floats:
+    (x0, x1), (y0, y1) = zip(low.tolist(), high.tolist(), strict=True)
+    return np.array([(rng.uniform(x0, x1), rng.uniform(y0, y1)) for _ in range(count)])
+
+
+def _free_sites(scene: Scene, index: int, low: Floats, high: Floats, crowd: Crowd) -> Floats:
+    """Find the free sites of the widest lattice that has enough of them: (n, 2) px."""
+    group = scene.balls[index]
+    width, height = (high - low).tolist()
+    pitch = math.sqrt(width * height / group.size / math.sqrt(0.75)) + 2 * group.radius
+    finest = max(math.sqrt(width * height / MOST_SITES / math.sqrt(0.75)), (width + height) / MOST_SITES)
+    closest = max(2 * group.radius * (1 + 1e-12), finest)
     while True:
         pitch = max(0.98 * pitch, closest)
-        sites = [site for site in _lattice(low, high, pitch) if crowd.has_room(site, group.radius)]
-        if len(sites) >= group.size:
-            return rng.sample(sites, group.size)
+        sites = _lattice(low, high, pitch)
+        free: Floats = sites[have_room(crowd, sites, group.radius)]
+        if len(free) >= group.size:
+            return free
         if pitch == closest:
             raise Mistake(scene.at(("balls", index, "count"), f"is more than fit: {group.size} balls"))
 
 
-def _one_by_one(group: BallGroup, low: Floats, high: Floats, rng: random.Random, crowd: _Crowd) -> list[Vector]:
-    """Place balls where there is room until all are placed, or one finds none in `TRIES` tries."""
-    places: list[Vector] = []
-    tries = 0
-    while len(places) < group.size and tries < TRIES:
-        place = rng.uniform(low[0], high[0]), rng.uniform(low[1], high[1])
-        tries += 1
-        if crowd.has_room(place, group.radius):
-            crowd.add(place, group.radius)
-            places.append(place)
-            tries = 0
-    return places
-
-
-def _lattice(low: Floats, high: Floats, pitch: float) -> Iterator[Vector]:
-    """Yield the sites of a hexagonal lattice in a rectangle, rows along x."""
-    for row in range(int((high[1] - low[1]) / (pitch * math.sqrt(0.75)) + ROUNDING) + 1):
-        x, y = float(low[0]) + row % 2 * pitch / 2, float(low[1]) + row * pitch * math.sqrt(0.75)
-        for column in range(math.floor((high[0] - x) / pitch + ROUNDING) + 1):
-            yield x + column * pitch, y
+def _lattice(low: Floats, high: Floats, pitch: float) -> Floats:
+    """Return the sites of a hexagonal lattice in a rectangle, rows along x: (n, 2) px."""
+    row = np.arange(int((high[1] - low[1]) / (pitch * math.sqrt(0.75)) + ROUNDING) + 1)
+    x, y = low[0] + row % 2 * pitch / 2, low[1] + row * pitch * math.sqrt(0.75)
+    columns = np.floor((high[0] - x) / pitch + ROUNDING).astype(int) + 1
+    column = np.arange(columns.sum()) - np.repeat(np.cumsum(columns) - columns, columns)
+    return np.column_stack([np.repeat(x, columns) + column * pitch, np.repeat(y, columns)])

@@ -116,3 +116,12 @@ def test_recorded_inputs_bring_their_seed_and_rate() -> None:
     last = sandbox(*arguments).stdout.splitlines()[-2].split(",")
     run = simulate(load("article").changed(seed=5, rate=120), "article", steps=120, inputs=inputs)
     assert [float(number) for number in last[2:4]] == run.position[-1, 1].tolist()
+
+
+def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs() -> None:
+    write_inputs([Start(scene="newtons-cradle", seed=0, rate=1)], Path("inputs.jsonl"))
+    run = sandbox("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
+    assert run.returncode == 2
+    assert said(run.stderr).splitlines()[0] == (
+        "inputs.jsonl:1: expect[0].at is not on a step, of which there are 1 a second, got 1.5"
+    )

@@ -229,6 +229,15 @@ def test_recorded_edits_are_held_to_the_balls_there_are_by_then(scene: Scene, tm
     ]
 
 
+def test_more_edits_than_a_thousand_are_a_mistake(scene: Scene, tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    write_inputs([SetGravity(step=0, gravity=(0, 1))] * 1000, path)
+    assert len(load_inputs(path, scene)) == 1000
+    write_inputs([SetGravity(step=0, gravity=(0, 1))] * 2000, path)
+    with pytest.raises(Mistake, match=r"inputs\.jsonl:1001: is edit 1,001; at most 1,000 are allowed$"):
+        load_inputs(path, scene)
+
+
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
 def test_a_comparison_replays_edits_and_is_of_what_follows_the_last(scene: Scene, edit: Edit) -> None:
     first = SetVelocity(step=3, ball=0, velocity=(150, 0))

@@ -15,6 +15,7 @@ LAYERS = (  # each may import from those before it, and from its own
     ("quantity", "edits"),
     ("inputs",),
     ("gas",),
+    ("crowd",),
     ("spawn",),
     ("engines",),
     ("trajectory", "truth", "ledger"),

@@ -7,12 +7,13 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import NO_KEY, need, scene_of
+from conftest import NO_KEY, need, said, scene_of
 
 from sandbox import cli
 from sandbox.mistakes import Mistake, line_of, lines_of_keys
@@ -440,6 +441,62 @@ def test_a_message_is_printable_and_on_one_line(key: str) -> None:
     assert message.isprintable()
 
 
+def test_a_long_key_is_cut_off_in_the_message() -> None:
+    (message,) = mistakes(balls(f"{BALL}\n{'radius' * 100_000} = 1"))
+    assert message.startswith(f'6: balls[0]."{"radius" * 6}... is not a key of ')
+
+
+@pytest.mark.parametrize(
+    ("value", "got"),
+    [
+        pytest.param("0x" + "f" * 5000, "0x" + "f" * 35 + "...", id="number-that-python-writes-no-decimals-of"),
+        pytest.param("9" * 4000, "9" * 37 + "...", id="4000-digits"),
+        pytest.param('"NaN Infinity"', '"NaN Infinity"', id="text-like-a-number"),
+        pytest.param("[nan, -inf, 0.5, true]", "[nan, -inf, 0.5, true]", id="list"),
+        pytest.param('{ a = { b = [] }, "c d" = "e" }', '{"a": {"b": []}, "c d": "e"}', id="table"),
+        pytest.param("1979-05-27", '"1979-05-27"', id="date"),
+    ],
+)
+def test_what_the_file_says_is_shown_short(value: str, got: str) -> None:
+    assert mistakes(balls(f"{BALL}\nmass = {value}")) == [f"6: balls[0].mass must be a number, got {got}"]
+
+
+DEEP = {
+    "brackets": "a = " + "[" * 1000,
+    "braces": "a = " + "{ a = " * 1000,
+    "dotted-key": "a" + ".a" * 1000 + " = 1",
+    "spaced-key": "a" + " . a" * 1000 + " = 1",
+    "quoted-key": "a" + '."=,#\\""' * 1000 + " = 1",
+    "header": "[a" + ".a" * 1000 + "]",
+}
+
+
+@pytest.mark.parametrize("line", DEEP.values(), ids=DEEP)
+def test_what_nests_too_deeply_is_told_with_its_line(line: str) -> None:
+    assert mistakes(f"# a\n{line}\n") == ["2: is nested too deeply"]
+
+
+def test_text_full_of_dots_and_brackets_nests_nothing() -> None:
+    dots = ".a" * 40 + "[{" * 40
+    scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
+    assert (scene.about, scene.title) == (dots, dots[60:])
+
+
+def test_of_very_many_mistakes_the_first_hundred_are_told() -> None:
+    found = mistakes(balls(BALL, *["radius = 0"] * 200))
+    assert found[:2] == [
+        "7: balls[1].radius must be greater than 0, got 0",
+        "9: balls[2].radius must be greater than 0, got 0",
+    ]
+    assert len(found) == 101
+    assert found[100] == " has more mistakes than these 100"
+
+
+def test_lines_that_end_in_two_carriage_returns_have_their_numbers() -> None:
+    text = balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\r\n")
+    assert mistakes(text) == ["4: balls[0].radius must be greater than 0, got -5"]
+
+
 def test_lines_of_a_file_from_windows() -> None:
     assert mistakes(balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\n")) == [
         "4: balls[0].radius must be greater than 0, got -5"
@@ -578,7 +635,11 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\n"),
         ":8: walls[0].to is the same point as from; a wall needs a length",
     ),
-    "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ": is nested too deeply"),
+    "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
+    "walls": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
+        ":6: walls must have at most 1000 entries, got 1001",
+    ),
     "nul": (balls(BALL, more='title = "\0"\n'), ":6: is not valid TOML: Illegal character '\\x00'"),
 }
 
@@ -590,7 +651,7 @@ def test_a_broken_scene_is_one_clear_message(
     file = tmp_path / "broken.toml"
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     code, out, err = command("check", file)
-    assert (code, out, err) == (2, "", f"{file}{message.replace('{file}', str(file))}\n")
+    assert (code, out, said(err)) == (2, "", f"{file}{message.replace('{file}', str(file))}\n")
 
 
 def test_twenty_broken_scenes_are_told() -> None:
@@ -600,6 +661,38 @@ def test_twenty_broken_scenes_are_told() -> None:
 
 def test_a_directory_is_no_scene(command: Command, tmp_path: Path) -> None:
     assert command("check", tmp_path) == (2, "", f"{tmp_path}: cannot be read: Is a directory\n")
+
+
+def test_a_pipe_that_nobody_writes_to_is_empty_and_keeps_nobody_waiting(command: Command, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    assert command("check", pipe) == (2, "", f"{pipe}: arena is missing\n{pipe}: balls is missing\n")
+
+
+def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    writer = os.open(pipe, os.O_RDWR)  # which waits for no reader
+    os.write(writer, balls(BALL).encode()[:20])
+
+    def write_the_rest() -> None:
+        os.write(writer, balls(BALL).encode()[20:])
+        os.close(writer)
+
+    later = threading.Timer(0.5, write_the_rest)
+    later.start()
+    assert command("check", pipe) == (0, f"{pipe}: 1 ball, no mistakes\n", "")
+    later.join()
+
+
+def test_a_file_without_an_end_is_too_large(command: Command) -> None:
+    assert command("check", "/dev/zero") == (2, "", "/dev/zero: is larger than 2,000,000 bytes\n")
+
+
+def test_a_link_to_itself(command: Command, tmp_path: Path) -> None:
+    link = tmp_path / "loop.toml"
+    link.symlink_to(link)
+    assert command("check", link) == (2, "", f"{link}: cannot be read: Too many levels of symbolic links\n")
 
 
 def test_a_missing_file(command: Command, tmp_path: Path) -> None:
@@ -625,10 +718,10 @@ def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.Mon
     file.chmod(0)
     if os.geteuid() == 0:  # whom nothing is forbidden
 
-        def forbid(self: Path, *_: object, **__: object) -> None:
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+        def forbid(path: str, _: int) -> None:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
-        monkeypatch.setattr(Path, "open", forbid)
+        monkeypatch.setattr("sandbox.mistakes._without_waiting", forbid)
     assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from sandbox import spawn as spawn_module
 from sandbox.mistakes import Mistake
+from sandbox.quantity import deepest_overlap
 from sandbox.scene import Scene, load, parse
 from sandbox.spawn import spawn, warnings
 from sandbox.state import Floats
@@ -228,6 +229,33 @@ def test_more_than_fit_for_the_balls_before_them_is_a_mistake_of_the_second_grou
     )
     with pytest.raises(Mistake, match=r"^mine\.toml:8: balls\[1\]\.count is more than fit: 20 balls$"):
         spawn(scene)
+
+
+def test_where_no_ball_has_room_it_is_told_however_small_the_balls() -> None:
+    scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
+    with pytest.raises(Mistake, match=r"balls\[1\]\.count is more than fit: 1 balls$"):
+        spawn(scene)
+
+
+def test_in_a_row_that_is_taken_it_is_told_however_long_the_row() -> None:
+    scene = parse(
+        "[arena]\nsize = [1e9, 10]\n[[balls]]\nradius = 5\ninside = [[0, 0], [1e9, 10]]\n"
+        "[[walls]]\nfrom = [0, 5]\nto = [1e9, 5]\n",
+        "mine.toml",
+    )
+    with pytest.raises(Mistake, match=r"balls\[0\]\.count is more than fit: 1 balls$"):
+        spawn(scene)
+
+
+def test_a_crowd_finds_room_among_larger_and_smaller_balls() -> None:
+    scene = scene_of(
+        "radius = 100\nposition = [400, 300]",
+        "radius = 0.001\ncount = 5000\ninside = [[0, 0], [800, 600]]",
+        "radius = 1\ncount = 20000\ninside = [[0, 0], [800, 600]]",
+        "radius = 3\ncount = 40\ninside = [[0, 0], [800, 600]]",
+    )
+    state = spawn(scene)
+    assert deepest_overlap(state.position, scene.bodies.radius) == (0.0, -1, -1)
 
 
 # --- Thrown at random ------------------------------------------------------------------------------------------

@@ -272,6 +272,16 @@ BAD_INPUTS = {
     "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
     "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
     "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),
+    "a-start-after-others": (
+        '{"step": 0, "do": "start", "scene": "x", "seed": 0, "rate": 1}',
+        "start must come before all other inputs",
+    ),
+    "deep": ("[" * 100_000, "is nested too deeply"),
+    "deep-kind": (
+        '{"do": ' + "[" * 700 + "]" * 700 + "}",
+        f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
+    ),
+    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "has a number of too many digits"),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
         "step must be 0, got 3",
@@ -304,11 +314,24 @@ def test_all_mistakes_in_inputs_at_once_and_steps_in_order(tmp_path: Path) -> No
     ]
 
 
+def test_of_very_many_mistakes_in_inputs_the_first_hundred_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text("[1]\n" * 1000)
+    with pytest.raises(Mistake) as caught:
+        load_inputs(path, two_balls())
+    told = str(caught.value).splitlines()
+    assert told[99].startswith(f"{path}:100: must be an object")
+    assert told[100:] == [f"{path}: has more mistakes than these 100"]
+
+
 def test_a_line_of_inputs_ends_only_where_json_lines_do(tmp_path: Path) -> None:
     path = tmp_path / "inputs.jsonl"
-    start = Start(scene="a\u2028b\x85c", seed=0, rate=60)
-    write_inputs([start], path)
-    assert load_inputs(path, two_balls()) == [start]
+    path.write_text('{"step": 0, "do": "start", "scene": "a\u2028b\x85c", "seed": 0, "rate": 60}\n[1]\n')
+    with pytest.raises(Mistake) as caught:
+        load_inputs(path, two_balls())
+    first, second = str(caught.value).split("\n")
+    assert first == f"{path}:1: scene must not have control characters, got U+2028"
+    assert second.startswith(f"{path}:2: must be an object")
 
 
 # --- The hand --------------------------------------------------------------------------------------------------
