@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Final
@@ -197,20 +198,22 @@ def _keys_at(model: "type[BaseModel]", path: Path) -> dict[str, Any]:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    """Open a file to read; of a pipe that nobody writes to, there is nothing to read."""
+    """Open a file to read; of a pipe that nobody writes to, there is nothing to read. Windows has no such files."""
+    if sys.platform == "win32":
+        return os.open(path, flags)
     descriptor = os.open(path, flags | os.O_NONBLOCK)
     os.set_blocking(descriptor, True)
     return descriptor
 
 
-def read_text(file: pathlib.Path) -> str:
-    """Read a file that a person names, with one message for all that can be wrong with it."""
+def read_text(file: pathlib.Path, most: int = MAX_BYTES) -> str:
+    """Read a file that a person names, of so many bytes at most, with one message for all that can be wrong with it."""
     name = printable(str(file))
     try:
         with open(file, "rb", opener=_without_waiting) as opened:
-            raw = opened.read(MAX_BYTES + 1)
-        if len(raw) > MAX_BYTES:
-            raise Mistake(f"{name}: is larger than {MAX_BYTES:,} bytes")
+            raw = opened.read(most + 1)
+        if len(raw) > most:
+            raise Mistake(f"{name}: is larger than {most:,} bytes")
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1

@@ -341,3 +341,14 @@ def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch
         moment = session.shown
         memory.keep(Moment(step, *(getattr(moment, key) for key in Moment.__slots__[1:])))
     assert [step for step in range(100) if memory.nearest(step).step == step] == [0, 64, 97, 98, 99]
+
+
+def test_no_more_edits_are_taken_than_a_recording_may_have(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.session.MOST_EDITS", 2)
+    for strength in (1.0, 2.0):
+        session.give(SetGravity(step=0, gravity=(0, strength)))
+    given = session.given()
+    with pytest.raises(Mistake, match=r"^there are 2 edits, and a recording may have no more$"):
+        session.give(SetGravity(step=0, gravity=(0, 3)))
+    assert session.given() == given
+    assert session.lockstep.scene.gravity == (0, 2)
