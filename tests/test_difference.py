@@ -1,6 +1,7 @@
 """The first difference: planted faults are named as what they are, at the contact where they are."""
 
 from collections.abc import Callable
+from importlib.metadata import EntryPoint
 from typing import Any
 
 import numpy as np
@@ -122,12 +123,18 @@ class BeyondTheLine(Faulty):
 First = Callable[[str, Scene], Difference | None]
 
 
+def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Register one of the engines above as `faulty`."""
+    faulty = EntryPoint("faulty", f"test_difference:{engine}", sandbox.engines.GROUP)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", faulty)
+
+
 @pytest.fixture
 def first_of(monkeypatch: pytest.MonkeyPatch) -> First:
-    """Register one of the engines above as `faulty`, and find its first difference from exact."""
+    """Find the first difference of one of the engines above from exact."""
 
     def find(engine: str, scene: Scene) -> Difference | None:
-        monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", f"test_difference:{engine}")
+        register(engine, monkeypatch)
         return compare(scene, ["faulty", "exact"]).runs["faulty"].figures.first_difference
 
     return find
@@ -228,7 +235,7 @@ def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -
 
 def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
     """From 310 px to 360, to 410, where it is told, and back through the wall to 360, where it is not."""
-    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", "test_difference:BeyondTheLine")
+    register("BeyondTheLine", monkeypatch)
     run = compare(beside_a_wall(310, 3000).changed(seconds=0.1), ["faulty"]).runs["faulty"]
     [passage] = run.missed
     assert passage[:3] == (3, 0, ~4)
