@@ -46,7 +46,7 @@ class Difference:
 def who(scene: Scene, one: Difference | Passage) -> str:
     """Name the two that a difference, or a passage, is of."""
     first, second = one.first, one.second
-    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and the {scene.wall_name(~second)}"
+    return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
 class Account(NamedTuple):
@@ -337,8 +337,8 @@ def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
     still = ", the balls are still approaching" if restitution < 0 else ""
     if second < 0:
         due = float(row["due"]) / (float(bodies.mass[first]) * approach) - 1
-        wall = scene.wall_name(~second)
-        return f"The {wall} gave back {_percent(restitution)} of the speed, where {_percent(due)} is right."
+        given = f"gave back {_percent(restitution)} of the speed, where {_percent(due)} is right."
+        return f"{scene.wall_name(~second).capitalize()} {given}"
     radius, mass = float(bodies.radius[first]), float(bodies.mass[first])
     alike = radius == bodies.radius[second] and mass == bodies.mass[second]
     if alike and math.isclose(contact["impulse"] * radius, mass * approach, rel_tol=1e-9):

@@ -518,7 +518,7 @@ class Scene(Model):
 
     def wall_name(self, wall: int) -> str:
         """Name a wall for people: walls 0 to 3 are the arena's, the scene's own follow."""
-        return f"{ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"
+        return f"the {ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"
 
     @cached_property
     def lines(self) -> Mapping[KeyPath, int]:
