@@ -24,6 +24,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 import pytest
+from conftest import said
 from hypothesis import settings
 from numba import njit
 from pygame import Surface, surfarray
@@ -106,9 +107,9 @@ def done(*arguments: str, out: int | None = None) -> tuple[int, str]:
     with Path("said").open("w+b") as error, Path(os.devnull).open("wb") as nowhere:
         code = ended(forked(command(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
         error.seek(0)
-        said = error.read().decode().replace("Compiling the engines; this happens once.\n", "")
+        message = said(error.read().decode())
     Path("said").unlink()
-    return code, said
+    return code, message
 
 
 # Killed while it writes
@@ -273,8 +274,8 @@ def test_no_room_is_told_and_leaves_the_old_file(made: dict[str, tuple[Write, by
 @pytest.mark.parametrize("arguments", [("schema",), ("check", "article"), ("trace", "article", "--engine", "article")])
 def test_a_standard_output_that_is_full_is_told_once(arguments: tuple[str, ...]) -> None:
     with Path("/dev/full").open("wb") as full:
-        code, said = done(*arguments, out=full.fileno())
-    assert (code, said.partition(": ")[2]) == (2, "cannot be written: No space left on device\n")
+        code, message = done(*arguments, out=full.fileno())
+    assert (code, message.partition(": ")[2]) == (2, "cannot be written: No space left on device\n")
 
 
 TOLD = {
@@ -333,8 +334,8 @@ def test_compiled_engines_that_cannot_be_kept_are_told(what: str, monkeypatch: p
         with ending():
             njit(cache=True)(twice)(1)
 
-    with Path("said").open("wb") as said:
-        assert ended(forked(act, error=said.fileno())) == 2
+    with Path("said").open("wb") as error:
+        assert ended(forked(act, error=error.fileno())) == 2
     why = {"No room": "File too large", "No folder": "neither the sandbox's own folder nor the user's can be"}[what]
     expected = f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder\n"
     assert Path("said").read_text() == expected
@@ -524,8 +525,8 @@ def test_standard_output_that_is_closed_is_told_where_it_is_needed() -> None:
         sys.stdout = None  # as Python has it where that is closed
         command("trace", "article", "--engine", "article", "--steps", "1")()
 
-    with Path("said").open("wb") as said:
-        assert ended(forked(act, error=said.fileno())) == 2
+    with Path("said").open("wb") as error:
+        assert ended(forked(act, error=error.fileno())) == 2
     assert Path("said").read_text().endswith("-: cannot be written: it is closed\n")
 
 
@@ -652,8 +653,8 @@ def test_ctrl_c_while_a_sweep_s_processes_start_is_told_by_none_of_them_and_ends
         assert program.poll() is None
         time.sleep(0.01)
     os.killpg(program.pid, signal.SIGINT)
-    said, _ = program.communicate(timeout=60)
-    assert (program.returncode, said.replace("Compiling the engines; this happens once.\n", "")) == (-signal.SIGINT, "")
+    told, _ = program.communicate(timeout=60)
+    assert (program.returncode, said(told)) == (-signal.SIGINT, "")
     deadline = time.monotonic() + 30
     while processes_of(program.pid):
         assert time.monotonic() < deadline
@@ -699,7 +700,7 @@ def test_a_signal_where_nothing_can_be_raised_ends_it_all_the_same() -> None:
         with ending():
             raise SystemError("returned a result with an exception set") from Ended(signal.SIGINT)
 
-    with Path("said").open("wb") as said:
+    with Path("said").open("wb") as error:
         for act in (callback, kernel):
-            assert ended(forked(act, error=said.fileno())) == -signal.SIGINT
+            assert ended(forked(act, error=error.fileno())) == -signal.SIGINT
     assert Path("said").read_bytes() == b""
