@@ -8,16 +8,15 @@ import shlex
 import subprocess
 import sys
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pygame
 import pytest
 from browser import Browser, chromium
-from conftest import NO_KEY, said
+from conftest import NO_KEY, Command, said
 from pygame.event import Event
 
-from sandbox import cli
 from sandbox.comparison import compare
 from sandbox.inputs import load_inputs
 from sandbox.mistakes import Mistake
@@ -75,27 +74,11 @@ momentum = [-300, 0]
 tolerance = 1
 because = "It flies."
 """
-Command = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
-    """Run the command line as the shell would: exit code, and the bytes of both outputs, which are UTF-8."""
-    monkeypatch.setenv("PYTHONSAFEPATH", "")  # is set by the command line, and taken back after the test
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capfdbinary.readouterr()
-        return int(ended.value.code or 0), out.decode(), said(err.decode())
-
-    return run
 
 
 def obeyed(text: str) -> set[str]:
