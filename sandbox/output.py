@@ -65,7 +65,7 @@ def is_file(path: str | Path) -> bool:
         return _file_behind(path) is not None
 
 
-def check(outputs: Mapping[str, str | None]) -> None:
+def check_outputs(outputs: Mapping[str, str | None]) -> None:
     """Find what cannot be written before anything runs: options, and the paths that they were given.
 
     Raises Mistake.

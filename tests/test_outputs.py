@@ -34,7 +34,7 @@ from sandbox.comparison import compare
 from sandbox.ending import SIGNALS, ending
 from sandbox.inputs import Grab, Release, load_inputs, write_inputs
 from sandbox.mistakes import Mistake
-from sandbox.output import Ended, check, is_file, whole_file
+from sandbox.output import Ended, check_outputs, is_file, whole_file
 from sandbox.report import page
 from sandbox.scene import load
 from sandbox.scene import write as write_scene
@@ -92,7 +92,7 @@ def ended(process: int) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
-def command(*arguments: str) -> Callable[[], None]:
+def main_with(*arguments: str) -> Callable[[], None]:
     """Return what runs the command line."""
 
     def act() -> None:
@@ -105,7 +105,7 @@ def command(*arguments: str) -> Callable[[], None]:
 def done(*arguments: str, out: int | None = None) -> tuple[int, str]:
     """Run a command to its end; return its exit code, and what it says on standard error."""
     with Path("said").open("w+b") as error, Path(os.devnull).open("wb") as nowhere:
-        code = ended(forked(command(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
+        code = ended(forked(main_with(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
         error.seek(0)
         message = said(error.read().decode())
     Path("said").unlink()
@@ -381,7 +381,7 @@ def test_a_folder_or_a_file_that_may_not_be_written_is_told_before_anything_runs
 
     def refused(path: str) -> None:
         with pytest.raises(Mistake, match=f"^{path}: cannot be written: Permission denied$"):
-            check({"--json": path})
+            check_outputs({"--json": path})
         with pytest.raises(Mistake, match=f"^{path}: cannot be written: Permission denied$"):
             text("new", path)
 
@@ -428,7 +428,7 @@ def test_a_link_stays_and_the_file_behind_it_is_replaced_and_keeps_its_mode() ->
     Path("link").symlink_to("folder/behind")
     Path("new").symlink_to("folder/none-yet")
     for link in ("link", "new"):
-        check({"--json": link})
+        check_outputs({"--json": link})
         text("content", link)
         assert Path(link).is_symlink()
     assert Path("folder/behind").read_text() == Path("folder/none-yet").read_text() == "content"
@@ -444,7 +444,7 @@ def test_a_pipe_and_a_device_are_written_to_and_not_replaced() -> None:
     read = []
     reader = threading.Thread(target=lambda: read.append(Path("pipe").read_bytes()))
     reader.start()
-    check({"--json": "pipe", "--csv": "null", "--report": "null"})
+    check_outputs({"--json": "pipe", "--csv": "null", "--report": "null"})
     text("content", "pipe")
     text("content", "null")
     reader.join()
@@ -475,7 +475,7 @@ def test_a_sweep_into_a_pipe_or_a_device_has_no_journal_beside_it() -> None:
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])
 def test_a_name_may_be_as_long_as_the_system_has_room_for(name: str) -> None:
-    check({"--json": name})
+    check_outputs({"--json": name})
     text("content", name)
     assert [entry.name for entry in Path().iterdir()] == [name]
 
@@ -513,7 +513,7 @@ def test_a_pipe_that_nobody_reads_ends_it_quietly(arguments: tuple[str, ...]) ->
 def test_with_standard_error_closed_nothing_of_it_is_on_standard_output() -> None:
     def act() -> None:
         sys.stderr = None  # as Python has it where that is closed
-        command("check", "none.toml")()
+        main_with("check", "none.toml")()
 
     with Path("out").open("wb") as out:
         assert ended(forked(act, out.fileno())) == 2
@@ -523,7 +523,7 @@ def test_with_standard_error_closed_nothing_of_it_is_on_standard_output() -> Non
 def test_standard_output_that_is_closed_is_told_where_it_is_needed() -> None:
     def act() -> None:
         sys.stdout = None  # as Python has it where that is closed
-        command("trace", "article", "--engine", "article", "--steps", "1")()
+        main_with("trace", "article", "--engine", "article", "--steps", "1")()
 
     with Path("said").open("wb") as error:
         assert ended(forked(act, error=error.fileno())) == 2
@@ -596,7 +596,7 @@ def test_ctrl_c_leaves_no_bar_no_hidden_cursor_and_no_file(
     monkeypatch.setattr(command_line, "PATIENCE", 0)
     monkeypatch.setenv("TERM", "xterm")
     ours, terminal = pty.openpty()
-    process = forked(command(*arguments), terminal, terminal)
+    process = forked(main_with(*arguments), terminal, terminal)
     told = until(b"", ours, HIDE)
     os.kill(process, signal.SIGINT)
     assert ended(process) == -signal.SIGINT
@@ -618,7 +618,7 @@ def test_a_signal_while_a_bar_begins_waits_until_it_can_be_taken_away() -> None:
             print("gone")
 
     def act() -> None:
-        with ending(), command_line._shown(Bar()):  # type: ignore[arg-type]
+        with ending(), command_line._on_screen(Bar()):  # type: ignore[arg-type]
             print("not reached")
 
     with Path("out").open("wb") as out:
