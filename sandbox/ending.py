@@ -63,8 +63,9 @@ def _streams() -> Iterator[None]:
 
 @contextmanager
 def _signals() -> Iterator[None]:
-    """Raise Ended at a signal, but for those that are ignored, as nohup has it."""
-    before = {each: signal.getsignal(each) for each in SIGNALS if signal.getsignal(each) != signal.SIG_IGN}
+    """Raise Ended at a signal, but for those that are ignored, as nohup has it, or that are not Python's to handle."""
+    handlers = {each: signal.getsignal(each) for each in SIGNALS}
+    before = {each: handler for each, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
     hook = sys.unraisablehook
     for each in before:
         signal.signal(each, _end)
