@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -377,8 +377,9 @@ def print_schema() -> None:
     print(_json(schema()), end="")
 
 
+@cache
 def _tell_of_compiling() -> None:
-    """Say a word where numba compiles, which it does once and then keeps on disk."""
+    """Say a word, once in a process, where numba compiles, which it does once and then keeps on disk."""
     from numba.core import event
 
     class Listener(event.Listener):
