@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any, Final
@@ -17,8 +17,7 @@ import typer
 
 from sandbox.ending import ending, held
 from sandbox.mistakes import Mistake, shown
-from sandbox.output import STANDARD_OUTPUT, whole_file
-from sandbox.output import check as check_outputs
+from sandbox.output import STANDARD_OUTPUT, check_outputs, whole_file
 from sandbox.plaintext import console, printable
 
 if TYPE_CHECKING:
@@ -132,7 +131,7 @@ def record(
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     terminal = console(stderr=True)
     progress = Progress(console=terminal, transient=True, disable=not terminal.is_terminal)
-    with _shown(progress):
+    with _on_screen(progress):
         watched = partial(progress.track, description="Recording")
         record_scene(chosen, _names(engines), out, pixels, showing, replayed, watched)
 
@@ -361,7 +360,7 @@ def bench(
     _tell_of_compiling()
     found = []
     for title, figures in measure(only.split(",") if only else None):
-        with _shown(console(stderr=True).status(title)):
+        with _on_screen(console(stderr=True).status(title)):
             part = list(figures)
         found += part
         if json_file not in STANDARD_OUTPUT:
@@ -378,8 +377,9 @@ def print_schema() -> None:
     print(_json(schema()), end="")
 
 
+@cache
 def _tell_of_compiling() -> None:
-    """Say a word where numba compiles, which it does once and then keeps on disk."""
+    """Say a word, once in a process, where numba compiles, which it does once and then keeps on disk."""
     from numba.core import event
 
     class Listener(event.Listener):
@@ -408,10 +408,8 @@ def _scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple
         if isinstance(given, Start):
             chosen = given.change_scene(chosen)
             if given.scene != chosen.name:
-                print(
-                    f"{printable(str(inputs))}: warning: recorded on {shown(given.scene)}, not on {chosen.name}",
-                    file=sys.stderr,
-                )
+                there = printable(str(inputs))
+                print(f"{there}: warning: recorded on {shown(given.scene)}, not on {chosen.name}", file=sys.stderr)
     chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
     for warning in warnings(chosen, spawn(chosen)):
         print(warning, file=sys.stderr)
@@ -487,7 +485,7 @@ def _progress(what: str) -> Iterator[Callable[[float], object] | None]:
 
 
 @contextmanager
-def _shown(bar: "Progress | Status") -> Iterator[None]:
+def _on_screen(bar: "Progress | Status") -> Iterator[None]:
     """Show what hides the cursor, and whatever happens, show that again."""
     try:
         with held():
@@ -519,7 +517,7 @@ def _run_sweep(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | N
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     failures = 0
     progress = Progress(*columns, console=terminal, disable=not terminal.is_terminal)
-    with _shown(progress):
+    with _on_screen(progress):
         runs = progress.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             progress.advance(runs)

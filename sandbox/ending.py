@@ -17,8 +17,8 @@ SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platf
 SOON: Final = 0.001  # s
 NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
-_holders: Final[list[None]] = []  # of signals
-_held: Final[list[int]] = []
+_holding: Final[list[None]] = []  # one for each `held` that one is in
+_waiting: Final[list[int]] = []  # signals that came there
 
 
 @contextmanager
@@ -39,7 +39,7 @@ def ending() -> Iterator[None]:
             print(mistake, file=sys.stderr)
             sys.exit(2)
         except (Ended, SystemError) as error:
-            end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
+            end = error if isinstance(error, Ended) else error.__cause__  # as it comes out of numba's kernels
             if not isinstance(end, Ended):
                 raise
             signal.signal(end.number, signal.SIG_DFL)
@@ -50,21 +50,22 @@ def ending() -> Iterator[None]:
 def _streams() -> Iterator[None]:
     """Have both outputs say what is wrong with them. Standard error, where it is closed, takes everything."""
     before = sys.stdout, sys.stderr
-    output = sys.stdout and Stream(sys.stdout, "standard output")
-    error = Stream(sys.stderr or io.TextIOWrapper(io.BytesIO()), "standard error")
+    open_error = sys.stderr or io.TextIOWrapper(io.BytesIO())
+    output, error = sys.stdout and Stream(sys.stdout, "standard output"), Stream(open_error, "standard error")
     sys.stdout, sys.stderr = output, error
     try:
         yield
     finally:
         sys.stdout, sys.stderr = before
         for stream in filter(None, (output, error)):
-            stream.detach()
+            stream.detach()  # or it would close what both write to
 
 
 @contextmanager
 def _signals() -> Iterator[None]:
-    """Raise Ended at a signal, but for those that are ignored, as nohup has it."""
-    before = {each: signal.getsignal(each) for each in SIGNALS if signal.getsignal(each) != signal.SIG_IGN}
+    """Raise Ended at a signal, but for those that are ignored, as nohup has it, or that are not Python's to handle."""
+    handlers = {each: signal.getsignal(each) for each in SIGNALS}
+    before = {each: handler for each, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
     hook = sys.unraisablehook
     for each in before:
         signal.signal(each, _end)
@@ -95,18 +96,18 @@ def _telling_of_numba() -> Iterator[None]:
 @contextmanager
 def held() -> Iterator[None]:
     """Let a signal wait until something is done that must not be done by half."""
-    _holders.append(None)
+    _holding.append(None)
     try:
         yield
     finally:
-        _holders.pop()
-        if _held and not _holders:
-            _end(_held.pop(), None)
+        _holding.pop()
+        if _waiting and not _holding:
+            _end(_waiting.pop())
 
 
-def _end(number: int, _frame: FrameType | None) -> None:
-    if _holders:
-        _held.append(number)
+def _end(number: int, _frame: FrameType | None = None) -> None:
+    if _holding:
+        _waiting.append(number)
         return
     signal.signal(number, signal.SIG_DFL)  # who asks twice does not want to wait
     raise Ended(number)
@@ -115,11 +116,11 @@ def _end(number: int, _frame: FrameType | None) -> None:
 def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
     """Raise again, a little later, what was raised where nothing can be: in what C calls back, or as an object goes."""
     end = lost.exc_value
-    if not isinstance(end, Ended):
+    if sys.platform == "win32" or not isinstance(end, Ended):  # Windows has no such timer
         sys.__unraisablehook__(lost)
         return
     number = end.number
-    signal.signal(signal.SIGALRM, lambda *_: _end(number, None))
+    signal.signal(signal.SIGALRM, lambda *_: _end(number))
     signal.setitimer(signal.ITIMER_REAL, SOON)
 
 
@@ -127,13 +128,9 @@ class Stream(io.TextIOWrapper):
     """Standard output or error that says what is wrong with it, once; then it takes everything, and keeps nothing."""
 
     def __init__(self, stream: TextIO, name: str) -> None:
-        super().__init__(
-            stream.buffer,
-            encoding=stream.encoding,
-            errors="replace",
-            line_buffering=bool(stream.line_buffering),
-        )
-        self._stream, self._called = stream, name  # the stream would close what both write to when it goes
+        lines = bool(stream.line_buffering)
+        super().__init__(stream.buffer, encoding=stream.encoding, errors="replace", line_buffering=lines)
+        self._called = name
 
     def write(self, text: str) -> int:
         """Write text. Raises Mistake, or Ended."""

@@ -31,8 +31,8 @@ from sandbox.plaintext import printable
 from sandbox.scene import Count, Index, Line, Model, Scene, Vector
 
 PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
-MOST_EDITS: Final = 1_000  # of a run: each takes time as the balls there are
-MOST_BYTES: Final = 10_000_000  # of a file: room for an hour of dragging
+MAX_EDITS: Final = 1_000  # of a run: each takes time as the balls there are
+MAX_BYTES: Final = 10_000_000  # of a file: room for an hour of dragging
 MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
 BRAKE: Final = MOST_PULL / PULL**2  # px from the target; a ball that comes from further must be able to brake
 
@@ -153,7 +153,7 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
     inputs: list[Input] = []
     found: list[str] = []
     edits, name = 0, printable(str(path))
-    for number, line in enumerate(read_text(path, MOST_BYTES).split("\n"), 1):
+    for number, line in enumerate(read_text(path, MAX_BYTES).split("\n"), 1):
         if not line.strip():
             continue
         try:
@@ -165,8 +165,8 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
             if isinstance(given, Grab) and given.ball >= len(scene.bodies):
                 raise Mistake(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
             edits += isinstance(given, Edit)
-            if edits > MOST_EDITS:
-                found.append(f"{name}:{number}: is edit {edits:,}; at most {MOST_EDITS:,} are allowed")
+            if edits > MAX_EDITS:
+                found.append(f"{name}:{number}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
                 break
             if isinstance(given, Start | Edit):
                 scene = given.change_scene(scene)

@@ -232,8 +232,6 @@ _TOKEN: Final = re.compile(
     rf"(?P<deep>(?:\.[ \t]*(?:[\w-]+|{_STRING})[ \t]*){{{MAX_DEPTH}}})",
     re.DOTALL,
 )
-
-
 _PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # an assignment of no table to a bare key
 
 
@@ -242,28 +240,25 @@ def too_deep(text: str) -> int | None:
 
     Each part of a dotted key takes a parser time and memory as the length of the whole key.
     """
-    depth, line = 0, 1
-    for token in _TOKEN.finditer(text):
-        if token[0] in "[{":
-            depth += 1
-        elif token[0] in "]}":
-            depth -= 1
+    for token, depth, line in _tokens(text):
         if depth > MAX_DEPTH or token["deep"]:
             return line
-        line += token[0].count("\n")
     return None
+
+
+def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
+    """Find what ends or nests a statement, each with the depth and the number of the line after it."""
+    depth, line = 0, 1
+    for token in _TOKEN.finditer(text):
+        depth += (token[0] in "[{") - (token[0] in "]}")
+        line += token[0].count("\n")
+        yield token, depth, line
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Split valid TOML into its headers and assignments, each with the number of its line."""
-    depth = start = 0
-    line = first_line = 1
-    for token in _TOKEN.finditer(text + "\n"):
-        if token[0] in "[{":
-            depth += 1
-        elif token[0] in "]}":
-            depth -= 1
-        line += token[0].count("\n")
+    start, first_line = 0, 1
+    for token, depth, line in _tokens(text + "\n"):
         if token[0][0] == "\n" and depth == 0:
             yield first_line, text[start : token.start()]
             start, first_line = token.end(), line

@@ -10,7 +10,6 @@ import stat
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from itertools import combinations
 from pathlib import Path
 from secrets import token_hex
 from typing import IO, Final
@@ -18,10 +17,11 @@ from typing import IO, Final
 from sandbox.mistakes import Mistake
 
 STANDARD_OUTPUT: Final = ("-", "/dev/stdout")
+NOBODY_READS: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
 
 
 class Ended(BaseException):
-    """A signal ends the program; or nobody reads what it writes, which is what SIGPIPE says."""
+    """A signal ends the program; or nobody reads what it writes, as SIGPIPE has it."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -34,7 +34,7 @@ def telling(path: str | Path) -> Iterator[None]:
     try:
         yield
     except BrokenPipeError:
-        raise Ended(signal.SIGPIPE) from None
+        raise Ended(NOBODY_READS) from None
     except OSError as error:
         raise Mistake(f"{path}: cannot be written: {error.strerror or error}") from None
 
@@ -46,55 +46,55 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
     Raises Mistake where it cannot be written.
     """
     with telling(path):
-        if str(path) in STANDARD_OUTPUT:
-            if sys.stdout is None:
-                raise OSError("it is closed")
-            yield sys.stdout.buffer
-            sys.stdout.buffer.flush()
-        elif target := _file_behind(path):
+        if target := _file_behind(path):
             with _replacing(target) as file:
                 yield file
-        else:
+        elif str(path) not in STANDARD_OUTPUT:
             with Path(path).open("wb") as file:
                 yield file
+        elif sys.stdout is None:
+            raise OSError("it is closed")
+        else:
+            yield sys.stdout.buffer
+            sys.stdout.buffer.flush()
 
 
 def is_file(path: str | Path) -> bool:
     """Tell whether a path means a file, which others can stand beside. Raises Mistake where it cannot be written."""
     with telling(path):
-        return str(path) not in STANDARD_OUTPUT and _file_behind(path) is not None
+        return _file_behind(path) is not None
 
 
-def check(outputs: Mapping[str, str | None]) -> None:
+def check_outputs(outputs: Mapping[str, str | None]) -> None:
     """Find what cannot be written before anything runs: options, and the paths that they were given.
 
     Raises Mistake.
     """
-    given = {option: path for option, path in outputs.items() if path is not None}
-    for option, path in given.items():
+    taken: dict[str | Path | None, str] = {}  # what only one of them can write to -> the option and its path
+    for option, path in outputs.items():
+        if path is None:
+            continue
         if not path:
             raise Mistake(f"{option} '': must be the name of a file, or - for standard output")
-    for one, other in combinations(given, 2):
-        if _means(given[one]) == _means(given[other]) is not None:
-            raise Mistake(f"{one} {given[one]} and {other} {given[other]}: each must be a file of its own")
-    for path in given.values():
-        if is_file(path):
-            with telling(path), _partial_of(Path(os.path.realpath(path))):
+        with telling(path):
+            target = _file_behind(path)
+        place = "-" if path in STANDARD_OUTPUT else target
+        if place in taken:
+            raise Mistake(f"{taken[place]} and {option} {path}: each must be a file of its own")
+        if place is not None:
+            taken[place] = f"{option} {path}"
+        if target:
+            with telling(path), _partial_of(target):
                 pass
 
 
-def _means(path: str) -> str | None:
-    """Return what two paths to the same output have alike; None where it takes any number."""
-    if path in STANDARD_OUTPUT:
-        return "-"
-    return os.path.realpath(path) if is_file(path) else None
-
-
 def _file_behind(path: str | Path) -> Path | None:
-    """Return the file that a path means, behind links; None for a device or a pipe.
+    """Return the file that a path means, behind links; None for standard output, a device or a pipe.
 
     Raises OSError where the file is there and cannot be written.
     """
+    if str(path) in STANDARD_OUTPUT:
+        return None
     target = Path(os.path.realpath(path))
     try:
         mode = Path(path).stat().st_mode

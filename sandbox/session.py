@@ -7,7 +7,7 @@ inputs: going on from a step means running again from the start, with the same i
 from collections.abc import Iterable, Sequence
 
 from sandbox.edits import Edit
-from sandbox.inputs import MOST_EDITS, Grab, Input, Move, Release, clock_of
+from sandbox.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.marks import Marker, Marks
 from sandbox.memory import Memory, Moment
 from sandbox.mistakes import Mistake
@@ -113,8 +113,8 @@ class Session:
         Raises Mistake, with nothing changed, where an edit is refused.
         """
         self.catch_up()
-        if isinstance(given, Edit) and sum(isinstance(one, Edit) for one in self.lockstep.given) >= MOST_EDITS:
-            raise Mistake(f"there are {MOST_EDITS:,} edits, and a recording may have no more")
+        if isinstance(given, Edit) and sum(isinstance(one, Edit) for one in self.lockstep.given) >= MAX_EDITS:
+            raise Mistake(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
         before, hand, led = self.lockstep.given, self.lockstep.hand, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # the last of a step's moves is the one that pulls

@@ -2,12 +2,15 @@
 
 import os
 import shutil
+import sys
+from collections.abc import Callable
 from importlib.metadata import version
 from typing import Final
 
 import pytest
 from hypothesis import settings
 
+from sandbox import cli
 from sandbox.scene import Scene, parse
 
 settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
@@ -29,6 +32,26 @@ def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:
     """Make a scene of ball groups, each the lines of its table."""
     groups = "\n".join(f"[[balls]]\n{group}" for group in balls)
     return parse(f"{more}\n[arena]\nsize = {size}\n{groups}\n", "test.toml")
+
+
+Command = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
+    """Run the command line as a shell without a display would: exit code, and both outputs, which are UTF-8."""
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("PYTHONSAFEPATH", "")  # is set by the command line, and taken back after the test
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capfdbinary.readouterr()
+        return int(ended.value.code or 0), out.decode(), said(err.decode())
+
+    return run
 
 
 def said(stderr: str) -> str:

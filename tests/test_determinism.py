@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -50,7 +51,9 @@ def test_other_processes_give_the_same_bytes() -> None:
     program = f"import json, sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_determinism as t; "
     program += "print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
     others = [
-        subprocess.Popen([sys.executable, "-c", program], env={"PYTHONHASHSEED": seed}, stdout=subprocess.PIPE)
+        subprocess.Popen(
+            [sys.executable, "-c", program], env=os.environ | {"PYTHONHASHSEED": seed}, stdout=subprocess.PIPE
+        )
         for seed in "01"
     ]
     here = all_ends(SCENES, registry())

@@ -24,6 +24,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 import pytest
+from conftest import said
 from hypothesis import settings
 from numba import njit
 from pygame import Surface, surfarray
@@ -33,7 +34,7 @@ from sandbox.comparison import compare
 from sandbox.ending import SIGNALS, ending
 from sandbox.inputs import Grab, Release, load_inputs, write_inputs
 from sandbox.mistakes import Mistake
-from sandbox.output import Ended, check, is_file, whole_file
+from sandbox.output import Ended, check_outputs, is_file, whole_file
 from sandbox.report import page
 from sandbox.scene import load
 from sandbox.scene import write as write_scene
@@ -91,7 +92,7 @@ def ended(process: int) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
-def command(*arguments: str) -> Callable[[], None]:
+def main_with(*arguments: str) -> Callable[[], None]:
     """Return what runs the command line."""
 
     def act() -> None:
@@ -104,11 +105,11 @@ def command(*arguments: str) -> Callable[[], None]:
 def done(*arguments: str, out: int | None = None) -> tuple[int, str]:
     """Run a command to its end; return its exit code, and what it says on standard error."""
     with Path("said").open("w+b") as error, Path(os.devnull).open("wb") as nowhere:
-        code = ended(forked(command(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
+        code = ended(forked(main_with(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
         error.seek(0)
-        said = error.read().decode().replace("Compiling the engines; this happens once.\n", "")
+        message = said(error.read().decode())
     Path("said").unlink()
-    return code, said
+    return code, message
 
 
 # Killed while it writes
@@ -273,8 +274,8 @@ def test_no_room_is_told_and_leaves_the_old_file(made: dict[str, tuple[Write, by
 @pytest.mark.parametrize("arguments", [("schema",), ("check", "article"), ("trace", "article", "--engine", "article")])
 def test_a_standard_output_that_is_full_is_told_once(arguments: tuple[str, ...]) -> None:
     with Path("/dev/full").open("wb") as full:
-        code, said = done(*arguments, out=full.fileno())
-    assert (code, said.partition(": ")[2]) == (2, "cannot be written: No space left on device\n")
+        code, message = done(*arguments, out=full.fileno())
+    assert (code, message.partition(": ")[2]) == (2, "cannot be written: No space left on device\n")
 
 
 TOLD = {
@@ -333,11 +334,11 @@ def test_compiled_engines_that_cannot_be_kept_are_told(what: str, monkeypatch: p
         with ending():
             njit(cache=True)(twice)(1)
 
-    with Path("said").open("wb") as said:
-        assert ended(forked(act, error=said.fileno())) == 2
+    with Path("said").open("wb") as error:
+        assert ended(forked(act, error=error.fileno())) == 2
     why = {"No room": "File too large", "No folder": "neither the sandbox's own folder nor the user's can be"}[what]
     expected = f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder\n"
-    assert Path("said").read_text() == expected
+    assert said(Path("said").read_text()) == expected
 
 
 @pytest.mark.parametrize("kind", FILMS.values(), ids=FILMS)
@@ -380,7 +381,7 @@ def test_a_folder_or_a_file_that_may_not_be_written_is_told_before_anything_runs
 
     def refused(path: str) -> None:
         with pytest.raises(Mistake, match=f"^{path}: cannot be written: Permission denied$"):
-            check({"--json": path})
+            check_outputs({"--json": path})
         with pytest.raises(Mistake, match=f"^{path}: cannot be written: Permission denied$"):
             text("new", path)
 
@@ -427,7 +428,7 @@ def test_a_link_stays_and_the_file_behind_it_is_replaced_and_keeps_its_mode() ->
     Path("link").symlink_to("folder/behind")
     Path("new").symlink_to("folder/none-yet")
     for link in ("link", "new"):
-        check({"--json": link})
+        check_outputs({"--json": link})
         text("content", link)
         assert Path(link).is_symlink()
     assert Path("folder/behind").read_text() == Path("folder/none-yet").read_text() == "content"
@@ -443,7 +444,7 @@ def test_a_pipe_and_a_device_are_written_to_and_not_replaced() -> None:
     read = []
     reader = threading.Thread(target=lambda: read.append(Path("pipe").read_bytes()))
     reader.start()
-    check({"--json": "pipe", "--csv": "null", "--report": "null"})
+    check_outputs({"--json": "pipe", "--csv": "null", "--report": "null"})
     text("content", "pipe")
     text("content", "null")
     reader.join()
@@ -474,7 +475,7 @@ def test_a_sweep_into_a_pipe_or_a_device_has_no_journal_beside_it() -> None:
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])
 def test_a_name_may_be_as_long_as_the_system_has_room_for(name: str) -> None:
-    check({"--json": name})
+    check_outputs({"--json": name})
     text("content", name)
     assert [entry.name for entry in Path().iterdir()] == [name]
 
@@ -512,7 +513,7 @@ def test_a_pipe_that_nobody_reads_ends_it_quietly(arguments: tuple[str, ...]) ->
 def test_with_standard_error_closed_nothing_of_it_is_on_standard_output() -> None:
     def act() -> None:
         sys.stderr = None  # as Python has it where that is closed
-        command("check", "none.toml")()
+        main_with("check", "none.toml")()
 
     with Path("out").open("wb") as out:
         assert ended(forked(act, out.fileno())) == 2
@@ -522,10 +523,10 @@ def test_with_standard_error_closed_nothing_of_it_is_on_standard_output() -> Non
 def test_standard_output_that_is_closed_is_told_where_it_is_needed() -> None:
     def act() -> None:
         sys.stdout = None  # as Python has it where that is closed
-        command("trace", "article", "--engine", "article", "--steps", "1")()
+        main_with("trace", "article", "--engine", "article", "--steps", "1")()
 
-    with Path("said").open("wb") as said:
-        assert ended(forked(act, error=said.fileno())) == 2
+    with Path("said").open("wb") as error:
+        assert ended(forked(act, error=error.fileno())) == 2
     assert Path("said").read_text().endswith("-: cannot be written: it is closed\n")
 
 
@@ -595,7 +596,7 @@ def test_ctrl_c_leaves_no_bar_no_hidden_cursor_and_no_file(
     monkeypatch.setattr(command_line, "PATIENCE", 0)
     monkeypatch.setenv("TERM", "xterm")
     ours, terminal = pty.openpty()
-    process = forked(command(*arguments), terminal, terminal)
+    process = forked(main_with(*arguments), terminal, terminal)
     told = until(b"", ours, HIDE)
     os.kill(process, signal.SIGINT)
     assert ended(process) == -signal.SIGINT
@@ -617,7 +618,7 @@ def test_a_signal_while_a_bar_begins_waits_until_it_can_be_taken_away() -> None:
             print("gone")
 
     def act() -> None:
-        with ending(), command_line._shown(Bar()):  # type: ignore[arg-type]
+        with ending(), command_line._on_screen(Bar()):  # type: ignore[arg-type]
             print("not reached")
 
     with Path("out").open("wb") as out:
@@ -652,8 +653,8 @@ def test_ctrl_c_while_a_sweep_s_processes_start_is_told_by_none_of_them_and_ends
         assert program.poll() is None
         time.sleep(0.01)
     os.killpg(program.pid, signal.SIGINT)
-    said, _ = program.communicate(timeout=60)
-    assert (program.returncode, said.replace("Compiling the engines; this happens once.\n", "")) == (-signal.SIGINT, "")
+    told, _ = program.communicate(timeout=60)
+    assert (program.returncode, said(told)) == (-signal.SIGINT, "")
     deadline = time.monotonic() + 30
     while processes_of(program.pid):
         assert time.monotonic() < deadline
@@ -699,7 +700,7 @@ def test_a_signal_where_nothing_can_be_raised_ends_it_all_the_same() -> None:
         with ending():
             raise SystemError("returned a result with an exception set") from Ended(signal.SIGINT)
 
-    with Path("said").open("wb") as said:
+    with Path("said").open("wb") as error:
         for act in (callback, kernel):
-            assert ended(forked(act, error=said.fileno())) == -signal.SIGINT
+            assert ended(forked(act, error=error.fileno())) == -signal.SIGINT
     assert Path("said").read_bytes() == b""

@@ -2,13 +2,11 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import said
+from conftest import Command
 from PIL import Image
 
 from sandbox.comparison import Comparison
@@ -20,6 +18,8 @@ ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
 SET_UP = re.findall(r"^python3 -m venv .*$", README, re.MULTILINE)
 COMMANDS = [line for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL) for line in block.splitlines()]
+COMPARISON = "sandbox compare article"
+[PICTURE] = [line for line in COMMANDS if line.endswith(" --out docs/window.png")]
 
 
 def blocks(language: str) -> list[str]:
@@ -29,25 +29,23 @@ def blocks(language: str) -> list[str]:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     (tmp_path / "docs").mkdir()
     write_inputs([Start(scene="article", seed=0, rate=60)], tmp_path / "mouse.jsonl")
     return tmp_path
 
 
-@pytest.mark.parametrize("command", [command for command in COMMANDS if command not in SET_UP])
-def test_every_command_runs(command: str, folder: Path) -> None:
-    assert command.startswith("sandbox ")
-    run = subprocess.run([sys.executable, "-m", *command.split()], capture_output=True, text=True, check=False)
-    assert (run.returncode, said(run.stderr)) == (0, "")
-    for written in re.findall(r"--(?:out|json|csv|report) (\S+)", command):
+@pytest.mark.parametrize("line", [line for line in COMMANDS if line not in (*SET_UP, COMPARISON, PICTURE)])
+def test_every_command_runs(line: str, folder: Path, command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.bench.figure.ROUNDS", 1)
+    program, *arguments = line.split()
+    code, _, err = command(*arguments)
+    assert (program, code, err) == ("sandbox", 0, "")
+    for written in re.findall(r"--(?:out|json|csv|report) (\S+)", line):
         assert (folder / written).stat().st_size > 0
 
 
-def test_the_picture_is_what_its_command_draws(folder: Path) -> None:
-    [command] = [line for line in COMMANDS if line.endswith(" --out docs/window.png")]
-    subprocess.run([sys.executable, "-m", *command.split()], check=True, capture_output=True)
+def test_the_picture_is_what_its_command_draws(folder: Path, command: Command) -> None:
+    assert command(*PICTURE.split()[1:]) == (0, "", "")
     with Image.open(folder / "docs" / "window.png") as drawn, Image.open(ROOT / "docs" / "window.png") as kept:
         assert drawn.size == kept.size
         different = (np.asarray(drawn.convert("RGB")) != np.asarray(kept.convert("RGB"))).any(axis=2)
@@ -60,17 +58,17 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
     assert set(SET_UP) <= set(script)
 
 
-def test_the_comparison_is_what_the_command_prints(folder: Path) -> None:
-    run = subprocess.run(
-        [sys.executable, "-m", "sandbox", "compare", "article"], capture_output=True, text=True, check=True
-    )
-    assert [line.rstrip() for line in run.stdout.splitlines()] == blocks("text")[0].splitlines()
+def test_the_comparison_is_what_the_command_prints(folder: Path, command: Command) -> None:
+    assert COMPARISON in COMMANDS
+    code, out, err = command(*COMPARISON.split()[1:])
+    assert (code, err) == (0, "")
+    assert [line.rstrip() for line in out.splitlines()] == blocks("text")[0].splitlines()
 
 
-def test_the_figures_of_the_engines_are_what_the_tool_prints(folder: Path) -> None:
+def test_the_figures_of_the_engines_are_what_the_tool_prints(folder: Path, command: Command) -> None:
     def left(scene: str) -> str:
-        program = [sys.executable, "-m", "sandbox", "compare", scene, "--engines", "article", "--json", "-"]
-        figures = json.loads(subprocess.run(program, capture_output=True, check=True).stdout)
+        _, out, _ = command("compare", scene, "--engines", "article", "--json", "-")
+        figures = json.loads(out)
         return f"{figures['engines']['article']['energy_ratio']:.1%}".replace("%", " %")
 
     assert f"{left('article')} left of `article` after 20 s, {left('newtons-cradle')} of `newtons-cradle`" in README

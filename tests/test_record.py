@@ -1,7 +1,6 @@
 """Recordings: their frames are decoded, and hold the balls where the trace has them."""
 
 import gc
-import os
 import signal
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
-from conftest import scene_of
+from conftest import Command, scene_of
 from PIL import Image
 
 from sandbox.mistakes import Mistake
@@ -207,19 +206,9 @@ def test_frames_are_not_held_in_memory(kind: type[Film]) -> None:
         assert sum(isinstance(thing, Image.Image) for thing in gc.get_objects()) <= 2
 
 
-def sandbox(*arguments: object) -> subprocess.CompletedProcess[str]:
-    environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    command = [sys.executable, "-m", "sandbox", "record", *map(str, arguments)]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-
-
-def test_the_command_records_without_a_display_and_says_nothing() -> None:
-    run = sandbox("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "film.gif")
-    assert (run.returncode, run.stdout, run.stderr.replace("Compiling the engines; this happens once.\n", "")) == (
-        0,
-        "",
-        "",
-    )
+def test_the_command_records_without_a_display_and_says_nothing(command: Command) -> None:
+    arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "film.gif")
+    assert command("record", *arguments) == (0, "", "")
     with Image.open("film.gif") as film:
         assert (film.size, getattr(film, "n_frames", 0)) == ((320, 200), 26)
 
@@ -228,8 +217,6 @@ def test_the_command_records_without_a_display_and_says_nothing() -> None:
     ("arguments", "message"),
     [
         (("article", "--out", "f.avi"), "f.avi: a recording must end in one of .png, .gif, .webp, .mp4"),
-        (("article", "--out", "no/f.gif"), "no/f.gif: cannot be written: No such file or directory"),
-        (("article", "--out", "no/f.png"), "no/f.png: cannot be written: No such file or directory"),
         (("article", "--out", "f.gif", "--size", "big"), "--size big: write width x height in px, as in 1280x720"),
         (("article", "--out", "f.gif", "--size", "10x9999"), "--size 10x9999: must be from 64x64 to 8192x8192"),
         (("article", "--out", "f.gif", "--show", "trail"), "--show trail: nothing of that name can be shown; did you"),
@@ -238,11 +225,13 @@ def test_the_command_records_without_a_display_and_says_nothing() -> None:
     ],
     ids=lambda value: "-".join(value[1:]) if isinstance(value, tuple) else "",
 )
-def test_a_mistake_is_one_message_and_leaves_nothing(arguments: tuple[str, ...], message: str) -> None:
-    run = sandbox(*arguments)
-    assert run.returncode == 2
-    assert run.stderr.startswith(message)
-    assert run.stderr.count("\n") == 1
+def test_a_mistake_is_one_message_and_leaves_nothing(
+    command: Command, arguments: tuple[str, ...], message: str
+) -> None:
+    code, out, err = command("record", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(message)
+    assert err.count("\n") == 1
     assert list(Path().iterdir()) == []
 
 

@@ -5,8 +5,6 @@ import html
 import json
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import READY, Browser, chromium
-from conftest import said
+from conftest import Command
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -169,15 +167,17 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(article: Comparison, te
     assert attributes["srcdoc"] == text
 
 
-def test_the_command_on_the_page_runs_it_again(tmp_path: Path) -> None:
+def test_the_command_on_the_page_runs_it_again(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     inputs: list[Input] = [Grab(step=30, ball=0, at=(100, 100)), Release(step=60)]
     comparison = compare(load("article").changed(seed=5, seconds=2.0), ["pymunk", "impulse"], inputs=inputs)
-    command, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
+    line, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
     (tmp_path / "article.toml").write_text(source)
     (tmp_path / "inputs.jsonl").write_text(mouse)
-    program = [sys.executable, "-m", *shlex.split(command), "--json", "-"]
-    run = subprocess.run(program, capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert json.loads(run.stdout) == json.loads(json.dumps(comparison.as_json()))
+    _, out, _ = command(*shlex.split(line)[1:], "--json", "-")
+    assert json.loads(out) == json.loads(json.dumps(comparison.as_json()))
 
 
 def test_a_scene_changed_in_python_is_written_as_it_is() -> None:
@@ -192,28 +192,17 @@ def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
-def test_a_report_that_is_no_html_file_is_told_before_anything_runs(tmp_path: Path) -> None:
-    program = [
-        sys.executable,
-        "-m",
-        "sandbox",
-        "compare",
-        "article",
-        "--report",
-        "article.pdf",
-        "--json",
-        "figures.json",
-    ]
-    run = subprocess.run(program, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert (run.returncode, run.stderr) == (2, "article.pdf: a report must end in .html\n")
+def test_a_report_that_is_no_html_file_is_told_before_anything_runs(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
+    assert told == (2, "", "article.pdf: a report must end in .html\n")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_page_can_go_to_standard_output() -> None:
-    program = [sys.executable, "-m", "sandbox", "compare", "head-on", "--report", "-"]
-    run = subprocess.run(program, capture_output=True, text=True, check=False)
-    assert (run.returncode, said(run.stderr)) == (0, "")
-    assert run.stdout == page(compare(load("head-on")))
+def test_the_page_can_go_to_standard_output(command: Command) -> None:
+    assert command("compare", "head-on", "--report", "-") == (0, page(compare(load("head-on"))), "")
 
 
 # In a browser

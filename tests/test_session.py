@@ -344,7 +344,7 @@ def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch
 
 
 def test_no_more_edits_are_taken_than_a_recording_may_have(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.session.MOST_EDITS", 2)
+    monkeypatch.setattr("sandbox.session.MAX_EDITS", 2)
     for strength in (1.0, 2.0):
         session.give(SetGravity(step=0, gravity=(0, strength)))
     given = session.given()

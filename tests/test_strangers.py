@@ -8,18 +8,17 @@ import shlex
 import subprocess
 import sys
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pygame
 import pytest
 from browser import Browser, chromium
-from conftest import NO_KEY, said
+from conftest import Command, said
 from pygame.event import Event
 
-from sandbox import cli
 from sandbox.comparison import compare
-from sandbox.inputs import load_inputs
+from sandbox.inputs import Start, load_inputs
 from sandbox.mistakes import Mistake
 from sandbox.plaintext import csv_text
 from sandbox.report import page
@@ -27,8 +26,6 @@ from sandbox.scene import Scene, load, parse
 from sandbox.sweep import as_csv, in_order, plan
 from sandbox.sweep.jobs import run
 from sandbox.sweep_report import page as sweep_page
-from sandbox.view.draw import text_width
-from sandbox.view.picker import preview
 from sandbox.view.window import Window
 
 COMMANDS = {  # to a terminal, in a name or a text
@@ -75,27 +72,11 @@ momentum = [-300, 0]
 tolerance = 1
 because = "It flies."
 """
-Command = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
-    """Run the command line as the shell would: exit code, and the bytes of both outputs, which are UTF-8."""
-    monkeypatch.setenv("PYTHONSAFEPATH", "")  # is set by the command line, and taken back after the test
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capfdbinary.readouterr()
-        return int(ended.value.code or 0), out.decode(), err.decode()
-
-    return run
 
 
 def obeyed(text: str) -> set[str]:
@@ -150,12 +131,6 @@ def test_a_text_that_would_fill_the_window_is_a_mistake(key: str, most: int) -> 
         scene(**{key: "a" * 3_000})
 
 
-def test_a_long_key_is_told_in_short() -> None:
-    with pytest.raises(Mistake) as caught:
-        parse(f"{'a' * 100_000} = 1\n{SCENE}", "mine.toml")
-    assert str(caught.value).startswith(f'mine.toml:1: "{"a" * 36}... {NO_KEY}; known are ')
-
-
 @pytest.mark.parametrize("wrong", ["", "rate = 1", "rate = 0", "a\x1b = 1", '"\\u001b[31m\\u202e" = 1'])
 def test_no_file_s_name_commands_a_terminal(command: Command, wrong: str) -> None:
     """Nor do they write a line of their own: a file has one, and one more for a warning."""
@@ -202,15 +177,6 @@ def test_recorded_inputs_name_no_scene_that_commands_a_terminal() -> None:
     assert len(told) == len(lines)
     assert all(": scene must not have " in line for line in told)
     assert not obeyed(str(caught.value))
-
-
-def test_a_terminal_without_a_name_s_letters_is_no_traceback(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    Path("漢.toml").write_text(SCENE)
-    out = io.BytesIO()
-    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(out, encoding="ascii"))
-    assert command("check", "漢.toml") == (0, "", "")
-    sys.stdout.flush()
-    assert out.getvalue() == b"?.toml: 1 ball, no mistakes\n"
 
 
 # In a spreadsheet
@@ -338,6 +304,7 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
         window.escape()
         window.on_event(Event(pygame.DROPFILE, file=file))
         assert window.scene.file == Path(file)
+        assert Start(scene=window.scene.name, seed=0, rate=60).model_dump_json()
         window.frame(0)
         for act in (window.save_scene, window.save_picture, window.record, window.record):
             act()
@@ -354,31 +321,6 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
     assert {file.parent for file in new} == {inside}
     assert {file.suffix for file in new} == {".toml", ".png", ".gif"}
     assert len(new) == 3 * len(opened)
-
-
-@pytest.mark.parametrize("title", ["\u200d", "\ufe0f", "\U000e0f20"])
-def test_a_title_that_has_no_width_is_drawn_as_nothing(monkeypatch: pytest.MonkeyPatch, title: str) -> None:
-    """Such are joiners and variation selectors alone; pygame refuses to draw them."""
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    file = f"{ord(title)}.toml"
-    Path(file).write_text(f'title = "{title}"\n{SCENE}')
-    window = Window(load(file), ["article"])
-    window.shelf.pick()
-    window.frame(0)
-    assert window.shelf.picker
-    assert window.shelf.picker.found[0].file == Path(file)
-    assert preview(Path(file), (100, 100), 10).title == title
-    assert text_width(title, 10) == 0
-
-
-def test_a_name_with_no_room_for_more_is_told_where_it_cannot_be_saved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    Path(f"{'a' * 250}.toml").write_text(SCENE)
-    window = Window(load(Path(f"{'a' * 250}.toml")), ["article"])
-    for act in (window.save_scene, window.save_picture):
-        act()
-        assert window.notice[0].endswith(": cannot be written: File name too long")
-        window.frame(0)
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import Command, scene_of
 from hypothesis import settings
-from typer.testing import CliRunner
 
-from sandbox.cli import app
 from sandbox.comparison import Comparison, compare
 from sandbox.engines import create, registry, takes
 from sandbox.inputs import Grab, Input, Move, Release
@@ -234,13 +232,13 @@ def resident() -> int:
 
 
 @pytest.mark.parametrize("engine", ["pymunk", "impulse"])
-def test_a_comparison_tells_of_balls_that_fly_through_a_wall(engine: str, tmp_path: Path) -> None:
+def test_a_comparison_tells_of_balls_that_fly_through_a_wall(engine: str, tmp_path: Path, command: Command) -> None:
     """Two of three balls meet the wall; the last passes its end."""
     figures, table, page = (tmp_path / name for name in ("f.json", "f.csv", "page.html"))
-    command = ["compare", "truths/thin-wall-60-hz", "--engines", f"{engine},exact"]
-    ran = CliRunner().invoke(app, [*command, "--json", str(figures), "--csv", str(table), "--report", str(page)])
-    assert ran.exit_code == 0, ran.output
-    printed = " ".join(ran.output.split())
+    arguments = ("truths/thin-wall-60-hz", "--engines", f"{engine},exact", "--json", figures, "--csv", table)
+    code, out, _ = command("compare", *arguments, "--report", page)
+    assert code == 0
+    printed = " ".join(out.split())
     assert f"Passages through walls: {engine}'s 2, first ball 0 and wall 0 at 0.200 s." in printed
     assert "contacts missed 2 0" in printed
     because = (

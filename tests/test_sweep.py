@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import NO_KEY, REQUIRED, said, scene_of
+from conftest import NO_KEY, REQUIRED, Command, said, scene_of
 
 from sandbox.comparison import compare
 from sandbox.mistakes import Mistake
@@ -57,7 +57,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def command(*arguments: str, program: str = "", **environment: str) -> subprocess.Popen[str]:
+def begun(*arguments: str, program: str = "", **environment: str) -> subprocess.Popen[str]:
     start = f"if __name__ == '__main__':\n    {program or 'pass'}\n    from sandbox.cli import main\n    main()"
     return subprocess.Popen(
         [sys.executable, "-c", start, "sweep", *arguments],
@@ -137,8 +137,9 @@ def test_speeds_are_counted_by_their_law() -> None:
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_processes_make_the_table(workers: str, expected: list[dict[str, str]]) -> None:
-    assert done(command(*TUNED, "--workers", workers, "--out", "f.csv", "--report", "f.html")) == (0, "", "")
+def test_processes_make_the_table(command: Command, workers: str, expected: list[dict[str, str]]) -> None:
+    told = command("sweep", *TUNED, "--workers", workers, "--out", "f.csv", "--report", "f.html")
+    assert told == (0, "", "")
     assert timeless(Path("f.csv").read_text()) == expected
     assert not journal_of("f.csv").exists()
     assert "Gap to the yardstick" in Path("f.html").read_text()
@@ -160,8 +161,8 @@ def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -
     assert not multiprocessing.active_children()
 
 
-def test_a_sweep_that_is_killed_goes_on_where_it_was(expected: list[dict[str, str]]) -> None:
-    killed = command(*TUNED, "--workers", "2", "--out", "f.csv")
+def test_a_sweep_that_is_killed_goes_on_where_it_was(command: Command, expected: list[dict[str, str]]) -> None:
+    killed = begun(*TUNED, "--workers", "2", "--out", "f.csv")
     path = journal_of("f.csv")
     while not path.exists() or path.read_bytes().count(b"\n") < 6:
         assert killed.poll() is None
@@ -174,7 +175,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(expected: list[dict[str, st
     with journal(small(), "f.csv") as kept:
         assert len(missing(small(), kept)) == len(small().jobs) - content.count(b"\n") + 2
     assert path.read_bytes() == b"".join(content.splitlines(keepends=True)[:-1])
-    assert done(command(*TUNED, "--workers", "2", "--out", "f.csv")) == (0, "", "")
+    assert command("sweep", *TUNED, "--workers", "2", "--out", "f.csv") == (0, "", "")
     assert timeless(Path("f.csv").read_text()) == expected
 
 
@@ -227,7 +228,7 @@ def test_a_cluster_makes_the_table_though_a_worker_is_killed(
         assert not any(outcome.failure for outcome in outcomes)
         write(sweep, in_order(sweep, kept.rows), "f.csv")
     assert timeless(Path("f.csv").read_text()) == expected
-    assert done(command(*TUNED, "--scheduler", address))[0] == 0
+    assert done(begun(*TUNED, "--scheduler", address))[0] == 0
 
 
 def test_a_scheduler_that_is_gone_is_told_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
@@ -266,7 +267,7 @@ def fragile(tmp_path: Path) -> str:
 def test_a_job_that_fails_or_kills_costs_its_row_and_is_told(fragile: str) -> None:
     path = os.pathsep.join(filter(None, [fragile, os.environ.get("PYTHONPATH")]))
     arguments = ("article", "--seeds", "0:4", "--engines", "fragile", "--seconds", "0.1", "--out", "f.csv")
-    code, _, error = done(command(*arguments, "--workers", "2", PYTHONPATH=path))
+    code, _, error = done(begun(*arguments, "--workers", "2", PYTHONPATH=path))
     assert code == 1
     assert sorted(error.splitlines()) == [
         "2 of 4 rows are missing; the same command tries again",
@@ -277,15 +278,14 @@ def test_a_job_that_fails_or_kills_costs_its_row_and_is_told(fragile: str) -> No
     assert journal_of("f.csv").exists()
 
 
-def test_a_full_disk_is_told_and_costs_no_row_that_is_there(expected: list[dict[str, str]]) -> None:
+def test_a_full_disk_is_told_and_costs_no_row_that_is_there() -> None:
     limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))"
-    code, _, error = done(command(*TUNED, "--workers", "1", "--out", "f.csv", program=limit))
+    code, _, error = done(begun(*TUNED, "--workers", "1", "--out", "f.csv", program=limit))
     assert (code, error) == (2, "f.csv.journal: cannot be written: File too large\n")
     assert not Path("f.csv").exists()
     with journal(small(), "f.csv") as kept:
         assert 2 <= len(kept.rows) <= 8
-    assert done(command(*TUNED, "--workers", "1", "--out", "f.csv")) == (0, "", "")
-    assert timeless(Path("f.csv").read_text()) == expected
+        assert missing(small(), kept) == list(small().jobs[len(kept.rows) :])
 
 
 def test_whatever_goes_wrong_in_a_job_is_its_outcome() -> None:
@@ -325,12 +325,13 @@ def test_a_journal_of_another_sweep_or_of_one_at_work_is_left_alone() -> None:
         (("article", "--engines", "pymnk"), "no engine 'pymnk'; did you mean pymunk?"),
         (("bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
         (("article", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"), "--workers and --scheduler both say"),
-        (("article", "--out", "no/f.csv"), "no/f.csv: cannot be written: No such file or directory"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
 )
-def test_a_mistake_is_one_message_before_anything_runs(arguments: tuple[str, ...], message: str) -> None:
-    code, out, error = done(command(*arguments))
+def test_a_mistake_is_one_message_before_anything_runs(
+    command: Command, arguments: tuple[str, ...], message: str
+) -> None:
+    code, out, error = command("sweep", *arguments)
     assert (code, out) == (2, "")
     assert error.startswith(message)
     assert error.count("\n") == 1

@@ -16,7 +16,7 @@ from sandbox.view.palette import FAINT, FRAME, INK
 
 HUGE = 10_000  # px; figures that reach further are drawn only where they are seen
 FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
-LONGEST = 1000  # characters of a line that are drawn; there is room for fewer on any screen
+MOST_LETTERS = 1000  # characters of a line that are drawn; there is room for fewer on any screen
 FINE = 3  # text is drawn this many times as large: fitted to pixels in its own size, letters stand apart unevenly
 SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
 Point = Sequence[float]
@@ -46,7 +46,7 @@ def text_width(text: str, height: int) -> int:
 
 def drawable(text: str) -> str:
     """Return as much of a text as there is room for, as pygame takes it."""
-    return printable(text[:LONGEST])
+    return printable(text[:MOST_LETTERS])
 
 
 def lettering(text: str, colour: Color, height: int) -> Surface:

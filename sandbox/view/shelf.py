@@ -76,11 +76,9 @@ class Shelf:
     def next_seed(self) -> None:
         """Start the scene again with the next seed."""
         try:
-            following = self._scene.changed(seed=self._scene.seed + 1)
-        except Mistake as mistake:  # there is a largest
+            self._run(self._scene.changed(seed=self._scene.seed + 1))
+        except Mistake as mistake:  # there is a largest seed
             self._tell(str(mistake))
-        else:
-            self.try_to_begin(following)
 
     def next_scene(self) -> None:
         """Go on to the next bundled scene."""

@@ -21,7 +21,7 @@ from sandbox.scene import Scene, write
 from sandbox.trajectory import Lockstep
 from sandbox.view.chart import Charts
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.draw import card, drawable
+from sandbox.view.draw import card
 from sandbox.view.draw import write as write_text
 from sandbox.view.film import Film, Gif
 from sandbox.view.grasp import Grasp, Point
@@ -449,7 +449,7 @@ class Window:
             whole = Surface(layout.window)
             self.draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
-        pygame.display.set_caption(f"{drawable(self.scene.title or self.scene.name)} - sandbox")
+        pygame.display.set_caption(f"{self.scene.title or self.scene.name} - sandbox")
         self.shown = self.stage.moment.step, self.status
         self.stale = False
 
