@@ -36,8 +36,10 @@ def ending() -> Iterator[None]:
                     if sys.stdout:
                         sys.stdout.flush()
         except Mistake as mistake:
-            print(mistake, file=sys.stderr)
-            sys.exit(2)
+            try:
+                print(mistake, file=sys.stderr)
+            finally:  # also where nobody can be told
+                sys.exit(2)
         except (Ended, SystemError) as error:
             end = error.__cause__ if isinstance(error, SystemError) else error  # numba's kernels return it so
             if not isinstance(end, Ended):

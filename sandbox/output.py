@@ -8,7 +8,7 @@ import shutil
 import signal
 import stat
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import combinations
 from pathlib import Path
@@ -65,10 +65,10 @@ def is_file(path: str | Path) -> bool:
         return str(path) not in STANDARD_OUTPUT and _file_behind(path) is not None
 
 
-def check(outputs: Mapping[str, str | None]) -> None:
+def check(outputs: Mapping[str, str | None], read: Iterable[str | Path | None] = ()) -> None:
     """Find what cannot be written before anything runs: options, and the paths that they were given.
 
-    Raises Mistake.
+    read: what is read, and so must not be written over. Raises Mistake.
     """
     given = {option: path for option, path in outputs.items() if path is not None}
     for option, path in given.items():
@@ -77,6 +77,10 @@ def check(outputs: Mapping[str, str | None]) -> None:
     for one, other in combinations(given, 2):
         if _means(given[one]) == _means(given[other]) is not None:
             raise Mistake(f"{one} {given[one]} and {other} {given[other]}: each must be a file of its own")
+    sources = {os.path.realpath(path) for path in read if path and os.path.exists(path)}  # noqa: PTH110  (as in `load`)
+    for option, path in given.items():
+        if _means(path) in sources:
+            raise Mistake(f"{option} {path}: is what is read here; give another file")
     for path in given.values():
         if is_file(path):
             with telling(path), _partial_of(Path(os.path.realpath(path))):
