@@ -87,7 +87,7 @@ def run(
     """
     from sandbox.view.window import Window, has_display
 
-    check_outputs({"--save-inputs": save_inputs})
+    check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
         window = Window(chosen, _names(engines), replayed)
@@ -126,7 +126,7 @@ def record(
     from sandbox.view.record import record as record_scene
 
     pixels, showing = _size(size), [name.strip() for name in show.split(",") if name.strip()]
-    check_outputs({"--out": out})
+    check_outputs({"--out": out}, [scene, inputs])
     check(out, pixels, showing)  # what cannot be is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     terminal = console(stderr=True)
@@ -165,7 +165,7 @@ def compare(
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise Mistake(f"{report}: a report must end in .html")
-    check_outputs({"--json": json_file, "--csv": csv_file, "--report": report})
+    check_outputs({"--json": json_file, "--csv": csv_file, "--report": report}, [scene, inputs])
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     comparison = _compare(chosen, _names(engines), against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
@@ -204,7 +204,7 @@ def trace(
 
     if steps is not None and seconds is not None:
         raise Mistake("--steps and --seconds both say how long; give one of them")
-    check_outputs({"--out": out})
+    check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # an ending that is none is told before anything runs
     chosen, replayed = _scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -231,7 +231,7 @@ def verify(
     from sandbox.verify import all_passed, as_json
     from sandbox.verify import verify as score_engines
 
-    check_outputs({"--json": json_file})
+    check_outputs({"--json": json_file}, scenes or ())
     _tell_of_compiling()
     named = _names(engines)
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
@@ -278,7 +278,7 @@ def sweep(
 
     if workers and scheduler:
         raise Mistake("--workers and --scheduler both say who runs it; give one of them")
-    check_outputs({"--out": out, "--report": report})
+    check_outputs({"--out": out, "--report": report}, [scene])
     _tell_of_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     planned = plan(

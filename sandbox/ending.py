@@ -36,8 +36,10 @@ def ending() -> Iterator[None]:
                     if sys.stdout:
                         sys.stdout.flush()
         except Mistake as mistake:
-            print(mistake, file=sys.stderr)
-            sys.exit(2)
+            try:
+                print(mistake, file=sys.stderr)
+            finally:  # also where nobody can be told
+                sys.exit(2)
         except (Ended, SystemError) as error:
             end = error if isinstance(error, Ended) else error.__cause__  # as it comes out of numba's kernels
             if not isinstance(end, Ended):

@@ -8,7 +8,7 @@ import shutil
 import signal
 import stat
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
@@ -65,11 +65,12 @@ def is_file(path: str | Path) -> bool:
         return _file_behind(path) is not None
 
 
-def check_outputs(outputs: Mapping[str, str | None]) -> None:
+def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path | None] = ()) -> None:
     """Find what cannot be written before anything runs: options, and the paths that they were given.
 
-    Raises Mistake.
+    read: what is read, and so must not be written over. Raises Mistake.
     """
+    sources = {Path(os.path.realpath(path)) for path in read if path and os.path.exists(path)}  # noqa: PTH110  (as in `load`)
     taken: dict[str | Path | None, str] = {}  # what only one of them can write to -> the option and its path
     for option, path in outputs.items():
         if path is None:
@@ -79,6 +80,8 @@ def check_outputs(outputs: Mapping[str, str | None]) -> None:
         with telling(path):
             target = _file_behind(path)
         place = "-" if path in STANDARD_OUTPUT else target
+        if place in sources:
+            raise Mistake(f"{option} {path}: is what is read here; give another file")
         if place in taken:
             raise Mistake(f"{taken[place]} and {option} {path}: each must be a file of its own")
         if place is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:  # slow to import
     from rich.console import Console
 
+UNKNOWN_WIDTH: Final = 80  # columns of a terminal that does not say
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -53,4 +54,7 @@ def console(*, stderr: bool = False) -> "Console":
     """Return the terminal for Rich, which is not to take [red] and :smile: in a text for commands."""
     from rich.console import Console  # noqa: PLC0415
 
-    return Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+    terminal = Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+    if terminal.width == 0:  # as COLUMNS=0 has it, and Rich would print nothing
+        terminal.width = UNKNOWN_WIDTH
+    return terminal

@@ -12,7 +12,7 @@ from sandbox.edits import AddBall, DeleteBall, Edit, SetRate
 from sandbox.engines import Engine, create
 from sandbox.inputs import Hand, Input, clock_of
 from sandbox.mistakes import Mistake
-from sandbox.output import whole_file
+from sandbox.output import STANDARD_OUTPUT, whole_file
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Contacts, Floats, State
@@ -200,7 +200,7 @@ def simulate(
 
 
 def write_trace(trajectory: Trajectory, path: str | Path) -> None:
-    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; `-` is csv on standard output.
+    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; on standard output, as csv.
 
     Raises Mistake for another ending, and where the file cannot be written.
     """
@@ -211,7 +211,7 @@ def write_trace(trajectory: Trajectory, path: str | Path) -> None:
 
 def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
     """Choose how to write a trace by its path's ending. Raises Mistake where none fits."""
-    ending = ".csv" if str(path) == "-" else Path(path).suffix
+    ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise Mistake(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
     return _WRITERS[ending]

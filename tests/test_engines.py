@@ -1,17 +1,21 @@
 """What holds of every engine, on every bundled scene that it takes."""
 
+import re
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from conftest import scene_of
 
+from sandbox.comparison import compare
 from sandbox.engines import Engine, create, default_engines, registry, takes
+from sandbox.engines.article import ArticleEngine
 from sandbox.inputs import End, Grab, Input, Move, Release
 from sandbox.mistakes import Mistake
-from sandbox.scene import bundled, load
+from sandbox.scene import Scene, bundled, load
 from sandbox.spawn import spawn
-from sandbox.state import CONTACT
+from sandbox.state import CONTACT, Contacts, State
 from sandbox.trajectory import simulate
 
 PAIRS = [
@@ -95,15 +99,105 @@ def test_an_unknown_engine_is_a_mistake_that_names_the_nearest() -> None:
         create("pymnk", scene, spawn(scene))
 
 
-def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    info = tmp_path / "mine-1.0.dist-info"
+def install(folder: Path, monkeypatch: pytest.MonkeyPatch, **engines: str) -> None:
+    """Install a package whose engines are "module:class"."""
+    info = folder / "mine-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[sandbox.engines]\nmine = sandbox.engines.article:ArticleEngine\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
+    entries = (f"{name} = {engine}\n" for name, engine in engines.items())
+    (info / "entry_points.txt").write_text("[sandbox.engines]\n" + "".join(entries))
+    monkeypatch.syspath_prepend(str(folder))
+
+
+def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, mine="sandbox.engines.article:ArticleEngine")
     scene = load("article")
     ran = simulate(scene, "mine", steps=10)
     assert np.array_equal(ran.position, simulate(scene, "article", steps=10).position)
+
+
+class Broken(ArticleEngine):
+    """The article's rule, by one who has not read what an engine must offer. What is wrong begins at a step."""
+
+    SINCE: ClassVar = 5
+
+    def wrong(self, name: str) -> bool:
+        return type(self).__name__ == name and super().state().time * 60 >= self.SINCE
+
+    def state(self) -> State:
+        state = super().state()
+        if self.wrong("Nan"):
+            state.position[1] = np.nan
+        velocity = state.velocity[:2] if self.wrong("Short") else state.velocity
+        return State(state.time, state.position, velocity)
+
+    def contacts(self) -> Contacts:
+        contacts = super().contacts()
+        if self.wrong("NoArray"):
+            return None  # type: ignore[return-value]
+        if self.wrong("Stranger"):
+            contacts["second"] = 3
+        if self.wrong("Endless"):
+            contacts["impulse"] = np.inf
+        return contacts
+
+
+class Nan(Broken): ...
+
+
+class Short(Broken): ...
+
+
+class NoArray(Broken): ...
+
+
+class Stranger(Broken): ...
+
+
+class Endless(Broken): ...
+
+
+@pytest.mark.parametrize(
+    ("engine", "told"),
+    [
+        ("Nan", "mine: the position of ball 1 must be finite, got [nan, nan]"),
+        ("Short", "mine: its velocity must be of shape (3, 2), got (2, 2)"),
+        ("NoArray", "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
+        ("Stranger", "mine: its contacts must be of the 3 balls and 4 walls"),
+        ("Endless", "mine: its contacts must be of finite numbers"),
+        ("Lost", f"mine: {__name__}:Lost cannot be loaded: module {__name__!r} has no attribute 'Lost'"),
+    ],
+)
+def test_an_engine_that_gives_nan_is_told_of_and_is_not_within_every_limit(
+    engine: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
+    with pytest.raises(Mistake, match=f"^{re.escape(told)}$"):
+        compare(load("article").changed(seconds=1.0), ["mine", "exact"])
+
+
+class Careless(ArticleEngine):
+    """The article's rule, which shows its own arrays and begins with those that it was given."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        initial.position[:] = 100.0
+        self._shown = super().state()
+
+    def state(self) -> State:
+        latest = super().state()
+        self._shown.position[:], self._shown.velocity[:] = latest.position, latest.velocity
+        return State(latest.time, self._shown.position, self._shown.velocity)
+
+
+def test_an_engine_that_shows_its_own_arrays_or_writes_to_ours_is_compared_as_it_ran(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:Careless")
+    scene = load("article").changed(seconds=2.0)
+    mine, article = (compare(scene, [name, "exact"]).runs[name].figures for name in ("mine", "article"))
+    assert mine == article
+    assert article.gap_max > 1
 
 
 def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from sandbox.engines import Refused
 from sandbox.engines.exact import ExactEngine
+from sandbox.mistakes import Mistake
 from sandbox.quantity import deepest_overlap, kinetic_energy, momentum, segment_distance
 from sandbox.scene import Scene, parse
 from sandbox.spawn import spawn
@@ -398,6 +399,17 @@ def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
     with pytest.raises(KeyboardInterrupt):
         engine.step()
     signal.signal(signal.SIGALRM, before)
+
+
+def test_contacts_without_end_are_refused_instead_of_taking_all_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A comparison of two balls of 1e9 kg and 1e-6 kg at 1e9 px/s took 24 GB, and the system ended it."""
+    monkeypatch.setattr("sandbox.engines.exact.MOST_KEPT", 10_000)
+    engine = engine_of(scene_of(ball([50, 50], [1e8, 0], radius=10), size=(100, 100)))
+    play(engine, 1)  # nobody has asked for them
+    engine.contacts()
+    with pytest.raises(Mistake, match=r"^exact: more than 10,000 contacts by 0\.03333 s are more than are kept"):
+        engine.step()
+    assert len(engine.contacts()) > 10_000
 
 
 def test_energy_and_momentum_are_conserved_and_nothing_overlaps() -> None:

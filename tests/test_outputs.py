@@ -418,6 +418,34 @@ def test_no_name_and_two_outputs_in_one_file_are_mistakes(arguments: tuple[str, 
     assert [entry.name for entry in Path().iterdir()] == ["l"]
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "mine.toml", "--json", "./mine.toml"),
+        ("compare", "mine.toml", "--inputs", "mouse.jsonl", "--csv", "mouse.jsonl"),
+        ("run", "mine.toml", "--save-inputs", "link"),
+        ("sweep", "mine.toml", "--out", "mine.toml"),
+        ("verify", "mine.toml", "--json", "mine.toml"),
+    ],
+    ids="-".join,
+)
+def test_a_scene_is_not_written_over_by_what_is_made_of_it(arguments: tuple[str, ...]) -> None:
+    Path("mine.toml").write_text(load("article").source)
+    Path("mouse.jsonl").write_text('{"step": 0, "do": "start", "scene": "mine", "seed": 0, "rate": 60}\n')
+    Path("link").symlink_to("mine.toml")
+    assert done(*arguments) == (2, f"{' '.join(arguments[-2:])}: is what is read here; give another file\n")
+    assert Path("mine.toml").read_text() == load("article").source
+    assert sorted(entry.name for entry in Path().iterdir()) == ["link", "mine.toml", "mouse.jsonl"]
+
+
+def test_a_file_that_is_called_as_a_bundled_scene_can_be_written_and_a_mouse_recorded_onto_itself() -> None:
+    check_outputs({"--json": "article"}, ["article"])
+    Path("mouse.jsonl").write_text('{"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}\n')
+    again = ("run", "head-on", "--inputs", "mouse.jsonl", "--save-inputs", "mouse.jsonl")
+    assert done(*again)[0] == 0
+    assert '"scene":"head-on"' in Path("mouse.jsonl").read_text()
+
+
 # What is not a plain file
 
 
@@ -461,6 +489,10 @@ def test_dev_stdout_is_standard_output_also_where_that_is_a_file() -> None:
     with Path("expected").open("wb") as out:
         assert done("compare", "article", "--seconds", "0.1", "--json", "-", out=out.fileno()) == (0, "")
     assert Path("out").read_bytes() == Path("expected").read_bytes() != b""
+    trace = ("trace", "article", "--engine", "article", "--steps", "1", "--out", "/dev/stdout")
+    with Path("out").open("wb") as out:
+        assert done(*trace, out=out.fileno()) == (0, "")
+    assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass\n0.0,0,")
     assert Path("/dev/stdout").is_symlink()
 
 
@@ -518,6 +550,20 @@ def test_with_standard_error_closed_nothing_of_it_is_on_standard_output() -> Non
     with Path("out").open("wb") as out:
         assert ended(forked(act, out.fileno())) == 2
     assert Path("out").read_bytes() == b""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_mistake_that_cannot_be_told_is_exit_code_2_all_the_same() -> None:
+    with Path("/dev/full").open("wb") as full:
+        assert ended(forked(main_with("check", "none.toml"), error=full.fileno())) == 2
+
+
+def test_a_terminal_that_does_not_know_its_width_is_printed_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "0")
+    with Path("out").open("wb") as out:
+        assert done("compare", "article", "--seconds", "0.1", out=out.fileno()) == (0, "")
+    assert "energy left" in Path("out").read_text()
+    assert max(map(len, Path("out").read_text().splitlines())) == 80
 
 
 def test_standard_output_that_is_closed_is_told_where_it_is_needed() -> None:

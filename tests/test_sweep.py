@@ -191,6 +191,35 @@ def test_rows_that_are_there_are_not_run_again() -> None:
     assert journal_of("f.csv").read_bytes().startswith(before)
 
 
+NO_ROWS = (
+    *("[1]", "null", "{}", "[" * 100_000, "1" * 9_999, '{"wall_s"'),
+    '{"seed": 0, "rate": 60, "engine": "article", "settings": ""}',
+    '{"seed": [0], "rate": 60, "engine": "article", "settings": "", "wall_s": 1}',
+)
+
+
+@pytest.mark.parametrize("line", NO_ROWS, ids=range(len(NO_ROWS)))
+def test_what_is_no_row_in_a_journal_is_run_again(line: str) -> None:
+    sweep = small()
+    with journal(sweep, "f.csv") as kept:
+        kept.add({**sweep.jobs[0]._asdict(), "wall_s": 0.1})
+    before = journal_of("f.csv").read_bytes()
+    journal_of("f.csv").write_bytes(before + line.encode() + b"\n" + before.splitlines(keepends=True)[1])
+    with journal(sweep, "f.csv") as kept:
+        assert missing(sweep, kept) == list(sweep.jobs[1:])
+    assert journal_of("f.csv").read_bytes() == before
+
+
+def test_a_journal_torn_in_its_first_line_begins_anew() -> None:
+    with journal(small(), "f.csv"):
+        whole = journal_of("f.csv").read_bytes()
+    for length in (0, 9, len(whole) - 1):
+        journal_of("f.csv").write_bytes(whole[:length])
+        with journal(small(), "f.csv") as kept:
+            assert kept.rows == []
+        assert journal_of("f.csv").read_bytes() == whole
+
+
 @pytest.fixture
 def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
     """Start a Dask scheduler and two workers, as one would on three machines."""
@@ -301,10 +330,11 @@ def test_a_journal_of_another_sweep_or_of_one_at_work_is_left_alone() -> None:
     longer = plan(load("article").changed(seconds=2.0), [0], [60], ["article"])
     with pytest.raises(Mistake, match=r"f\.csv\.journal: has rows of another scene"), journal(longer, "f.csv"):
         pass
-    journal_of("mine").write_text("my own notes\n")
-    with pytest.raises(Mistake, match=r"mine\.journal: has rows of another scene"), journal(longer, "mine"):
-        pass
-    assert journal_of("mine").read_text() == "my own notes\n"
+    for notes in ("my own notes\n", "my own notes"):
+        journal_of("mine").write_text(notes)
+        with pytest.raises(Mistake, match=r"mine\.journal: has rows of another scene"), journal(longer, "mine"):
+            pass
+        assert journal_of("mine").read_text() == notes
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """The toolbar: each widget by the mouse alone, and by the keyboard alone."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from pygame.event import Event
 
 from sandbox.view.controls import CONTROLS, Control
 from sandbox.view.icon import ICONS, icon
-from sandbox.view.toolbar import Button, Slider, Toolbar
+from sandbox.view.toolbar import ON, Button, Slider, Toolbar
 
 STOPS = (0.0, 0.25, 0.5, 1.0)
 PLACES = [Rect(10, 10, 30, 30), Rect(50, 10, 30, 30), Rect(100, 10, 150, 30)]
@@ -111,6 +112,18 @@ def test_the_mouse_takes_the_focus_from_the_keyboard(toolbar: Toolbar) -> None:
     toolbar.focus = 2
     mouse(toolbar, pygame.MOUSEBUTTONDOWN, 400, y=300)
     assert toolbar.focus is None
+
+
+def test_a_slider_at_the_fastest_has_its_knob_there_and_goes_on_from_there() -> None:
+    """It stood at the slowest, and the arrow to the left went there."""
+    told = Told(value=math.inf)
+    slider = Slider("time", "speed", "how fast", (0.5, 1.0, 2.0, math.inf), lambda: told.value, told.choose)
+    place, surface = Rect(0, 0, 140, 30), Surface((140, 30))
+    slider.draw(surface, place, hot=False)
+    knob = [x for x in range(140) if surface.get_at((x, 21)) == ON]
+    assert min(knob) > 120
+    slider.key(pygame.K_LEFT)
+    assert told.value == 2.0
 
 
 def test_a_slider_at_a_value_of_none_of_its_stops_goes_on_from_the_nearest(toolbar: Toolbar, told: Told) -> None:

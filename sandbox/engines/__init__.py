@@ -12,9 +12,11 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from typing import Final, Protocol, cast
 
+import numpy as np
+
 from sandbox.mistakes import Mistake, nearest
-from sandbox.scene import Scene, Vector
-from sandbox.state import Contacts, State
+from sandbox.scene import ARENA_WALLS, Scene, Vector
+from sandbox.state import CONTACT, Contacts, Floats, State
 
 GROUP: Final = "sandbox.engines"
 _BUILT_IN: Final = {
@@ -76,12 +78,64 @@ def _engine(name: str) -> "Callable[[Scene, State], Engine]":
         raise Mistake(f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'")
     if name not in engines:
         raise Mistake(f"no engine {name!r}; {nearest(name, engines)}")
-    return cast("Callable[[Scene, State], Engine]", engines[name].load())
+    try:
+        return cast("Callable[[Scene, State], Engine]", engines[name].load())
+    except (ImportError, AttributeError) as error:
+        raise Mistake(f"{name}: {engines[name].value} cannot be loaded: {error}") from error
+
+
+class _Guest:
+    """An engine of another package, held to what it must offer: where it does not, that is told before it is believed.
+
+    A figure of NaN is within every limit, and a snapshot that moves on is never apart from the engine.
+    """
+
+    def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
+        self.together = getattr(engine, "together", False)
+        self.step = engine.step
+        self.kick = engine.kick
+        self._name = name
+        self._engine = engine
+        self._balls = len(scene.bodies)
+        self._walls = len(ARENA_WALLS) + len(scene.walls)
+
+    def state(self) -> State:
+        state = self._engine.state()
+        position, velocity = self._numbers("position", state.position), self._numbers("velocity", state.velocity)
+        return State(state.time, position, velocity)
+
+    def contacts(self) -> Contacts:
+        contacts = self._engine.contacts()
+        if not isinstance(contacts, np.ndarray) or contacts.dtype != CONTACT or contacts.ndim != 1:
+            raise Mistake(f"{self._name}: its contacts must be an array of sandbox.state.CONTACT, got {contacts!r:.40}")
+        first, second = contacts["first"], contacts["second"]
+        if not np.all((first >= 0) & (first < self._balls) & (second >= -self._walls) & (second < self._balls)):
+            raise Mistake(f"{self._name}: its contacts must be of the {self._balls} balls and {self._walls} walls")
+        numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth"))
+        if not all(np.isfinite(each).all() for each in numbers):
+            raise Mistake(f"{self._name}: its contacts must be of finite numbers")
+        return contacts.copy()
+
+    def _numbers(self, what: str, values: Floats) -> Floats:
+        numbers = np.array(values, dtype=np.float64)
+        if numbers.shape != (self._balls, 2):
+            raise Mistake(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
+        if not np.isfinite(numbers).all():
+            ball = int(np.argmin(np.isfinite(numbers).all(axis=1)))
+            raise Mistake(f"{self._name}: the {what} of ball {ball} must be finite, got {numbers[ball].tolist()}")
+        return numbers
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
-    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour."""
-    return _engine(name)(scene, initial)
+    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour.
+
+    An engine of another package raises Mistake too where what it gives is not what it must be.
+    """
+    engine = _engine(name)
+    if name in _BUILT_IN:
+        return engine(scene, initial)
+    own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # others begin with the same
+    return _Guest(name, engine(scene, own), scene)
 
 
 def takes(name: str, scene: Scene, initial: State) -> bool:

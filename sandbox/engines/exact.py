@@ -38,6 +38,7 @@ from sandbox.engines.discs import BODY, DISC, EVENT, HELD, NONE, aligned
 from sandbox.engines.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.kernel import Record, entry, kernel, prefetch
 from sandbox.engines.walls import ARENA, pieces_of
+from sandbox.mistakes import Mistake
 from sandbox.scene import Scene, Vector
 from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
 
@@ -52,6 +53,7 @@ JAM: Final = 10_000  # contacts, each within CONTACT_TIME of the last, after whi
 PATIENCE: Final = 10_000_000  # as many where nothing takes energy: then only what goes to and fro is stopped
 PAST: Final = 1e-9  # px beyond its end that a face carries a disc: above rounding, or it would catch it once more
 BREATH: Final = 1_000_000  # events, about a second's, between two chances for Ctrl C to end a step of ever more
+MOST_KEPT: Final = 5_000_000  # contacts that nobody has asked for yet: half a GB, and five times that in a comparison
 SPECK: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
 
@@ -469,6 +471,7 @@ class ExactEngine:
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         self._log = np.empty(64, CONTACT)
         self._found: list[Contacts] | None = None
+        self._kept = 0  # contacts in it
         self.collisions = 0
         begin(self._world)
 
@@ -479,17 +482,30 @@ class ExactEngine:
             raise Refused("exact: friction is not part of smooth hard discs; use --engines pymunk")
 
     def step(self) -> None:
-        """Play the events of one step. Nothing is computed at its end, so the rate changes no event."""
+        """Play the events of one step. Nothing is computed at its end, so the rate changes no event.
+
+        Raises Mistake where its contacts are collected, and are more than there is room for.
+        """
         self._steps += 1
         while self._world.agenda.node[0]["time"] <= self._now:
             count, collisions = advance(self._world, self._now, self._log, self._found is not None)
             self.collisions += collisions
             if self._found is not None:
-                self._found.append(self._log[:count].copy())
+                self._keep(self._log[:count].copy())
             if count == len(self._log):
                 self._log = np.empty(2 * count, CONTACT)
         if self._found is not None and self._world.falls:
-            self._found.append(self._carried())
+            self._keep(self._carried())
+
+    def _keep(self, contacts: Contacts) -> None:
+        assert self._found is not None
+        self._found.append(contacts)
+        self._kept += len(contacts)
+        if self._kept > MOST_KEPT:
+            raise Mistake(
+                f"exact: more than {MOST_KEPT:,} contacts by {self._now:.4g} s are more than are kept; a shorter run "
+                "has fewer, and so have balls that are slower or of masses less far apart"
+            )
 
     def _carried(self) -> Contacts:
         """Return a contact for each wall that carries a ball, with what it has pressed in a step, or since it does."""
@@ -519,7 +535,7 @@ class ExactEngine:
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
-        found, self._found = self._found, []
+        found, self._found, self._kept = self._found, [], 0
         return np.concatenate(found) if found else no_contacts()
 
     def kick(self, ball: int, dv: Vector) -> None:

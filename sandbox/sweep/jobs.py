@@ -163,3 +163,11 @@ def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
 def job_of(row: Row) -> Job:
     """Tell which job a row is of."""
     return Job(*(row[field] for field in Job._fields))
+
+
+def is_row(found: object) -> bool:
+    """Tell whether what a file holds is a row as `run` makes them."""
+    if not isinstance(found, dict):
+        return False
+    fields = Job.__annotations__.items()
+    return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in fields)

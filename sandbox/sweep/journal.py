@@ -1,7 +1,7 @@
 """The rows of a sweep as they come, in a file that outlives a sweep which is killed.
 
 A line is one row, as JSON, and on the disk before the next one is begun. The first line says what the rows are of.
-What is torn at the end is dropped when the file is opened again, and is run again.
+What is torn, or no row, is dropped with all that follows when the file is opened again, and is run again.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from sandbox.mistakes import Mistake
 from sandbox.output import is_file, telling
-from sandbox.sweep.jobs import Row, Sweep
+from sandbox.sweep.jobs import Row, Sweep, is_row
 
 
 class Journal:
@@ -58,29 +58,31 @@ def journal_of(out: str) -> Path:
 
 def _resume(file: IO[bytes], path: Path, sweep: Sweep) -> list[Row]:
     file.seek(0)
-    content = file.read()
-    documents, end = _whole_lines(content)
-    if documents[:1] != [_head(sweep)] and b"\n" in content:
+    content, head = file.read(), _line(_head(sweep))
+    if not content.startswith(head[: len(content)]):
         raise Mistake(f"{path}: has rows of another scene, or of another time; move it away, or give another --out")
+    rows, end = _whole_rows(content, len(head))
     file.truncate(end)
-    if not documents:
+    if len(content) < len(head):
         _append(file, _head(sweep))
-    return documents[1:]
+    return rows
 
 
-def _whole_lines(content: bytes) -> tuple[list[Any], int]:
-    """Return what the lines hold up to the first that is torn, and where that one begins."""
-    documents, end = [], 0
-    for line in content.splitlines(keepends=True):
+def _whole_rows(content: bytes, begin: int) -> tuple[list[Row], int]:
+    """Return the rows from a place on up to the first that is torn or none, and where that one begins."""
+    if len(content) < begin:
+        return [], 0
+    rows, end = [], begin
+    for line in content[begin:].splitlines(keepends=True):
         try:
-            documents.append(json.loads(line))
-        except ValueError:
+            row = json.loads(line)
+        except (ValueError, RecursionError):
             break
-        if not line.endswith(b"\n"):
-            documents.pop()
+        if not line.endswith(b"\n") or not is_row(row):
             break
+        rows.append(row)
         end += len(line)
-    return documents, end
+    return rows, end
 
 
 def _head(sweep: Sweep) -> dict[str, Any]:
@@ -93,8 +95,12 @@ def _head(sweep: Sweep) -> dict[str, Any]:
     }
 
 
+def _line(document: dict[str, Any]) -> bytes:
+    return json.dumps(document).encode() + b"\n"
+
+
 def _append(file: IO[bytes], document: dict[str, Any]) -> None:
-    line = memoryview(json.dumps(document).encode() + b"\n")
+    line = memoryview(_line(document))
     while line:
         line = line[file.write(line) :]
     os.fsync(file.fileno())

@@ -161,7 +161,10 @@ class Slider:
     def _nearest(self) -> int:
         if self.dragged is not None:
             return self.dragged
-        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - self.value()))
+        now = self.value()
+        if now in self.values:  # infinity too, which is as far from itself as from any other
+            return self.values.index(now)
+        return min(range(len(self.values)), key=lambda index: abs(self.values[index] - now))
 
     @staticmethod
     def _track(place: Rect) -> Rect:
