@@ -89,7 +89,10 @@ def print_advice(trials: Sequence[Trial]) -> None:
     for trial in trials:
         until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
         table.add_row(trial.settings, until, f"{trial.astray:.2e}", f"{trial.gap_rms:.4g} px")
-    console().print("\n", table, "\n", advice(trials), sep="")
+    terminal = console()
+    terminal.print()
+    terminal.print(table)
+    terminal.print(f"\n{advice(trials)}")
 
 
 def print_board(board: Board) -> None:
