@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,8 @@ from conftest import need
 
 from sandbox.edits import AddBall
 from sandbox.inputs import End, Grab, Input, Release, load_inputs
-from sandbox.scene import Scene, load, rgb
+from sandbox.scene import Scene, load, parse, rgb
+from sandbox.session import Session
 from sandbox.spawn import spawn
 from sandbox.trajectory import simulate
 from sandbox.view.layout import Layout
@@ -66,20 +67,25 @@ class Desktop:
         command = ["xdotool", *map(str, arguments)]
         return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
 
-    def wait_for(self, found: Callable[[], object]) -> object:
+    def wait_for(self, found: Callable[[], object], seconds: float = 30) -> object:
         """Wait for something to be there, for as long as a slow machine may need."""
-        for _ in range(600):
+        for _ in range(round(20 * seconds)):
             result = found()
             if result:
                 return result
             assert self.process.poll() is None, "the sandbox stopped"
             time.sleep(0.05)
-        raise AssertionError("waited in vain")
+        raise TimeoutError("waited in vain")
 
     def open(self) -> None:
-        self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
-        self.xdo("windowfocus", "--sync", self.window)
-        self.picture()  # the first frame is there
+        """Wait until the first frame is there, and keys reach the window: they are lost before it is ready."""
+        for _ in range(10):
+            self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
+            self.xdo("windowfocus", "--sync", self.window, "key", "F12")
+            with suppress(TimeoutError):
+                self.wait_for(lambda: list(self.folder.glob("*.png")), seconds=3)
+                return
+        raise TimeoutError("no key reached the window")
 
     def picture(self) -> pygame.Surface:
         """Have the sandbox save a picture, and load it."""
@@ -142,6 +148,14 @@ class Desktop:
         self.xdo("key", "Escape")
         assert self.process.wait(30) == 0
         return load_inputs(self.folder / "inputs.jsonl", self.scene)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled() -> None:
+    """Compile what the window runs, or it would stand still while a ball is dragged in it."""
+    session = Session(parse(SCENE, "scene.toml"), ENGINES)
+    for _ in range(10):
+        session.advance()
 
 
 @contextmanager
