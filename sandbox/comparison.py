@@ -14,7 +14,7 @@ from sandbox.inputs import Input, clock_of
 from sandbox.ledger import Entry, Ledger, Passage, step_at
 from sandbox.mistakes import Mistake, nearest
 from sandbox.plaintext import csv_text
-from sandbox.quantity import energy, length, momentum
+from sandbox.quantity import energy, length, momentum, outside
 from sandbox.scene import Scene, Vector
 from sandbox.spawn import spawn
 from sandbox.state import Bools, Contacts, Floats, State
@@ -307,11 +307,11 @@ class _Tally:
         if obeys_laws(scene):
             self.velocities.append(velocity[:: self.every])
         self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
-        outside = np.maximum(-position, position - scene.arena.size).max(axis=2)
-        if self.left is None and outside.max() > 0:
-            step, ball = np.argwhere(outside > 0)[0].tolist()
+        away = outside(position, scene.arena.size)
+        if self.left is None and away.max() > 0:
+            step, ball = np.argwhere(away > 0)[0].tolist()
             self.left = (done + step) / scene.rate, ball
-        self.outside = np.maximum(self.outside, outside.max(axis=0))
+        self.outside = np.maximum(self.outside, away.max(axis=0))
         self.contacts.append(self.engine.contacts())
         self.book(position, velocity)
         self.final = self.states[-1]
@@ -341,7 +341,6 @@ class _Tally:
         account, rate = self.account(), self.scene.rate
         contacts = account.contacts
         at_wall = contacts[contacts["second"] < 0]
-        outside = ((self.final.position < 0) | (self.final.position > self.scene.arena.size)).any(axis=1)
         parted = float(apart.argmax() / rate) if apart.any() else None
         until = min(time for time in (parted, horizon, self.final.time) if time is not None)
         differing = differences(self.scene, account, right, until, self.final.time) if right else ()
@@ -354,7 +353,7 @@ class _Tally:
             pair_contacts=len(contacts) - len(at_wall),
             wall_contacts=len(at_wall),
             max_overlap=self.ledger.deepest,
-            escaped=int(outside.sum()),
+            escaped=int(np.count_nonzero(outside(self.final.position, self.scene.arena.size) > 0)),
             expected=len(self.scores),
             met=sum(one.passed for one in self.scores),
             first_difference=differing[0] if differing else None,

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sandbox.quantity import way_to_segment
 from sandbox.scene import Scene
 from sandbox.state import Floats
 
@@ -129,10 +130,8 @@ def _has_room(crowd, x, y, radius):  # type: ignore[no-untyped-def]
         return False
     for w in range(len(crowd.wall)):
         x0, y0, x1, y1, thick = crowd.wall[w]
-        along_x, along_y = x1 - x0, y1 - y0
-        share = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
-        share = min(max(share, 0.0), 1.0)
-        if math.hypot(x0 + share * along_x - x, y0 + share * along_y - y) < radius + thick:
+        dx, dy = way_to_segment(x, y, x0, y0, x1, y1)
+        if math.hypot(dx, dy) < radius + thick:
             return False
     return True
 

@@ -42,6 +42,11 @@ def length(vector: Floats) -> Floats:
     return np.hypot(vector[..., 0], vector[..., 1])
 
 
+def outside(position: Floats, size: Sequence[float]) -> Floats:
+    """Return how far each ball's centre is outside an arena, px, negative where it is inside: (..., n)."""
+    return np.maximum(-position, position - size).max(axis=-1)
+
+
 def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
     """Find the pair of balls that overlap most: (px, first, second), (0.0, -1, -1) where none do.
 
@@ -79,6 +84,15 @@ def _sweep(position, radius, axis):  # type: ignore[no-untyped-def]
                         deepest, first, second = overlap, i, j
                 j += way
     return deepest, first, second
+
+
+@njit(cache=True)
+def way_to_segment(x, y, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
+    """Return the way from a point (x, y) to the nearest one of a segment, px along x and y."""
+    along_x, along_y = x1 - x0, y1 - y0
+    share = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
+    share = min(max(share, 0.0), 1.0)
+    return x0 + share * along_x - x, y0 + share * along_y - y
 
 
 def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:

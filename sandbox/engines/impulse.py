@@ -14,6 +14,7 @@ from sandbox.engines import Refused
 from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
 from sandbox.engines.walls import ARENA
+from sandbox.quantity import way_to_segment
 from sandbox.scene import Scene
 from sandbox.state import Floats, State
 
@@ -28,10 +29,7 @@ def towards(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
     """
     if of_arena:
         return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
-    along_x, along_y = wall[2] - wall[0], wall[3] - wall[1]
-    share = ((x - wall[0]) * along_x + (y - wall[1]) * along_y) / (along_x * along_x + along_y * along_y)
-    share = min(max(share, 0.0), 1.0)
-    dx, dy = wall[0] + share * along_x - x, wall[1] + share * along_y - y
+    dx, dy = way_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
     return nx, ny, wall[4] - distance
