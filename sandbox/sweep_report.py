@@ -16,7 +16,7 @@ from bokeh.models.widgets import Div
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
-from sandbox.report.charts import DASHES, HATCHES, MARKERS, Look
+from sandbox.report.charts import Look, look_of
 from sandbox.scene import PALETTE
 from sandbox.sweep.jobs import SHARES, Row, Sweep
 
@@ -74,10 +74,8 @@ def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
 
 
 def _looks(rows: Sequence[Row]) -> dict[str, Look]:
-    """Choose how each engine is drawn: told apart by dash and marker too."""
-    names = dict.fromkeys(map(_name, rows))
-    kinds = (PALETTE, DASHES, MARKERS, HATCHES)
-    return {name: Look(*(kind[index % len(kind)] for kind in kinds)) for index, name in enumerate(names)}
+    """Choose how each engine is drawn."""
+    return {name: look_of(index) for index, name in enumerate(dict.fromkeys(map(_name, rows)))}
 
 
 def _error_by_rate(rows: Sequence[Row]) -> Any:

@@ -79,6 +79,11 @@ class Look:
     hatch: str
 
 
+def look_of(index: int) -> Look:
+    """Choose how an engine looks, by its number: told apart by dash, marker and hatch too."""
+    return Look(*(kind[index % len(kind)] for kind in (PALETTE, DASHES, MARKERS, HATCHES)))
+
+
 def charts(comparison: Comparison) -> list[Chart]:
     """Draw gap, energy, momentum and contacts over time, and the ledger, where there is one."""
     over_time = [_energy(comparison), _momentum(comparison), _contacts(comparison)]
@@ -136,9 +141,7 @@ def contacts_by(time: Floats, run: Run) -> Floats:
 def _looks(comparison: Comparison) -> dict[str, Look]:
     others = [name for name in comparison.runs if name != comparison.against]
     looks = {comparison.against: Look("#000000", "solid", "x", "blank")}
-    for index, name in enumerate(others):
-        kinds = (PALETTE, DASHES, MARKERS, HATCHES)
-        looks[name] = Look(*(kind[index % len(kind)] for kind in kinds))
+    looks |= {name: look_of(index) for index, name in enumerate(others)}
     return {name: looks[name] for name in comparison.runs}
 
 
