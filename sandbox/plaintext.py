@@ -27,6 +27,8 @@ def printable(text: str) -> str:
     >>> printable("\x1b[31mevil.toml") == "\N{REPLACEMENT CHARACTER}[31mevil.toml"
     True
     """
+    if text.isprintable():  # as almost all is, a window's lines in every frame
+        return text
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
