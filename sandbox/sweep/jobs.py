@@ -169,5 +169,4 @@ def is_row(found: object) -> bool:
     """Tell whether what a file holds is a row as `run` makes them."""
     if not isinstance(found, dict):
         return False
-    fields = Job.__annotations__.items()
-    return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in fields)
+    return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in Job.__annotations__.items())
