@@ -28,7 +28,7 @@ Groups = dict[str, list[float]]  # what is told apart -> a value for each seed
 
 def page(sweep: Sweep, rows: Sequence[Row]) -> str:
     """Make the page. A chart that no row has anything for is left out."""
-    style: dict[str, str | None] = {"overflow-wrap": "anywhere"}
+    style: dict[str, str | None] = {"overflow-wrap": "anywhere", "font-size": "16px"}
     # TeX in a title could link to a script.
     heading = Div(text=_heading(sweep, rows), disable_math=True, width=SIZE["width"], styles=style)
     return file_html(column(heading, *_charts(rows)), INLINE, title=f"{sweep.scene.name}: a sweep")
