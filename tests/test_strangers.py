@@ -17,15 +17,16 @@ from browser import Browser, chromium
 from conftest import Command, said
 from pygame.event import Event
 
-from sandbox.comparison import compare
-from sandbox.inputs import Start, load_inputs
-from sandbox.mistakes import Mistake
-from sandbox.plaintext import csv_text
-from sandbox.report import page
-from sandbox.scene import Scene, load, parse
+from sandbox.analysis.comparison import compare
+from sandbox.errors import SandboxError
+from sandbox.report.comparison import page
+from sandbox.report.sweep import page as sweep_page
+from sandbox.run.inputs import Start, load_inputs
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene
 from sandbox.sweep import as_csv, in_order, plan
 from sandbox.sweep.jobs import run
-from sandbox.sweep_report import page as sweep_page
+from sandbox.text import csv_text
 from sandbox.view.window import Window
 
 COMMANDS = {  # to a terminal, in a name or a text
@@ -105,7 +106,7 @@ def test_no_text_of_a_scene_commands_a_terminal(key: str, text: str) -> None:
     if key != "title" and "\n" in text:
         scene(**{key: text})
         return
-    with pytest.raises(Mistake) as caught:
+    with pytest.raises(SandboxError) as caught:
         scene(**{key: text})
     assert str(caught.value).partition(": ")[2] in {
         f"{'expect[0].' if key == 'because' else ''}{key} must not have control characters, got U+{ord(letter):04X}"
@@ -127,7 +128,7 @@ def test_words_of_every_language_may_be_said() -> None:
 @pytest.mark.parametrize(("key", "most"), [("title", 100), ("about", 2_000), ("because", 2_000)])
 def test_a_text_that_would_fill_the_window_is_a_mistake(key: str, most: int) -> None:
     scene(**{key: "a" * most})
-    with pytest.raises(Mistake, match=rf'{key} must have at most {most} characters, got "a{{36}}\.\.\.$'):
+    with pytest.raises(SandboxError, match=rf'{key} must have at most {most} characters, got "a{{36}}\.\.\.$'):
         scene(**{key: "a" * 3_000})
 
 
@@ -171,7 +172,7 @@ def test_recorded_inputs_name_no_scene_that_commands_a_terminal() -> None:
     lines = [{"step": 0, "do": "start", "scene": name, "seed": 0, "rate": 60} for name in COMMANDS.values()]
     lines.append({"step": 0, "do": "start", "scene": "\ud800", "seed": 0, "rate": 60})
     Path("\x1b\n.jsonl").write_text("\n".join(map(json.dumps, lines)))
-    with pytest.raises(Mistake) as caught:
+    with pytest.raises(SandboxError) as caught:
         load_inputs(Path("\x1b\n.jsonl"), scene())
     told = str(caught.value).splitlines()
     assert len(told) == len(lines)
@@ -330,7 +331,7 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
 def test_a_colour_is_a_name_or_a_number(colour: str) -> None:
     for line in ("background = ", "\n[[balls]]\nradius = 1\nposition = [9, 9]\ncolors = "):
         value = json.dumps(colour) if "back" in line else json.dumps([colour])
-        with pytest.raises(Mistake, match="is no colour"):
+        with pytest.raises(SandboxError, match="is no colour"):
             parse(
                 SCENE.replace("[[expect]]", "").split("at = 0")[0].replace("[[balls]]", f"{line}{value}\n[[balls]]", 1),
                 "mine.toml",

@@ -10,7 +10,7 @@ from typing import Final
 
 import sandbox.view  # noqa: F401  (pygame is silent if it comes after this)
 from sandbox.bench.figure import Figure
-from sandbox.mistakes import Mistake, nearest
+from sandbox.errors import SandboxError, nearest
 
 __all__ = ["PARTS", "Figure", "bench"]
 
@@ -28,11 +28,11 @@ PARTS: Final = {
 def bench(only: Sequence[str] | None = None) -> Iterator[tuple[str, Iterator[Figure]]]:
     """Yield the title of each part, or of those named, and its figures, which are measured as they are asked for.
 
-    Raises Mistake for a part that is none.
+    Raises SandboxError for a part that is none.
     """
     for name in only or ():
         if name not in PARTS:
-            raise Mistake(f"nothing to measure called {name!r}; {nearest(name, PARTS)}")
+            raise SandboxError(f"nothing to measure called {name!r}; {nearest(name, PARTS)}")
     for title, place in (PARTS[name] for name in only or PARTS):
         module, _, function = place.partition(":")
         measure: Callable[[], Iterator[Figure]] = getattr(import_module(module), function)

@@ -8,9 +8,10 @@ from typing import Final
 from sandbox.bench.figure import ROUNDS, Figure, figure, in_turn, seconds, times_for
 from sandbox.bench.plain import PlainArticle, PlainDiscs, plain_space
 from sandbox.engines import create
-from sandbox.engines.exact import ExactEngine
-from sandbox.scene import Scene, load, parse
-from sandbox.spawn import spawn
+from sandbox.engines.exact.engine import ExactEngine
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 
 ROUND: Final = 0.2  # s that each side of a ratio is measured for in a round
 CALM: Final = 200  # px/s: 3.3 px a step, less than the radius, as engines that step want it

@@ -5,8 +5,8 @@ import math
 
 import pymunk
 
-from sandbox.scene import Scene
-from sandbox.spawn import spawn
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 
 WALL = 20_000.0  # px, half the thickness of a wall outside the arena: as thick as our engine's, so that none leave
 

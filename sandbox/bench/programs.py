@@ -7,11 +7,12 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from time import perf_counter
 
+from sandbox.analysis.comparison import compare
 from sandbox.bench.figure import ROUNDS, Figure, figure, in_turn, seconds
-from sandbox.comparison import compare
 from sandbox.engines import create
-from sandbox.scene import Scene, load
-from sandbox.spawn import spawn
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 
 
 def comparison() -> Iterator[Figure]:

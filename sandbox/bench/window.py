@@ -11,7 +11,8 @@ from pymunk.pygame_util import DrawOptions
 
 from sandbox.bench.figure import Figure, figure, in_turn, seconds, times_for
 from sandbox.bench.plain import plain_space
-from sandbox.scene import Scene, load
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
 from sandbox.view.window import FRAMES, Window
 
 SIZE: Final = (1680, 1010)  # px; in it both panes are as large as the scene, with the charts below

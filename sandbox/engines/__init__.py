@@ -14,8 +14,8 @@ from typing import Final, Protocol, cast
 
 import numpy as np
 
-from sandbox.mistakes import Mistake, nearest
-from sandbox.scene import ARENA_WALLS, Scene, Vector
+from sandbox.errors import Refused, SandboxError, nearest
+from sandbox.scene.model import ARENA_WALLS, Scene, Vector
 from sandbox.state import CONTACT, Contacts, Floats, State
 
 GROUP: Final = "sandbox.engines"
@@ -29,7 +29,7 @@ _BUILT_IN: Final = {
     )
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that comes with it
-REFERENCES: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can
+COUNTERPARTS: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can
 
 
 class Engine(Protocol):
@@ -58,10 +58,6 @@ class Engine(Protocol):
         """Add dv (px/s) to a ball's velocity."""
 
 
-class Refused(Mistake):
-    """An engine cannot honour a scene; the text says why, and what can."""
-
-
 def registry() -> dict[str, EntryPoint]:
     """Find every engine that can run here: the built-in ones first, then those of installed packages."""
     installed = {entry.name: entry for entry in entry_points(group=GROUP) if not _lacks_library(entry.name)}
@@ -75,13 +71,15 @@ def _lacks_library(engine: str) -> bool:
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
     engines = _BUILT_IN if name in _BUILT_IN else registry()  # which takes 6 ms, and every edit builds engines anew
     if _lacks_library(name):
-        raise Mistake(f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'")
+        raise SandboxError(
+            f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'"
+        )
     if name not in engines:
-        raise Mistake(f"no engine {name!r}; {nearest(name, engines)}")
+        raise SandboxError(f"no engine {name!r}; {nearest(name, engines)}")
     try:
         return cast("Callable[[Scene, State], Engine]", engines[name].load())
     except (ImportError, AttributeError) as error:
-        raise Mistake(f"{name}: {engines[name].value} cannot be loaded: {error}") from error
+        raise SandboxError(f"{name}: {engines[name].value} cannot be loaded: {error}") from error
 
 
 class _Guest:
@@ -107,29 +105,31 @@ class _Guest:
     def contacts(self) -> Contacts:
         contacts = self._engine.contacts()
         if not isinstance(contacts, np.ndarray) or contacts.dtype != CONTACT or contacts.ndim != 1:
-            raise Mistake(f"{self._name}: its contacts must be an array of sandbox.state.CONTACT, got {contacts!r:.40}")
+            raise SandboxError(
+                f"{self._name}: its contacts must be an array of sandbox.state.CONTACT, got {contacts!r:.40}"
+            )
         first, second = contacts["first"], contacts["second"]
         if not np.all((first >= 0) & (first < self._balls) & (second >= -self._walls) & (second < self._balls)):
-            raise Mistake(f"{self._name}: its contacts must be of the {self._balls} balls and {self._walls} walls")
+            raise SandboxError(f"{self._name}: its contacts must be of the {self._balls} balls and {self._walls} walls")
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth"))
         if not all(np.isfinite(each).all() for each in numbers):
-            raise Mistake(f"{self._name}: its contacts must be of finite numbers")
+            raise SandboxError(f"{self._name}: its contacts must be of finite numbers")
         return contacts.copy()
 
     def _numbers(self, what: str, values: Floats) -> Floats:
         numbers = np.array(values, dtype=np.float64)
         if numbers.shape != (self._balls, 2):
-            raise Mistake(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
+            raise SandboxError(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
         if not np.isfinite(numbers).all():
             ball = int(np.argmin(np.isfinite(numbers).all(axis=1)))
-            raise Mistake(f"{self._name}: the {what} of ball {ball} must be finite, got {numbers[ball].tolist()}")
+            raise SandboxError(f"{self._name}: the {what} of ball {ball} must be finite, got {numbers[ball].tolist()}")
         return numbers
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
-    """Build the named engine. Raises Mistake for a name that is none, Refused for a scene it cannot honour.
+    """Build the named engine. Raises SandboxError for a name that is none, Refused for a scene it cannot honour.
 
-    An engine of another package raises Mistake too where what it gives is not what it must be.
+    An engine of another package raises SandboxError too where what it gives is not what it must be.
     """
     engine = _engine(name)
     if name in _BUILT_IN:
@@ -151,4 +151,4 @@ def takes(name: str, scene: Scene, initial: State) -> bool:
 
 def default_engines(scene: Scene, initial: State) -> list[str]:
     """Name the engines to run where the user names none: Pymunk, and the reference that can honour the scene."""
-    return ["pymunk", *[name for name in REFERENCES if takes(name, scene, initial)][:1]]
+    return ["pymunk", *[name for name in COUNTERPARTS if takes(name, scene, initial)][:1]]

@@ -10,10 +10,10 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from sandbox.engines import Refused
 from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
-from sandbox.scene import Scene
+from sandbox.errors import Refused
+from sandbox.scene.model import Scene
 from sandbox.state import State
 
 LEFT, TOP, RIGHT, BOTTOM = range(4)  # the arena's walls

@@ -15,8 +15,8 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
-from sandbox.engines import Refused
-from sandbox.scene import Arena, Scene, Vector, Wall
+from sandbox.errors import Refused
+from sandbox.scene.model import Arena, Scene, Vector, Wall
 from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:

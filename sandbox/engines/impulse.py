@@ -10,12 +10,12 @@ import math
 import numpy as np
 from numba import njit
 
-from sandbox.engines import Refused
 from sandbox.engines.neighbours import later, neighbours, nth, pushed
 from sandbox.engines.stepped import SteppedEngine, note
 from sandbox.engines.walls import ARENA
+from sandbox.errors import Refused
 from sandbox.quantity import way_to_segment
-from sandbox.scene import Scene
+from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
 
 RIGHT, BOTTOM = 2, 3  # walls, of which these tell the arena's size

@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sandbox.engines.kernel import kernel
+from sandbox.engines.compiled import kernel
 from sandbox.state import Floats
 
 FEW: Final = 20  # balls, below which looking at every pair takes less time

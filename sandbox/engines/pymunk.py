@@ -6,7 +6,7 @@ import numpy as np
 import pymunk
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
-from sandbox.scene import Scene, Vector
+from sandbox.scene.model import Scene, Vector
 from sandbox.state import CONTACT, Bools, Contacts, Floats, State, no_contacts
 
 # Half the thickness of an arena wall, px. The wall stands outside, its inner face on the arena's edge; a ball

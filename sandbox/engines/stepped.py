@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numba import njit
 
-from sandbox.scene import Scene, Vector
+from sandbox.scene.model import Scene, Vector
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 

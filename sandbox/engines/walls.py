@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.scene import ARENA_WALLS, Scene, Vector
+from sandbox.scene.model import ARENA_WALLS, Scene, Vector
 
 ARENA: Final = len(ARENA_WALLS)  # the first walls are the arena's: solid to any depth, where others have two sides
 

@@ -12,10 +12,10 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from bokeh.transform import dodge
 
-from sandbox.comparison import Comparison, Run
-from sandbox.ledger import CAUSES
+from sandbox.analysis.causes import CAUSES
+from sandbox.analysis.comparison import Comparison, Run
 from sandbox.quantity import length
-from sandbox.scene import PALETTE
+from sandbox.scene.model import PALETTE
 from sandbox.state import Floats
 
 POINTS: Final = 2_000  # of a line, about: more than a screen has columns
@@ -71,7 +71,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Look:
-    """How an engine's lines and bars look; no two share a dash and a marker, and the yardstick's is black."""
+    """How an engine's lines and bars look; no two share a dash and a marker, and the reference's is black."""
 
     color: str
     dash: str
@@ -216,7 +216,7 @@ def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
 
 
 def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> None:
-    """Draw a line an engine, the yardstick's below the others, and name them above the chart."""
+    """Draw a line an engine, the reference's below the others, and name them above the chart."""
     items = {}
     looks = _looks(comparison)
     for name in sorted(series, key=lambda name: name != comparison.against):

@@ -5,11 +5,11 @@ A row is the same whoever runs it, and in what order: here, on a cluster, or aft
 
 from collections.abc import Iterator, Sequence
 
-from sandbox.output import is_file, whole_file
-from sandbox.plaintext import csv_text
+from sandbox.files import is_file, whole_file
 from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
 from sandbox.sweep.journal import Journal, journal, journal_of
 from sandbox.sweep.workers import Outcome, dask, local
+from sandbox.text import csv_text
 
 __all__ = [
     "Job",

@@ -12,15 +12,15 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.comparison import Comparison, Figures, Run, compare, flat
+from sandbox.analysis.comparison import Comparison, Figures, Run, compare, flat
+from sandbox.analysis.gas import speed_law
+from sandbox.analysis.reference import REFERENCE
+from sandbox.analysis.verdict import TUNED
 from sandbox.engines import create, takes
-from sandbox.gas import speed_law
-from sandbox.mistakes import Mistake
+from sandbox.errors import SandboxError
 from sandbox.quantity import length
-from sandbox.scene import Scene
-from sandbox.spawn import spawn
-from sandbox.verdict import TUNED
-from sandbox.yardstick import YARDSTICK
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 
 Row = dict[str, Any]  # column -> value
 
@@ -69,18 +69,18 @@ def plan(
 ) -> Sweep:
     """Plan a row for each seed, rate and engine; of Pymunk, one for each combination of its settings.
 
-    Raises Mistake for what no scene may have, and where an engine cannot honour the scene.
+    Raises SandboxError for what no scene may have, and where an engine cannot honour the scene.
     """
     if settings and TUNED not in engines:
-        raise Mistake(f"settings are of {TUNED}, which does not take part; add it to --engines")
+        raise SandboxError(f"settings are of {TUNED}, which does not take part; add it to --engines")
     choices = [[f"{key}={value}" for value in values] for key, values in sorted((settings or {}).items())]
     tunings = [" ".join(choice) for choice in product(*choices)]
     tunings_of = {engine: tunings if engine == TUNED else [""] for engine in engines}
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
     if count > MOST:
-        raise Mistake(f"a sweep of {count:,} rows is more than the {MOST:,} that there is room for")
+        raise SandboxError(f"a sweep of {count:,} rows is more than the {MOST:,} that there is room for")
     first = scene.changed(seed=seeds[0])
-    against = against or (YARDSTICK if takes(YARDSTICK, first, spawn(first)) else engines[-1])
+    against = against or (REFERENCE if takes(REFERENCE, first, spawn(first)) else engines[-1])
     for name in dict.fromkeys([*engines, against]):
         create(name, first, spawn(first))
     for rate, tuning in product(rates, tunings):
@@ -94,7 +94,7 @@ def plan(
 
 
 def tuned(scene: Scene, job: Job) -> Scene:
-    """Return the scene that a job runs. Raises Mistake for a setting, rate or seed that no scene may have."""
+    """Return the scene that a job runs. Raises SandboxError for a setting, rate or seed that no scene may have."""
     pairs = (setting.partition("=") for setting in job.settings.split())
     settings = {key: json.loads(value) for key, _, value in pairs}
     pymunk = scene.pymunk.model_dump(exclude_unset=True) | settings

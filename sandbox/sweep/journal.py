@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from sandbox.mistakes import Mistake
-from sandbox.output import is_file, telling
+from sandbox.errors import SandboxError
+from sandbox.files import is_file, telling
 from sandbox.sweep.jobs import Row, Sweep, is_row
 
 
@@ -25,7 +25,7 @@ class Journal:
         self._file = file
 
     def add(self, row: Row) -> None:
-        """Keep a row: when this returns, it is on the disk. Raises Mistake where there is no room for it."""
+        """Keep a row: when this returns, it is on the disk. Raises SandboxError where there is no room for it."""
         self.rows.append(row)
         if self._file:
             with telling(self._file.name):
@@ -36,7 +36,7 @@ class Journal:
 def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
     """Open the journal of a table, with the rows that it has from a sweep that was stopped.
 
-    Raises Mistake where it is another sweep's, or cannot be written.
+    Raises SandboxError where it is another sweep's, or cannot be written.
     """
     if not is_file(out):
         yield Journal([])
@@ -60,7 +60,9 @@ def _resume(file: IO[bytes], path: Path, sweep: Sweep) -> list[Row]:
     file.seek(0)
     content, head = file.read(), _line(_head(sweep))
     if not content.startswith(head[: len(content)]):
-        raise Mistake(f"{path}: has rows of another scene, or of another time; move it away, or give another --out")
+        raise SandboxError(
+            f"{path}: has rows of another scene, or of another time; move it away, or give another --out"
+        )
     rows, end = _whole_rows(content, len(head))
     file.truncate(end)
     if len(content) < len(head):
@@ -115,4 +117,4 @@ def _lock(file: IO[bytes], path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise Mistake(f"{path}: another sweep is at work on it") from None
+        raise SandboxError(f"{path}: another sweep is at work on it") from None

@@ -4,7 +4,7 @@ import os
 import re
 from collections.abc import Sequence
 
-from sandbox.mistakes import Mistake
+from sandbox.errors import SandboxError
 
 
 def seeds_of(text: str) -> range:
@@ -15,14 +15,14 @@ def seeds_of(text: str) -> range:
     """
     ends = re.fullmatch(r"(\d{1,18}):(\d{1,18})", text)
     if not ends or int(ends[1]) >= int(ends[2]):
-        raise Mistake(f"--seeds {text}: must be two numbers A:B, the seeds from A up to, and without, B")
+        raise SandboxError(f"--seeds {text}: must be two numbers A:B, the seeds from A up to, and without, B")
     return range(int(ends[1]), int(ends[2]))
 
 
 def rates_of(text: str) -> list[int]:
     """Read "60,240"."""
     if not re.fullmatch(r"\d{1,9}(,\d{1,9})*", text):
-        raise Mistake(f"--rates {text}: must be whole numbers with commas between them, such as 60,240")
+        raise SandboxError(f"--rates {text}: must be whole numbers with commas between them, such as 60,240")
     return [int(rate) for rate in text.split(",")]
 
 
@@ -38,9 +38,11 @@ def settings_of(texts: Sequence[str]) -> dict[str, list[float]]:
         try:
             numbers: list[float] = [int(value) if value.isdecimal() else float(value) for value in values.split(",")]
         except ValueError:
-            raise Mistake(f"--set {text}: must be a setting of Pymunk and its values, such as substeps=1,4") from None
+            raise SandboxError(
+                f"--set {text}: must be a setting of Pymunk and its values, such as substeps=1,4"
+            ) from None
         if key in found:
-            raise Mistake(f"--set {text}: {key} is set twice; write all of its values with commas between them")
+            raise SandboxError(f"--set {text}: {key} is set twice; write all of its values with commas between them")
         found[key] = numbers
     return found
 

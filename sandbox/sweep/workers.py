@@ -11,9 +11,9 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
-from sandbox.ending import held
-from sandbox.mistakes import Mistake
-from sandbox.scene import Scene
+from sandbox.errors import SandboxError
+from sandbox.scene.model import Scene
+from sandbox.signals import held
 from sandbox.sweep.jobs import Job, Row, Sweep, run
 
 PATIENCE: Final = 3  # workers that may die at a job before it is given up
@@ -126,16 +126,16 @@ def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> No
 def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
     """Run jobs on the cluster of a Dask scheduler, which gives those of a worker that dies to another.
 
-    Raises Mistake where there is no scheduler, or no longer one.
+    Raises SandboxError where there is no scheduler, or no longer one.
     """
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise Mistake("--scheduler: needs distributed; pip install 'pymunk-sandbox[dask]'") from None
+        raise SandboxError("--scheduler: needs distributed; pip install 'pymunk-sandbox[dask]'") from None
     try:
         client = Client(address, timeout=REACH, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
-        raise Mistake(f"--scheduler {address}: no scheduler answers there: {error}") from None
+        raise SandboxError(f"--scheduler {address}: no scheduler answers there: {error}") from None
     with client:
         # Impure: a cluster that has a row from another sweep must not say that it took no time.
         futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
@@ -145,7 +145,7 @@ def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
             except OSError:  # Dask's, of a connection that ended while a row was on its way
                 outcome = None
             if outcome is None:
-                raise Mistake(
+                raise SandboxError(
                     f"--scheduler {address}: is gone; the same command goes on with the rows that are missing"
                 )
             yield outcome

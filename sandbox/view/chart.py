@@ -1,4 +1,4 @@
-"""Charts of a run on one axis of time: energy, gap to the yardstick, momentum.
+"""Charts of a run on one axis of time: energy, gap to the reference, momentum.
 
 A chart is drawn once and then gone on with: what is new is drawn to what is there, and all of it again only where an
 axis has to reach further or the window has changed.
@@ -12,14 +12,14 @@ import numpy as np
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.marks import Marks
+from sandbox.analysis.reference import reference_of
 from sandbox.quantity import energy, length, momentum
-from sandbox.scene import Scene
+from sandbox.scene.model import Scene
+from sandbox.session.monitor import Marks
 from sandbox.state import Floats, State
 from sandbox.view.draw import dashes, lettering
 from sandbox.view.overlay import round_up
 from sandbox.view.palette import Line, Palette, palette, paper
-from sandbox.yardstick import yardstick_of
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 LEAST_GAP: Final = 1e-14  # px, the least that the chart's axis reaches down to
@@ -86,15 +86,15 @@ class Quantity:
     logarithmic: bool = False
 
 
-class History:
+class ChartData:
     """What the charts show of a run: each quantity in each engine, over time."""
 
     def __init__(self, scene: Scene, states: Mapping[str, State]) -> None:
         self.scene = scene
         self.engines = list(states)
-        self.yardstick = yardstick_of(self.engines)
-        first = states[self.yardstick]
-        self.energy_at_start = float(energy(scene, first.position, first.velocity))
+        self.reference = reference_of(self.engines)
+        first = states[self.reference]
+        self.energy_at_start = _energy(scene, first)
         unit = "% of the start" if self.energy_at_start else "kg px²/s²"
         gap = [Quantity("gap, RMS", "px", logarithmic=True)] if len(states) > 1 else []
         self.quantities = (Quantity("energy", unit), *gap, Quantity("momentum", "kg px/s"))
@@ -109,10 +109,10 @@ class History:
     def _sample(self, states: Mapping[str, State]) -> list[float]:
         scene, mass = self.scene, self.scene.bodies.mass
         unit = self.energy_at_start / 100 or 1.0
-        values = [states[self.yardstick].time]
-        values += [float(energy(scene, state.position, state.velocity)) / unit for state in states.values()]
+        values = [states[self.reference].time]
+        values += [_energy(scene, state) / unit for state in states.values()]
         if len(states) > 1:
-            right = states[self.yardstick].position
+            right = states[self.reference].position
             values += [float(np.sqrt(np.mean(length(state.position - right) ** 2))) for state in states.values()]
         return values + [float(length(momentum(state.velocity, mass))) for state in states.values()]
 
@@ -138,7 +138,7 @@ class Axes:
 class Charts:
     """The strip of charts, drawn at a place of the window."""
 
-    def __init__(self, history: History) -> None:
+    def __init__(self, history: ChartData) -> None:
         self.history = history
         self.marks = Marks()
         self.palette: Palette = palette(paper(history.scene.arena.background))
@@ -260,7 +260,7 @@ class Charts:
             values = history.of(k)[since:]
             surface.set_clip(plot.inflate(0, 2))
             for engine in range(len(history.engines)):
-                # A logarithmic axis has no place for 0, such as the yardstick's own gap.
+                # A logarithmic axis has no place for 0, such as the reference's own gap.
                 shown = values[:, engine] > 0 if quantity.logarithmic else np.ones(len(values), bool)
                 y = _y(plot, span, np.log10(values[shown, engine]) if quantity.logarithmic else values[shown, engine])
                 self._draw_line(surface, self.palette.line(engine), self._x(plot, times[shown]), y, width)
@@ -305,6 +305,10 @@ class Charts:
         pygame.draw.line(surface, self.palette.ink, (x, 0), (x, bottom))
         knob = text_height // 3
         pygame.draw.polygon(surface, self.palette.ink, [(x - knob, 0), (x + knob, 0), (x, knob)])
+
+
+def _energy(scene: Scene, state: State) -> float:
+    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
 
 
 def _y(plot: Rect, span: tuple[float, float], value: Floats) -> Floats:

@@ -9,9 +9,9 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.plaintext import printable
-from sandbox.scene import rgb
+from sandbox.scene.model import rgb
 from sandbox.state import Floats
+from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
 
 HUGE = 10_000  # px; figures that reach further are drawn only where they are seen

@@ -23,8 +23,8 @@ from PIL import Image, ImageChops
 from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
-from sandbox.mistakes import Mistake
-from sandbox.output import telling, whole_file
+from sandbox.errors import SandboxError
+from sandbox.files import telling, whole_file
 
 COLOURS: Final = 255  # that a frame of a GIF can have, beside one number for none
 CLEAR: Final = 255
@@ -45,12 +45,12 @@ class Film(ABC):
             self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
                 self._open(self._file)
-            except Mistake:
+            except SandboxError:
                 self.discard()
                 raise
 
     def add(self, surface: Surface) -> None:
-        """Add a frame, which is shown for 1/fps of a second. Raises Mistake where it cannot be written."""
+        """Add a frame, which is shown for 1/fps of a second. Raises SandboxError where it cannot be written."""
         assert surface.get_size() == self.size
         frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
         with telling(self.path):
@@ -58,7 +58,7 @@ class Film(ABC):
         self.frames, self._shown = self.frames + 1, frame
 
     def save(self) -> None:
-        """End the film, and put it in its place. Raises Mistake where it cannot be written."""
+        """End the film, and put it in its place. Raises SandboxError where it cannot be written."""
         with telling(self.path), self._file:
             self._close(self._file)
             self._file.seek(0)
@@ -203,9 +203,11 @@ class Mp4(Film):
         try:
             self._av = import_module("av")
         except ImportError:
-            raise Mistake(f"{self.path}: needs av, which is not installed; {INSTALL}") from None
+            raise SandboxError(f"{self.path}: needs av, which is not installed; {INSTALL}") from None
         if self.size[0] % 2 or self.size[1] % 2:
-            raise Mistake(f"{self.path}: must have an even width and height as MP4, got {self.size[0]}x{self.size[1]}")
+            raise SandboxError(
+                f"{self.path}: must have an even width and height as MP4, got {self.size[0]}x{self.size[1]}"
+            )
         self._container = self._av.open(file, "w", format="mp4")
         self._stream = self._container.add_stream("libx264", rate=self.fps)
         self._stream.width, self._stream.height = self.size

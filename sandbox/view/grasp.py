@@ -8,12 +8,13 @@ import pygame
 from pydantic import ValidationError
 from pygame import Surface
 
-from sandbox.edits import AddBall, SetVelocity
-from sandbox.inputs import Grab, Input, Move, Release
-from sandbox.memory import Moment
-from sandbox.mistakes import Mistake, mistake_of
+from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
-from sandbox.scene import PALETTE, Vector
+from sandbox.run.edits import AddBall, SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.scene.model import PALETTE, Vector
+from sandbox.scene.validation import error_of
+from sandbox.session.history import Moment
 from sandbox.view.draw import arrow
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ARROW, ball_at
@@ -50,7 +51,7 @@ class Grasp:
     def press(self, stage: Stage, layout: Layout, point: Point, *, paused: bool) -> Input | None:
         """Take the ball nearest to a point of the screen, if it is near enough; or place a new one.
 
-        Raises Mistake where there is no room for that.
+        Raises SandboxError where there is no room for that.
         """
         pane = layout.pane_at(point)
         if pane is None:
@@ -78,7 +79,7 @@ class Grasp:
         return None
 
     def let_go(self, stage: Stage) -> Input | None:
-        """Let go of what is held. Raises Mistake for a velocity that may not be."""
+        """Let go of what is held. Raises SandboxError for a velocity that may not be."""
         aim, self.aim, self._pressed = self.aim, None, None
         if stage.session.held is not None:
             return Release(step=stage.session.step)
@@ -106,7 +107,7 @@ class Grasp:
         self.by_key = True
 
     def push(self, stage: Stage, x: int, y: int) -> Input | None:
-        """Let the chosen ball go more to the right and down. Raises Mistake for a velocity that may not be."""
+        """Let the chosen ball go more to the right and down. Raises SandboxError for a velocity that may not be."""
         ball = self.ball(stage.moment)
         if ball is None:
             return None
@@ -116,7 +117,7 @@ class Grasp:
     def add(self, moment: Moment, at: Vector | None) -> Input:
         """Add a ball like the chosen one, or else the last, at a place; or where there is room near the middle.
 
-        Raises Mistake where there is none.
+        Raises SandboxError where there is none.
         """
         self.adding = False
         like, bodies, size = self._like(moment), moment.scene.bodies, moment.scene.arena.size
@@ -127,7 +128,7 @@ class Grasp:
             x, y = (min(max(to, radius), side - radius) for to, side in zip(at, size, strict=True))
             at = x, y
             if not _has_room(moment, at, radius):
-                raise Mistake("there is no room for a ball there")
+                raise SandboxError("there is no room for a ball there")
         return AddBall(
             step=moment.step,
             position=at,
@@ -166,7 +167,7 @@ def _throw(stage: Stage, ball: int, vx: float, vy: float) -> SetVelocity:
     try:
         return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
     except ValidationError as error:
-        raise mistake_of(error, SetVelocity) from None
+        raise error_of(error, SetVelocity) from None
 
 
 def _has_room(moment: Moment, at: Vector, radius: float) -> bool:
@@ -185,5 +186,5 @@ def _near_the_middle(moment: Moment, radius: float) -> Vector:
     places = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
     found = next((at for at in places if _has_room(moment, at, radius)), None)
     if found is None:
-        raise Mistake("there is no room for another ball")
+        raise SandboxError("there is no room for another ball")
     return found

@@ -7,7 +7,7 @@ from typing import Final
 
 from pygame import Rect
 
-from sandbox.scene import Vector
+from sandbox.scene.model import Vector
 
 GAP = 8  # px between panes and round them
 AROUND = 110  # px, about, of toolbar, titles and status line

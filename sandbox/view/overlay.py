@@ -8,9 +8,9 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.inputs import Hand
 from sandbox.quantity import length
-from sandbox.scene import Scene, rgb
+from sandbox.run.mouse import Hand
+from sandbox.scene.model import Scene, rgb
 from sandbox.state import Contacts, Floats, State
 from sandbox.view.draw import arrow, lettering
 from sandbox.view.palette import contrast, palette

@@ -6,7 +6,7 @@ from typing import Final
 
 from pygame import Color
 
-from sandbox.scene import PALETTE, rgb
+from sandbox.scene.model import PALETTE, rgb
 
 FRAME: Final = Color("#22262b")  # round the panes
 RAISED: Final = Color("#3a4047")  # what lies on the frame: buttons, cards

@@ -6,10 +6,10 @@ from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.inputs import Hand
-from sandbox.memory import Moment
 from sandbox.quantity import energy, kinetic_energy, potential_energy
-from sandbox.scene import Scene
+from sandbox.run.mouse import Hand
+from sandbox.scene.model import Scene
+from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
@@ -115,7 +115,7 @@ class Pane:
 
 
 def _energy(scene: Scene, state: State) -> float:
-    return float(energy(scene, state.position, state.velocity))
+    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
 
 
 def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:

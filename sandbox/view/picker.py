@@ -10,10 +10,11 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.mistakes import MAX_BYTES, Mistake
-from sandbox.plaintext import printable
-from sandbox.scene import TRUTHS, Scene, bundled, load, rgb
-from sandbox.spawn import spawn
+from sandbox.errors import MAX_BYTES, SandboxError
+from sandbox.scene.files import TRUTHS, bundled, load
+from sandbox.scene.model import Scene, rgb
+from sandbox.scene.spawn import spawn
+from sandbox.text import printable
 from sandbox.view.draw import panel, text_width, write
 from sandbox.view.palette import FAINT, INK, RAISED, SKY
 from sandbox.view.pane import draw_scene
@@ -208,7 +209,7 @@ def preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
     try:
         loaded = load(file)
         _draw_start(surface, loaded)
-    except Mistake as mistake:
+    except SandboxError as mistake:
         write(surface, str(mistake).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
         return Preview(surface, "has a mistake")
     return Preview(surface, loaded.title)

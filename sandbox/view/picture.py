@@ -5,11 +5,11 @@ import io
 import pygame
 from pygame import Surface
 
-from sandbox.comparison import Comparison
+from sandbox.analysis.comparison import Comparison
 from sandbox.engines import create
-from sandbox.inputs import Hand
-from sandbox.memory import Moment
-from sandbox.output import whole_file
+from sandbox.files import whole_file
+from sandbox.run.mouse import Hand
+from sandbox.session.history import Moment
 from sandbox.state import no_contacts
 from sandbox.view.draw import write
 from sandbox.view.layout import Layout
@@ -48,7 +48,7 @@ def draw_picture(comparison: Comparison) -> Surface:
 
 
 def save_picture(surface: Surface, path: str) -> None:
-    """Write a surface as PNG. Raises Mistake where the file cannot be written."""
+    """Write a surface as PNG. Raises SandboxError where the file cannot be written."""
     png = io.BytesIO()
     pygame.image.save(surface, png, "picture.png")
     with whole_file(path) as file:

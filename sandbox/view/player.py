@@ -5,9 +5,9 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Final
 
-from sandbox.inputs import Input, Release
-from sandbox.mistakes import Mistake
-from sandbox.session import Session
+from sandbox.errors import SandboxError
+from sandbox.run.inputs import Input, Release
+from sandbox.session.session import Session
 from sandbox.view.stage import Stage
 
 BUDGET: Final = 0.025  # s of a frame that may go into physics; what does not fit slows time
@@ -55,7 +55,7 @@ class Player:
         while self._owed >= 1:
             try:
                 self.session.advance()
-            except Mistake as mistake:  # an edit of a recording that is refused
+            except SandboxError as mistake:  # an edit of a recording that is refused
                 self._tell(str(mistake))
             self._owed -= 1
             if perf_counter() > until:
@@ -85,7 +85,7 @@ class Player:
         self.settle()
         try:
             self.session.give(given)
-        except Mistake as mistake:
+        except SandboxError as mistake:
             self._tell(str(mistake))
         self.stage.forget_to_come()
         self.stage.look()

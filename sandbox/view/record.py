@@ -6,9 +6,9 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.inputs import Input
-from sandbox.mistakes import Mistake, nearest
-from sandbox.scene import Scene
+from sandbox.errors import SandboxError, nearest
+from sandbox.run.inputs import Input
+from sandbox.scene.model import Scene
 from sandbox.view.controls import CONTROLS
 from sandbox.view.draw import write
 from sandbox.view.film import FILMS
@@ -74,7 +74,7 @@ def record(
 ) -> None:
     """Run a scene for its seconds, and write it as .gif, .webp or .mp4, or its end as .png, by the path's ending.
 
-    watched: passes the frames' steps on, and may show how far they are. Raises Mistake for what cannot be recorded.
+    watched: passes the frames' steps on, and may show progress. Raises SandboxError for what cannot be recorded.
     """
     check(path, size, showing)
     camera = Camera(scene, engines, size, showing, inputs)
@@ -90,12 +90,12 @@ def record(
 
 
 def check(path: str, size: tuple[int, int], showing: Collection[str]) -> None:
-    """Find what cannot be recorded before anything runs. Raises Mistake."""
+    """Find what cannot be recorded before anything runs. Raises SandboxError."""
     endings = (".png", *FILMS)
     if Path(path).suffix not in endings:
-        raise Mistake(f"{path}: a recording must end in one of {', '.join(endings)}")
+        raise SandboxError(f"{path}: a recording must end in one of {', '.join(endings)}")
     if not all(LEAST <= side <= MOST for side in size):
-        raise Mistake(f"--size {size[0]}x{size[1]}: must be from {LEAST}x{LEAST} to {MOST}x{MOST}")
+        raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {LEAST}x{LEAST} to {MOST}x{MOST}")
     for name in showing:
         if name not in SHOWN:
-            raise Mistake(f"--show {name}: nothing of that name can be shown; {nearest(name, SHOWN)}")
+            raise SandboxError(f"--show {name}: nothing of that name can be shown; {nearest(name, SHOWN)}")

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import monotonic
 
-from sandbox.engines import Refused
-from sandbox.mistakes import Mistake
-from sandbox.scene import Scene, bundled, load
+from sandbox.errors import Refused, SandboxError
+from sandbox.scene.files import bundled, load
+from sandbox.scene.model import Scene
 from sandbox.view.picker import Picker
 from sandbox.view.watch import EVERY, Watch
 
@@ -15,8 +15,7 @@ class Shelf:
     """Opens scenes.
 
     named: the engines that a person asked for, which run every scene that they can honour. begin: runs a scene in
-    engines, or its own; it raises Mistake, with the old one still running, where it cannot be. tell: shows a person
-    what went wrong.
+    engines, or its own; it raises SandboxError, with the old one still running, if it cannot. tell: shows a message.
     """
 
     def __init__(
@@ -42,7 +41,7 @@ class Shelf:
         """Run another scene; where the named engines cannot, run its own, and say why."""
         try:
             self._run(scene)
-        except Mistake as mistake:
+        except SandboxError as mistake:
             self._tell(str(mistake))
 
     def open(self, file: Path) -> None:
@@ -50,7 +49,7 @@ class Shelf:
         self.close_picker()
         try:
             self._run(load(file))
-        except Mistake as mistake:
+        except SandboxError as mistake:
             self.mistake = str(mistake)
 
     def _run(self, scene: Scene) -> None:
@@ -77,7 +76,7 @@ class Shelf:
         """Start the scene again with the next seed."""
         try:
             self._run(self._scene.changed(seed=self._scene.seed + 1))
-        except Mistake as mistake:  # there is a largest seed
+        except SandboxError as mistake:  # there is a largest seed
             self._tell(str(mistake))
 
     def next_scene(self) -> None:

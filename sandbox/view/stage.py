@@ -6,11 +6,13 @@ from typing import Final
 from pygame import Surface
 
 from sandbox.engines import default_engines
-from sandbox.inputs import Hand, Input
-from sandbox.scene import Scene
-from sandbox.session import Session
-from sandbox.spawn import spawn
-from sandbox.view.chart import Charts, History
+from sandbox.run.inputs import Input
+from sandbox.run.mouse import Hand
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.session.monitor import Monitor
+from sandbox.session.session import Session
+from sandbox.view.chart import ChartData, Charts
 from sandbox.view.debug_draw import turned
 from sandbox.view.draw import disc
 from sandbox.view.layout import Layout
@@ -23,11 +25,12 @@ class Stage:
     """A session, and what is shown of it. Where no engines are named: Pymunk and its reference."""
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
-        self.session = Session(scene, engines or default_engines(scene, spawn(scene)), inputs)
+        self._monitor = Monitor()
+        self.session = Session(scene, engines or default_engines(scene, spawn(scene)), inputs, self._monitor)
         self.moment = self.session.shown
         runners = self.session.lockstep.engines.items()
         self.panes = [Pane(self.moment, name, runner.engine) for name, runner in runners]
-        self.charts = Charts(History(scene, self.moment.states))
+        self.charts = Charts(ChartData(scene, self.moment.states))
         self._live = True
         self._scale = 0.0  # that discs were drawn in
 
@@ -45,7 +48,7 @@ class Stage:
         self.moment, self._live = moment, live
         self.charts.history.scene = moment.scene
         self.charts.history.add(moment.step, moment.states)
-        self.charts.marks = session.marks
+        self.charts.marks = self._monitor.marks
 
     def forget_to_come(self) -> None:
         """Take what the charts show after this step out of them: the run takes another course."""

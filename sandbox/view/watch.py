@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from sandbox.mistakes import MAX_BYTES
+from sandbox.errors import MAX_BYTES
 
 EVERY: Final = 0.2  # s between two looks
 

@@ -14,11 +14,12 @@ import pygame
 from pygame import Surface
 from pygame.event import Event
 
-from sandbox.edits import DeleteBall, SetElasticity, SetGravity, SetRate
-from sandbox.inputs import Input
-from sandbox.mistakes import Mistake
-from sandbox.scene import Scene, write
-from sandbox.trajectory import Lockstep
+from sandbox.errors import SandboxError
+from sandbox.run.edits import DeleteBall, SetElasticity, SetGravity, SetRate
+from sandbox.run.inputs import Input
+from sandbox.run.lockstep import Lockstep
+from sandbox.scene.files import write
+from sandbox.scene.model import Scene
 from sandbox.view.chart import Charts
 from sandbox.view.controls import CONTROLS, Control, control_of
 from sandbox.view.draw import card
@@ -133,7 +134,7 @@ class Window:
         return self.stage.moment.scene
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
-        """Run a scene from its start. Raises Mistake, with the old one still running, where it cannot be."""
+        """Run a scene from its start. Raises SandboxError, with the old one still running, where it cannot be."""
         self.player.put_on(Stage(scene, engines))
         self.grasp = Grasp()
         self.notice = ("", 0.0)
@@ -380,7 +381,7 @@ class Window:
             return
         try:
             film.add(self.screen)
-        except Mistake as mistake:
+        except SandboxError as mistake:
             film.discard()
             self.film = None
             self.tell(str(mistake))
@@ -418,7 +419,7 @@ class Window:
         """Tell a person's mistake, in place of the status line."""
         try:
             yield
-        except Mistake as mistake:
+        except SandboxError as mistake:
             self.tell(str(mistake))
 
     # What is shown

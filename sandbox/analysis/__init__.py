@@ -1,0 +1,1 @@
+"""What a run amounts to: energy by cause, first differences, statistics beside theory."""

@@ -1,0 +1,129 @@
+"""What the commands print: a comparison, advice, scores, as tables that fit the terminal."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from rich.table import Table
+
+from sandbox.analysis.advice import Trial, advice
+from sandbox.analysis.causes import CAUSES
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.difference import Difference, who
+from sandbox.analysis.expectations import Score
+from sandbox.analysis.verdict import key_figures, verdict
+from sandbox.analysis.verify import Board
+from sandbox.bench.figure import Figure
+from sandbox.text import console
+
+LEAST_SHOWN: Final = 5e-7  # share of the energy, which the table shows to a millionth
+
+
+def print_comparison(comparison: Comparison) -> None:
+    """Print what a comparison comes to, its figures, and each engine's first difference."""
+    scene, horizon = comparison.scene, comparison.horizon
+    edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
+    terminal = console()
+    terminal.print(
+        f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
+        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} a second, against {comparison.against}; "
+        f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
+    )
+    terminal.print(f"{verdict(comparison)}\n")
+    table = Table(box=None, pad_edge=False)
+    table.add_column("", overflow="fold")
+    for name in comparison.runs:
+        table.add_column(name, justify="right", overflow="fold")
+    for label, *values in rows_of(comparison):
+        table.add_row(label, *values)
+    terminal.print(table)
+    for name, run in comparison.runs.items():
+        if first := run.figures.first_difference:
+            terminal.print(f"\n{name}, {first.time:.3f} s, {who(scene, first)}: {_KINDS[first.kind]}{first.because}")
+            terminal.print(_speeds(first, comparison.against))
+
+
+_KINDS: Final = {"outcome": "", "missing": "missing. ", "extra": "extra. ", "order": "in another order. "}
+
+
+def _speeds(first: Difference, against: str) -> str:
+    """Say how fast the balls were before and after, in the engine and in the reference."""
+    told = []
+    for where, before, after in (
+        ("", first.before, first.after),
+        (f"in {against} ", first.should_before, first.should_after),
+    ):
+        if before and after:
+            speeds = (" and ".join(f"{math.hypot(*one):.4g}" for one in velocities) for velocities in (before, after))
+            told.append(f"{where}{' before, '.join(speeds)} after")
+    return f"Speeds, px/s: {'; '.join(told)}."
+
+
+def rows_of(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield the lines of the table: a label, and what stands under each engine."""
+    runs = comparison.runs.values()
+    yield from key_figures(comparison)
+    firsts = [run.figures.first_difference for run in runs]
+    yield ["  its cause", *(CAUSES[first.cause] if first else "-" for first in firsts)]
+    if any(run.missed for run in runs):
+        yield ["contacts missed", *(str(len(run.missed)) for run in runs)]
+    booked = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
+    for cause, words in CAUSES.items():
+        shares = [
+            of_run[cause] / run.energy[0] if run.energy[0] and cause in of_run else 0.0
+            for of_run, run in zip(booked, runs, strict=True)
+        ]
+        if any(abs(share) > LEAST_SHOWN for share in shares):
+            yield [f"energy: {words}", *(f"{share:+.4%}" if abs(share) > LEAST_SHOWN else "-" for share in shares)]
+    for rows in zip(*(run.theory for run in runs if run.theory), strict=True):
+        yield [rows[0].figure, *(f"{row.measured:.4g}" for row in rows)]
+        yield [f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows)]
+
+
+def print_advice(trials: Sequence[Trial]) -> None:
+    """Print how other settings do, where some were tried."""
+    if not trials:
+        return
+    table = Table("pymunk with", box=None, pad_edge=False)
+    for column in ("paths hold until", "energy astray", "gap, RMS"):
+        table.add_column(column, justify="right")
+    for trial in trials:
+        until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
+        table.add_row(trial.settings, until, f"{trial.astray:.2e}", f"{trial.gap_rms:.4g} px")
+    terminal = console()
+    terminal.print()
+    terminal.print(table)
+    terminal.print(f"\n{advice(trials)}")
+
+
+def print_board(board: Board) -> None:
+    """Print the scores: a row a scene, a column an engine."""
+    table = Table(box=None, pad_edge=False)
+    table.add_column("scene")
+    for name in next(iter(board.values()), {}):
+        table.add_column(name, justify="right")
+    for scene, row in board.items():
+        scores = (
+            f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"
+            for one in row.values()
+        )
+        table.add_row(scene, *scores)
+    console().print(table)
+
+
+def counted(count: int, what: str) -> str:
+    """Say how many of what: 1 ball, 2 balls."""
+    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
+
+
+def print_figures(title: str, figures: Sequence[Figure]) -> None:
+    """Print what was measured, with its spread."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table.add_column("", width=42)
+    for column in ("median", "lowest", "highest"):
+        table.add_column(column, justify="right", width=9)
+    table.add_column("")
+    for figure in figures:
+        values = (figure.median, figure.lowest, figure.highest)
+        table.add_row(figure.means, *(f"{one:,.0f}" if one >= 100 else f"{one:.3g}" for one in values), figure.unit)
+    console().print(table, "")

@@ -1,0 +1,5 @@
+"""Event-driven hard discs."""
+
+from sandbox.engines.exact.engine import ExactEngine
+
+__all__ = ["ExactEngine"]

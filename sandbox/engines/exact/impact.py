@@ -1,0 +1,153 @@
+"""When moving discs touch: times of impact in closed form, or by a root that is bracketed first.
+
+Throughout: r, v, a are position (px), velocity (px/s) and acceleration (px/s²) of one thing relative to another; a gap
+is the distance still to go (px, negative where the two overlap); times are seconds from now, `inf` for never.
+
+Two things touch when their gap is 0 and shrinking. What rounding, or the scene, left overlapping touches at once if
+it approaches, and is let go if it parts (Bannerman, Strobl, Formella and Pöschel, arXiv:1211.6718). Quadratic roots
+are taken in the form that does not cancel.
+"""
+
+import math
+
+from sandbox.engines.compiled import kernel
+
+NEVER = math.inf
+
+
+@kernel
+def time_to_close(gap: float, v: float, a: float) -> float:
+    """Return when a gap that changes by v t + a t²/2 is 0 and shrinking."""
+    discriminant = v * v - 2 * a * gap
+    if v <= 0 and gap <= 0:
+        return 0.0 if v < 0 or a < 0 else NEVER
+    if v <= 0:
+        # Approaching: the first root, if acceleration does not turn the two round before it.
+        if discriminant < 0 or (v == 0 and a >= 0):
+            return NEVER
+        return 2 * gap / (-v + math.sqrt(discriminant))
+    if a >= 0:
+        return NEVER
+    # Parting, and pulled back: the last root; what does not come clear of an overlap touches where it turns.
+    return (v + math.sqrt(max(0.0, discriminant))) / -a
+
+
+@kernel
+def time_to_touch(
+    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
+) -> float:
+    """Return when two discs, or a disc and a point, that are r apart come within reach (px) of each other.
+
+    What happens after the limit (s) may be called never.
+    """
+    b = rx * vx + ry * vy
+    if ax != 0 or ay != 0:
+        return _time_to_touch_falling(rx, ry, vx, vy, ax, ay, reach, limit)
+    if b >= 0:
+        return NEVER
+    c = rx * rx + ry * ry - reach * reach
+    discriminant = b * b - (vx * vx + vy * vy) * c
+    if discriminant < 0:
+        return NEVER
+    return max(0.0, c / (-b + math.sqrt(discriminant)))
+
+
+@kernel
+def _time_to_touch_falling(
+    rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
+) -> float:
+    """Find the first root of f(t) = |r + v t + a t²/2|² - reach² at which f falls.
+
+    f is a quartic; the roots of its second derivative part the time into pieces on which f' is monotone, the
+    roots of f' these into pieces on which f is, and a monotone function has one root between two signs.
+    """
+    rr, vv, aa = rx * rx + ry * ry, vx * vx + vy * vy, ax * ax + ay * ay
+    ra, rv, va = rx * ax + ry * ay, rx * vx + ry * vy, vx * ax + vy * ay
+    distance, v, a = math.sqrt(rr), math.sqrt(vv), math.sqrt(aa)
+    # Beyond `far`, a t²/2 alone is more than all the rest.
+    far = min(limit, (v + math.sqrt(v * v + 2 * a * (distance + reach))) / a)
+    if distance - reach > far * (v + a * far / 2):
+        return NEVER
+    f = (rr - reach * reach, 2 * rv, vv + ra, va, aa / 4)
+    slope = (2 * rv, 2 * (vv + ra), 3 * va, aa, 0.0)
+    bend1, bend2 = _roots_of_quadratic(2 * (vv + ra), 6 * va, 3 * aa)
+    start = 0.0
+    for bend in (bend1, bend2, far):
+        end = min(max(bend, start), far)
+        turn = _root(slope, start, end) if _value(slope, start) * _value(slope, end) < 0 else end
+        for low, high in ((start, turn), (turn, end)):
+            if low < high and _value(slope, (low + high) / 2) < 0:
+                if _value(f, low) <= 0:
+                    return low
+                if _value(f, high) <= 0:
+                    return _root(f, low, high)
+        start = end
+    return NEVER
+
+
+@kernel
+def _roots_of_quadratic(c: float, b: float, a: float) -> tuple[float, float]:
+    """Return the real roots of c + b t + a t² in order, (0, 0) where there are none; a > 0."""
+    discriminant = b * b - 4 * a * c
+    if discriminant <= 0:
+        return 0.0, 0.0
+    q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
+    return min(q / a, c / q), max(q / a, c / q)
+
+
+@kernel
+def _value(p: tuple[float, float, float, float, float], t: float) -> float:
+    return p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * p[4])))
+
+
+@kernel
+def _root(p: tuple[float, float, float, float, float], low: float, high: float) -> float:
+    """Return the root of a polynomial that is monotone from low to high and changes sign: Newton's, bracketed."""
+    rises = _value(p, high) > 0
+    t = 0.5 * (low + high)
+    for _ in range(100):
+        value = _value(p, t)
+        if (value > 0) == rises:
+            high = t
+        else:
+            low = t
+        slope = p[1] + t * (2 * p[2] + t * (3 * p[3] + t * 4 * p[4]))
+        closer = t - value / slope if slope != 0 else low
+        if not low < closer < high:
+            closer = 0.5 * (low + high)
+        if closer in (t, low, high):
+            break
+        t = closer
+    return t
+
+
+@kernel
+def time_to_face(
+    along: float, v_along: float, a_along: float, off: float, v_off: float, a_off: float, length: float, reach: float
+) -> float:
+    """Return when a point comes within reach (px) of a straight face, from either side.
+
+    `along` is where it is on the face's line, from 0 to length (px) beside the face; `off` how far beside it, signed.
+    """
+    side = 1.0 if off >= 0 else -1.0
+    t = time_to_close(side * off - reach, side * v_off, side * a_off)
+    if t < NEVER and 0 <= along + t * (v_along + t * a_along / 2) <= length:
+        return t
+    # Past an end to the other side, and back: acceleration can do that.
+    gap, v, a = -side * off - reach, -side * v_off, -side * a_off
+    if a < 0 < v and v * v >= 2 * a * gap:
+        t = time_to_close(gap, v, a)
+        if 0 <= along + t * (v_along + t * a_along / 2) <= length:
+            return t
+    return NEVER
+
+
+@kernel
+def time_to_leave(x: float, v: float, a: float, low: float, high: float) -> tuple[float, int]:
+    """Return when a coordinate leaves the range from low to high, and which way: -1 or 1."""
+    if a == 0:
+        if v > 0:
+            return max(0.0, (high - x) / v), 1
+        return (max(0.0, (low - x) / v), -1) if v < 0 else (NEVER, 1)
+    down, up = time_to_close(x - low, v, a), time_to_close(high - x, -v, -a)
+    return (down, -1) if down < up else (up, 1)

@@ -1,0 +1,245 @@
+"""A comparison -> one HTML page that needs nothing else: no network, no server, no other file."""
+
+import base64
+import hashlib
+import json
+import platform
+import shlex
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import Any, Final
+
+import numpy as np
+from bokeh.resources import Resources
+from jinja2 import Environment, StrictUndefined
+from numpy.typing import NDArray
+
+from sandbox.analysis.causes import CAUSES
+from sandbox.analysis.comparison import Comparison, Run
+from sandbox.analysis.difference import MOST, who
+from sandbox.analysis.verdict import key_figures, verdict
+from sandbox.report.charts import as_document, charts, contacts_by, energies
+from sandbox.scene.files import parse
+from sandbox.scene.model import Scene, rgb
+from sandbox.state import Floats
+
+PATHS_BYTES: Final = 3_300_000  # of all balls' packed paths; with Bokeh's script a page stays under 6 MB
+FEW: Final = 20  # balls, up to which each has its number drawn on it
+TRAILED: Final = 200  # balls, up to which trails are on from the start
+COUNTS: Final = 65_535  # of a coordinate's fixed point
+PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
+Velocities = tuple[tuple[float, float], ...]
+KINDS: Final = {"outcome": "other outcome", "missing": "missing", "extra": "extra", "order": "other order"}
+KEYS: Final = (
+    ("Space", "plays and pauses"),
+    ("← →", "a frame back and on"),
+    ("Home End", "the start and the end"),
+    ("D", "the next contact that differs"),
+    ("G", "ghosts"),
+    ("T", "trails"),
+    ("+ -", "twice and half as fast"),
+)
+
+
+def page(comparison: Comparison) -> str:
+    """Return a comparison as one page of HTML. The same comparison gives the same page."""
+    scene = comparison.scene
+    every = thinning(comparison)
+    drawn = charts(comparison)
+    document, roots = as_document(drawn)
+    scripts = {
+        "bokeh": Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0],
+        "player": _text("player.js"),
+    }
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"number": _number, "share": _share, "minus": _minus}
+    return environment.from_string(_text("page.html")).render(
+        title=scene.title or scene.name,
+        scene=scene,
+        settings=_settings(comparison),
+        comparison=comparison,
+        others={name: run for name, run in comparison.runs.items() if name != comparison.against},
+        booked={name: run for name, run in comparison.runs.items() if run.figures.ledger},
+        figures=[(label, values) for label, *values in key_figures(comparison)],
+        verdict=verdict(comparison),
+        theory={name: run.theory for name, run in comparison.runs.items() if run.theory},
+        charts=drawn,
+        causes=CAUSES,
+        kinds=KINDS,
+        keys=KEYS,
+        most=MOST,
+        pair=lambda difference: who(scene, difference),
+        outcome=_outcome,
+        command=_command(comparison) if _is_as_read(scene) else None,
+        python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
+        inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
+        versions=_versions(),
+        trailed=len(scene.bodies) <= TRAILED,
+        shown=_what_is_shown(comparison, every),
+        policy=_policy(scripts.values()),
+        style=_text("page.css"),
+        scripts=scripts,
+        data=_json(_data(comparison, every)),
+        document=_json({"document": document, "roots": roots}),
+    )
+
+
+def thinning(comparison: Comparison) -> int:
+    """Return how many rows of the paths there are to each one that the page shows."""
+    whole = sum(run.path.size for run in comparison.runs.values()) * 2 * 4 / 3  # two bytes a number, then base64
+    return max(1, int(np.ceil(whole / PATHS_BYTES)))
+
+
+def fixed_point(scene: Scene) -> tuple[float, float]:
+    """Return how a coordinate is packed: px to a count, and px of margin round the arena, for balls that left it."""
+    margin = 2 * float(scene.bodies.radius.max())
+    return (max(scene.arena.size) + 2 * margin) / COUNTS, margin
+
+
+def _text(name: str) -> str:
+    return files("sandbox.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _policy(scripts: Iterable[str]) -> str:
+    """Return the page's Content-Security-Policy: no network at all, and no script but ours, whatever a scene says."""
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:"
+
+
+def _json(value: object) -> str:
+    """Return JSON in which no text can end the script element that it stands in."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+# What the player draws
+
+
+def _data(comparison: Comparison, every: int) -> dict[str, Any]:
+    scene, names = comparison.scene, list(comparison.runs)
+    unit, margin = fixed_point(scene)
+    energy, unit_of_energy = energies(comparison)
+    return {
+        "size": scene.arena.size,
+        "background": _hex(scene.arena.background),
+        "walls": [(*wall.start, *wall.to, wall.thickness) for wall in scene.walls],
+        "radius": scene.bodies.radius.tolist(),
+        "colors": [_hex(color) for color in scene.colors],
+        "numbered": len(scene.bodies) <= FEW,
+        "frame": comparison.stride * every / scene.rate,
+        "unit": unit,
+        "margin": margin,
+        "against": names.index(comparison.against),
+        "energy": unit_of_energy,
+        "engines": [
+            {
+                "path": _base64(_packed(run.path[::every], unit, margin)),
+                "readings": _base64(_readings(comparison, run, energy[name])[:: comparison.stride * every]),
+            }
+            for name, run in comparison.runs.items()
+        ],
+    }
+
+
+def _packed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
+    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, COUNTS).astype("<u2")
+    return packed
+
+
+def _readings(comparison: Comparison, run: Run, energy: Floats) -> NDArray[np.float32]:
+    """Return what stands below a pane, (steps + 1, 3): gap (px), energy, contacts so far."""
+    return np.column_stack([run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
+
+
+def _base64(values: NDArray[Any]) -> str:
+    return base64.b64encode(values.tobytes()).decode()
+
+
+def _hex(color: str) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*rgb(color))
+
+
+# What is written on the page
+
+
+def _settings(comparison: Comparison) -> str:
+    scene, balls = comparison.scene, len(comparison.scene.bodies)
+    replayed = " A recorded mouse was replayed into all of them." if comparison.inputs else ""
+    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
+    horizon = "after the end" if comparison.horizon is None else f"{comparison.horizon:.2f} s"
+    against = f"measured against {comparison.against}, horizon {horizon}"
+    return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} a second, {against}.{replayed}"
+
+
+def _what_is_shown(comparison: Comparison, every: int) -> str:
+    steps, stride = comparison.scene.steps, comparison.stride * every
+    unit, _ = fixed_point(comparison.scene)
+    shown = "Every step is shown" if stride == 1 else f"To keep the page small, 1 step in {stride} is shown"
+    states = f"{steps // stride + 1:,} of {steps + 1:,} states"
+    return f"{shown}: {states}, in which a ball's place is kept to {unit:.2g} px."
+
+
+def _command(comparison: Comparison) -> str:
+    """Return the command line that runs it again, from the files that the page holds."""
+    scene = comparison.scene
+    options = {
+        "--engines": ",".join(comparison.runs),
+        "--against": comparison.against,
+        "--seed": str(scene.seed),
+        "--rate": str(scene.rate),
+        "--seconds": _seconds(scene.seconds),
+    } | ({"--inputs": "inputs.jsonl"} if comparison.inputs else {})
+    words = (word for option in options.items() for word in option)
+    file = f"{scene.name}.toml"
+    return shlex.join(["sandbox", "compare", f"./{file}" if file.startswith("-") else file, *words])
+
+
+def _is_as_read(scene: Scene) -> bool:
+    """Tell whether a scene is what its text says but for seed, rate and seconds, which the command line gives."""
+    if not scene.source:
+        return False
+    read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)
+    return read.model_dump() == scene.model_dump()
+
+
+def _versions() -> Mapping[str, str]:
+    return {"python": platform.python_version()} | dict(_installed())
+
+
+def _installed() -> Iterator[tuple[str, str]]:
+    for package in PACKAGES:
+        try:
+            yield package, version(package)
+        except PackageNotFoundError:  # of an extra
+            continue
+
+
+def _seconds(seconds: float) -> str:
+    return repr(float(seconds)).removesuffix(".0")
+
+
+def _outcome(before: Velocities | None, after: Velocities | None) -> list[str]:
+    """Write the velocities before and after a contact, one line a ball."""
+    if before is None or after is None:
+        return ["no such contact"]
+    return [" → ".join(_vector(one) for one in of_ball) for of_ball in zip(before, after, strict=True)]
+
+
+def _vector(velocity: tuple[float, float]) -> str:
+    return "({}, {})".format(*map(_number, velocity))
+
+
+def _number(value: float) -> str:
+    return _minus(f"{value:,.4g}" if abs(value) < 1e4 else f"{value:,.0f}")
+
+
+def _share(value: float, whole: float) -> str:
+    """Write an energy as a share of the start, or in its unit where there was none."""
+    if not value:
+        return "0"
+    return _minus(f"{100 * value / whole:+.4g} %") if whole else f"{_number(value)} kg px²/s²"
+
+
+def _minus(number: str) -> str:
+    return number.replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,156 @@
+"""A sweep's rows -> one HTML page that needs no network: what the seeds agree on, and how far they are spread."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from html import escape
+from statistics import median
+from typing import Any, Final
+
+import numpy as np
+from bokeh.embed import file_html
+from bokeh.layouts import column
+from bokeh.models import ColumnDataSource, FactorRange, FixedTicker, Range1d
+from bokeh.models.annotations import Whisker
+from bokeh.models.ui import UIElement
+from bokeh.models.widgets import Div
+from bokeh.plotting import figure
+from bokeh.resources import INLINE
+
+from sandbox.report.charts import Look, look_of
+from sandbox.scene.model import PALETTE
+from sandbox.sweep.jobs import SHARES, Row, Sweep
+
+SIZE: Final[dict[str, Any]] = {"width": 1150, "height": 420, "toolbar_location": None}  # px of a chart
+ASIDE: Final = 1.03  # times a rate, by which each engine stands beside the one before
+
+Groups = dict[str, list[float]]  # what is told apart -> a value for each seed
+
+
+def page(sweep: Sweep, rows: Sequence[Row]) -> str:
+    """Make the page. A chart that no row has anything for is left out."""
+    style: dict[str, str | None] = {"overflow-wrap": "anywhere", "font-size": "16px"}
+    # TeX in a title could link to a script.
+    heading = Div(text=_heading(sweep, rows), disable_math=True, width=SIZE["width"], styles=style)
+    return file_html(column(heading, *_charts(rows)), INLINE, title=f"{sweep.scene.name}: a sweep")
+
+
+def _heading(sweep: Sweep, rows: Sequence[Row]) -> str:
+    seeds, rates = ({getattr(job, key) for job in sweep.jobs} for key in ("seed", "rate"))
+    title = escape(sweep.scene.title or sweep.scene.name)
+    return (
+        f"<h1>{title}</h1><p>{len(rows):,} of {len(sweep.jobs):,} runs of {sweep.scene.seconds:g} s: "
+        f"{len(seeds):,} seeds, {escape(', '.join(map(str, sorted(rates))))} steps a second, "
+        f"against {escape(sweep.against)}.</p>"
+    )
+
+
+def _charts(rows: Sequence[Row]) -> Iterator[UIElement]:
+    if any(row.get("gap_rms") for row in rows):
+        yield _error_by_rate(rows)
+    for title, name, log in (
+        ("First difference, s", "first_difference.time", False),
+        ("Horizon, s", "horizon", False),
+        ("Largest change of energy, as a share", "energy_drift", True),
+    ):
+        groups = _grouped(rows, name, positive=log)
+        if groups:
+            yield _spread(title, groups, log=log)
+    if any(row["speeds"] for row in rows):
+        yield _speeds(rows)
+
+
+def _name(row: Row) -> str:
+    return f"{row['engine']} {row['settings']}".rstrip()
+
+
+def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
+    """Collect what the seeds say, for each engine and rate; on a logarithmic axis only what is positive has a place."""
+    groups: Groups = defaultdict(list)
+    names = list(dict.fromkeys(map(_name, rows)))
+    for row in sorted(rows, key=lambda row: (names.index(_name(row)), row["rate"])):
+        if row.get(value) is not None and (row[value] > 0 or not positive):
+            groups[f"{_name(row)} at {row['rate']}"].append(row[value])
+    return groups
+
+
+def _looks(rows: Sequence[Row]) -> dict[str, Look]:
+    """Choose how each engine is drawn."""
+    return {name: look_of(index) for index, name in enumerate(dict.fromkeys(map(_name, rows)))}
+
+
+def _error_by_rate(rows: Sequence[Row]) -> Any:
+    """Draw each engine's median gap against the rate, and its range over the seeds."""
+    gaps = [row["gap_rms"] for row in rows if row["gap_rms"] > 0]
+    chart = figure(
+        title="Gap to the reference, RMS: median and range over the seeds",
+        x_axis_label="steps a second",
+        y_axis_label="px",
+        x_axis_type="log",
+        y_axis_type="log",
+        y_range=Range1d(min(gaps) / 2, max(gaps) * 2),
+        **SIZE,
+    )
+    for index, (name, look) in enumerate(_looks(rows).items()):
+        of_engine = [row for row in rows if _name(row) == name and row["gap_rms"] > 0]
+        by_rate = {rate: [row["gap_rms"] for row in of_engine if row["rate"] == rate] for rate in _rates(of_engine)}
+        if by_rate:
+            where = [rate * ASIDE**index for rate in by_rate]
+            middle = [median(values) for values in by_rate.values()]
+            chart.line(where, middle, color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5)
+            chart.scatter(where, middle, color=look.color, marker=look.marker, legend_label=name, size=10)
+            _add_range(chart, where, list(by_rate.values()), look.color)
+    chart.xaxis.ticker = FixedTicker(ticks=_rates(rows))
+    return _legible(chart)
+
+
+def _rates(rows: Sequence[Row]) -> list[int]:
+    return sorted({row["rate"] for row in rows})
+
+
+def _spread(title: str, groups: Groups, *, log: bool) -> Any:
+    """Draw a point for each seed, and the median and range of each group."""
+    chart = figure(
+        title=title, x_range=FactorRange(factors=list(groups)), y_axis_type="log" if log else "linear", **SIZE
+    )
+    for name, values in groups.items():
+        chart.scatter([name] * len(values), values, color=PALETTE[0], alpha=0.3, size=5)
+        chart.scatter([name], [median(values)], color=PALETTE[3], marker="dash", size=40, line_width=3)
+        _add_range(chart, [name], [values], PALETTE[3])
+    chart.xaxis.major_label_orientation = 0.6
+    return _legible(chart)
+
+
+def _add_range(chart: Any, where: Sequence[object], values: Sequence[Sequence[float]], colour: str) -> None:
+    ends = {"where": where, "low": [min(one) for one in values], "high": [max(one) for one in values]}
+    source = ColumnDataSource(ends)
+    chart.add_layout(Whisker(source=source, base="where", lower="low", upper="high", line_color=colour))
+
+
+def _speeds(rows: Sequence[Row]) -> Any:
+    """Draw how many speeds at the end are in each twentieth of their law: 1 where the law holds."""
+    chart = figure(
+        title="Speeds at the end, beside the law of as many balls with their energy",
+        x_axis_label="share of balls that are slower, by the law",
+        y_axis_label="balls found / expected",
+        **SIZE,
+    )
+    middles = (np.arange(SHARES) + 0.5) / SHARES
+    for name, look in _looks(rows).items():
+        counts = np.sum([row["speeds"] for row in rows if _name(row) == name and row["speeds"]], axis=0)
+        if np.sum(counts):
+            shares = counts * SHARES / np.sum(counts)
+            chart.step(
+                middles, shares, mode="center", color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5
+            )
+    chart.line([0, 1], [1, 1], color="black")
+    return _legible(chart)
+
+
+def _legible(chart: Any) -> Any:
+    """Let a chart be read from the back of a room."""
+    chart.title.text_font_size = "18px"
+    chart.axis.axis_label_text_font_size = chart.axis.major_label_text_font_size = "15px"
+    if chart.legend:
+        chart.legend.label_text_font_size = "15px"
+        chart.add_layout(chart.legend[0], "right")
+    return chart

@@ -1,0 +1,1 @@
+"""A running scene: steps, inputs, edits, the mouse, and engines in lockstep."""

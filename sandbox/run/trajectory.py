@@ -1,0 +1,129 @@
+"""Engines stepped together under one hand; one engine -> a trajectory, and its files."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Final
+
+import numpy as np
+
+from sandbox.errors import SandboxError
+from sandbox.files import STANDARD_OUTPUT, whole_file
+from sandbox.run.edits import AddBall
+from sandbox.run.inputs import Input, clock_of
+from sandbox.run.lockstep import Lockstep
+from sandbox.scene.model import Scene
+from sandbox.state import Floats
+
+MAX_BYTES: Final = 3_000_000_000  # of a trajectory, which is held in memory whole
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What one engine made of a scene.
+
+    time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s;
+    radius: (n,) px; mass: (n,) kg; size: of the arena, px. n counts all balls that there ever were, in the order
+    in which they came; positions and velocities are NaN while a ball is not there.
+    """
+
+    time: Floats
+    position: Floats
+    velocity: Floats
+    radius: Floats
+    mass: Floats
+    size: tuple[float, float]
+
+
+def simulate(
+    scene: Scene,
+    engine: str,
+    *,
+    seconds: float | None = None,
+    steps: int | None = None,
+    inputs: Sequence[Input] = (),
+) -> Trajectory:
+    """Run a scene in one engine: for a number of steps, or for some seconds (the scene's where left out).
+
+    Each state is taken after the edits of its step. Raises SandboxError if the engine is unknown, Refused if it cannot
+    honour the scene.
+    """
+    clock = clock_of(scene.rate, inputs)
+    steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
+    added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
+    balls = len(scene.bodies) + len(added)
+    size = (steps + 1) * balls * 4 * 8
+    if size > MAX_BYTES:
+        raise SandboxError(f"a trace of {steps:,} steps takes {size / 1e9:.3g} GB here; at most 3 are allowed")
+    lockstep = Lockstep(scene, [engine], inputs)
+    position = np.full((steps + 1, balls, 2), np.nan)
+    velocity = np.full_like(position, np.nan)
+    for step in range(steps + 1):
+        if step:
+            lockstep.step()
+        lockstep.obey_due()
+        state = lockstep.states()[engine]
+        position[step, lockstep.balls], velocity[step, lockstep.balls] = state.position, state.velocity
+    time = np.array([clock.time(step) for step in range(steps + 1)])
+    radius = np.append(scene.bodies.radius, [given.radius for given in added])
+    mass = np.append(scene.bodies.mass, [given.mass for given in added])
+    return Trajectory(time, position, velocity, radius, mass, scene.arena.size)
+
+
+def write_trace(trajectory: Trajectory, path: str | Path) -> None:
+    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; on standard output, as csv.
+
+    Raises SandboxError for another ending, and where the file cannot be written.
+    """
+    write = trace_writer(path)
+    with whole_file(path) as file:
+        write(trajectory, file)
+
+
+def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
+    """Choose how to write a trace by its path's ending. Raises SandboxError where none fits."""
+    ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
+    if ending not in _WRITERS:
+        raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
+    return _WRITERS[ending]
+
+
+def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
+    arrays = ("time", "position", "velocity", "radius", "mass")
+    np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
+
+
+def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
+    file.write(b"time,ball,x,y,vx,vy,radius,mass\n")
+    for time, balls in _frames(trajectory):
+        file.writelines(
+            f"{time!r},{ball},{x!r},{y!r},{vx!r},{vy!r},{radius!r},{mass!r}\n".encode()
+            for ball, (x, y, vx, vy, radius, mass) in balls
+        )
+
+
+def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
+    """Write extended XYZ, as OVITO and ASE read it: the arena is the cell, z is 0."""
+    width, height = trajectory.size
+    head = (
+        f'Lattice="{width!r} 0 0 0 {height!r} 0 0 0 1" pbc="F F F" '
+        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time="
+    )
+    for time, balls in _frames(trajectory):
+        file.write(f"{len(balls)}\n{head}{time!r}\n".encode())
+        file.writelines(
+            f"X {x!r} {y!r} 0 {vx!r} {vy!r} 0 {radius!r} {mass!r}\n".encode()
+            for _, (x, y, vx, vy, radius, mass) in balls
+        )
+
+
+def _frames(trajectory: Trajectory) -> Iterator[tuple[float, list[tuple[int, list[float]]]]]:
+    """Yield each time with the balls that are there: number, and x, y, vx, vy, radius, mass."""
+    constants = np.column_stack([trajectory.radius, trajectory.mass])
+    for time, position, velocity in zip(trajectory.time, trajectory.position, trajectory.velocity, strict=True):
+        there = np.flatnonzero(~np.isnan(position[:, 0]))
+        rows = np.hstack([position, velocity, constants])[there].tolist()
+        yield float(time), list(zip(there.tolist(), rows, strict=True))
+
+
+_WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv, ".xyz": _write_xyz}

@@ -1,0 +1,6 @@
+"""Scenes: their model, their files, and how a scene and a seed become an initial state."""
+
+from sandbox.scene.files import bundled, load, parse, schema, write
+from sandbox.scene.model import Scene
+
+__all__ = ["Scene", "bundled", "load", "parse", "schema", "write"]

@@ -1,0 +1,90 @@
+"""On which line of a TOML document each key stands."""
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from sandbox.errors import KeyPath
+
+MAX_DEPTH: Final = 20  # of brackets, and of the parts of a dotted key: a scene needs five
+
+
+_STRING: Final = r"""(?:"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""  # on one line
+
+
+# What ends or nests a TOML statement: strings, comments and blank lines are passed over whole.
+_TOKEN: Final = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)|'
+    r"'{3}.*?(?:'{3,5}|\Z)|"
+    rf"{_STRING}|\#[^\n]*|[\[\]{{}}]|\n\s*|"
+    rf"(?P<deep>(?:\.[ \t]*(?:[\w-]+|{_STRING})[ \t]*){{{MAX_DEPTH}}})",
+    re.DOTALL,
+)
+
+
+_PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # an assignment of no table to a bare key
+
+
+def too_deep(text: str) -> int | None:
+    """Return the line on which a TOML document nests too deeply to be read, None where it does not.
+
+    Each part of a dotted key takes a parser time and memory as the length of the whole key.
+    """
+    for token, depth, line in _tokens(text):
+        if depth > MAX_DEPTH or token["deep"]:
+            return line
+    return None
+
+
+def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
+    """Find what ends or nests a statement, each with the depth and the number of the line after it."""
+    depth, line = 0, 1
+    for token in _TOKEN.finditer(text):
+        depth += (token[0] in "[{") - (token[0] in "]}")
+        line += token[0].count("\n")
+        yield token, depth, line
+
+
+def _statements(text: str) -> Iterator[tuple[int, str]]:
+    """Split valid TOML into its headers and assignments, each with the number of its line."""
+    start, first_line = 0, 1
+    for token, depth, line in _tokens(text + "\n"):
+        if token[0][0] == "\n" and depth == 0:
+            yield first_line, text[start : token.start()]
+            start, first_line = token.end(), line
+
+
+def lines_of_keys(text: str) -> dict[KeyPath, int]:
+    r"""Map each key and table that a valid TOML document writes to its line (from 1).
+
+    >>> lines_of_keys('rate = 60\n[[balls]]\nradius = 5\n[[balls]]\nx.to = 1')[("balls", 1, "x", "to")]
+    5
+    """
+    lines: dict[KeyPath, int] = {}
+    lengths: dict[KeyPath, int] = {}  # of the arrays of tables so far
+    table: KeyPath = ()
+    for line, statement in _statements(text):
+        plain = _PLAIN.match(statement)
+        parsed = {plain[1]: None} if plain else tomllib.loads(statement)
+        header = statement.lstrip().startswith("[")
+        path = () if header else table
+        while isinstance(parsed, dict) and parsed and len(path) <= 2 * MAX_DEPTH:
+            key, parsed = next(iter(parsed.items()))
+            path = (*path, key)
+            if header and isinstance(parsed, list):
+                parsed = parsed[0]
+                lengths[path] = lengths.get(path, 0) + 1
+            if path in lengths:
+                path = (*path, lengths[path] - 1)
+            lines.setdefault(path, line)
+        if header:
+            table = path
+    return lines
+
+
+def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int | None:
+    """Return the line of a key, or of the first of its tables, or of the nearest table round it."""
+    while path and path not in lines and (*path, 0) not in lines:
+        path = path[:-1]
+    return lines.get(path, lines.get((*path, 0)))

@@ -1,0 +1,192 @@
+"""How far engines are apart, and what each does to energy and momentum."""
+
+import csv
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.analysis.comparison import compare
+from sandbox.errors import SandboxError
+from sandbox.run.inputs import Grab, Input, Release
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
+
+FIGURES = {
+    "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
+    "max_overlap", "escaped", "expected", "met", "first_difference", "ledger",
+}  # fmt: skip
+
+
+def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
+    scene = load("article").changed(seconds=3.0)
+    comparison = compare(scene, ["pymunk", "article"], against="article")
+    away = np.linalg.norm(simulate(scene, "pymunk").position - simulate(scene, "article").position, axis=2)
+    run = comparison.runs["pymunk"]
+    assert run.gap_max == pytest.approx(away.max(axis=1))
+    assert run.gap_rms == pytest.approx(np.sqrt((away**2).mean(axis=1)))
+    assert run.gap_of_ball == pytest.approx(away.max(axis=0))
+    assert run.figures.gap_max == pytest.approx(away.max())
+    assert run.figures.gap_rms == pytest.approx(np.sqrt((away**2).mean()))
+    assert comparison.runs["article"].figures.gap_max == 0
+    assert comparison.time[-1] == 3
+
+
+def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load("gas-100").changed(seconds=2.0)
+    whole = compare(scene)
+    assert any(entry.cause == "missed" for entry in whole.runs["article"].figures.ledger)
+    monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
+    assert compare(scene).as_json() == whole.as_json()
+
+
+def test_paths_keep_their_stride_and_the_hand_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load("article").changed(seconds=3.0)
+    inputs: list[Input] = [Grab(step=10, ball=0, at=(400, 300)), Release(step=100)]
+    monkeypatch.setattr("sandbox.analysis.comparison.PATH_BYTES", 3 * 8 * 181 // 4)
+    whole = compare(scene, ["impulse"], inputs=inputs)
+    monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 48)
+    blocks = compare(scene, ["impulse"], inputs=inputs)
+    position = simulate(scene, "impulse", inputs=inputs).position[::4].astype(np.float32)
+    for comparison in (whole, blocks):
+        assert comparison.stride == 4
+        assert np.array_equal(comparison.runs["impulse"].path, position)
+    ledgers = [
+        {one.cause: one.energy for one in comparison.runs["impulse"].figures.ledger} for comparison in (whole, blocks)
+    ]
+    assert ledgers[0]["hand"] != 0
+    assert ledgers[1] == pytest.approx(ledgers[0], abs=1e-9 * abs(ledgers[0]["hand"]))
+
+
+def test_energy_counts_gravity() -> None:
+    """A ball in free fall keeps the sum of kinetic energy and height above the floor's corner."""
+    scene = scene_of("radius = 20\nposition = [400, 100]", more="gravity = [0, 900]\nseconds = 0.5\nrate = 4800")
+    run = compare(scene, ["pymunk"]).runs["pymunk"]
+    assert run.energy[0] == pytest.approx(900 * 500)
+    assert run.figures.energy_ratio == pytest.approx(1, abs=1e-3)  # what integrating gravity in steps leaves
+    assert run.figures.momentum_drift < 1e-12  # gravity's own is not from nowhere
+
+
+def test_momentum_from_nowhere_leaves_out_walls_and_the_hand() -> None:
+    scene = load("article").changed(seconds=5.0)
+    inputs: list[Input] = [Grab(step=60, ball=0, at=(100, 100)), Release(step=120)]
+    for run in compare(scene, ["pymunk", "article"], inputs=inputs).runs.values():
+        assert run.figures.wall_contacts > 0
+        assert run.figures.momentum_drift < 1e-13
+
+
+def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
+    scene = load("head-on").changed(seconds=2.0)
+    figures = compare(scene, ["pymunk"]).runs["pymunk"].figures
+    assert (figures.pair_contacts, figures.wall_contacts, figures.escaped) == (1, 0, 0)
+    # 200 px/s are 3.33 px a step; they meet at 1.3 s, on a step, so the first overlap is a whole step deep
+    assert figures.max_overlap == pytest.approx(200 / 60, abs=1e-9)
+
+
+def test_a_ball_whose_centre_is_outside_at_the_end_has_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [420, 300]\nvelocity = [6000, 0]",  # 100 px a step, and Pymunk finds the wall late
+        "radius = 20\nposition = [400, 100]",
+    )
+    assert compare(scene.changed(seconds=4 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 1
+    assert compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 0
+    monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 3 * 2 * 32)  # three states
+    outing = compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].outing
+    assert outing is not None
+    assert tuple(outing) == pytest.approx((4 / 60, 0, 1, 20))
+
+
+def test_balls_at_rest_have_no_energy_to_compare() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]", more="seconds = 0.1")
+    figures = compare(scene, ["pymunk"]).runs["pymunk"].figures
+    assert figures.energy_ratio is None
+    assert figures.energy_drift is None
+
+
+def test_expectations_that_fall_into_the_run_are_scored() -> None:
+    scene = load("bouncing")  # expects something at 1.8 s and at 2 s
+    figures = compare(scene.changed(seconds=1.9), ["impulse"]).runs["impulse"].figures
+    assert figures.expected == 1
+    run = compare(scene.changed(seconds=2.0), ["impulse"]).runs["impulse"]
+    trace = simulate(scene, "impulse", seconds=2)
+    [first, second] = run.scores
+    assert first.error == pytest.approx(
+        max(np.hypot(*(trace.position[120, 0] - [200, 130])), abs(trace.velocity[120, 0, 1]))
+    )
+    assert second.expect.at == 1.8
+    assert run.figures.met == sum(one.error <= 1e-6 for one in run.scores)
+
+
+def test_a_gas_stands_beside_its_theory_and_three_balls_do_not() -> None:
+    comparison = compare(load("gas-100"), ["impulse"])
+    run = comparison.runs["impulse"]
+    by_name = {row.figure: row for row in run.theory}
+    pairs = by_name["contacts per second"]
+    assert pairs.measured == run.figures.pair_contacts / 20
+    assert pairs.measured == pytest.approx(pairs.expected, rel=0.05)
+    pressure = by_name["wall pressure, kg/s²"]
+    assert pressure.measured == pytest.approx(pressure.expected, rel=0.05)
+    assert by_name["distance of speeds from their law"].measured < 0.02
+    written = comparison.as_json()["engines"]["impulse"]["theory"]
+    assert {figure: row["measured"] for figure, row in written.items()} == {
+        figure: row.measured for figure, row in by_name.items()
+    }
+    assert "theory" not in compare(load("article").changed(seconds=1.0)).as_json()["engines"]["pymunk"]
+
+
+def test_json_and_csv_hold_the_same_figures() -> None:
+    comparison = compare(load("article").changed(seconds=1.0))
+    document = comparison.as_json()
+    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", "horizon", "engines"]
+    assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
+    assert list(document["engines"]) == ["pymunk", "article", "exact"]
+    rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
+    for row, (name, figures) in zip(rows, document["engines"].items(), strict=True):
+        assert set(figures) == FIGURES
+        assert row["engine"] == name
+        for key in FIGURES - {"first_difference", "ledger"}:
+            assert row[key] == str(figures[key])
+        for cause, entry in figures["ledger"].items():
+            assert {key: row[f"ledger.{cause}.{key}"] for key in entry} == {
+                key: str(value) for key, value in entry.items()
+            }
+    first = document["engines"]["article"]["first_difference"]
+    assert (first["kind"], first["first"], first["second"], first["cause"]) == ("outcome", 1, 2, "small")
+    assert rows[1]["first_difference.time"] == str(first["time"]) == str(50 / 60)
+    assert document["engines"]["exact"]["first_difference"] is None
+    assert rows[2]["first_difference.time"] == ""
+
+
+def test_a_passed_limit_is_told_with_its_value_and_time() -> None:
+    comparison = compare(load("article"), ["pymunk", "article"])
+    [gap, drift] = comparison.beyond(max_gap=100, max_drift=0.1)
+    run = comparison.runs["pymunk"]
+    since = comparison.time[int(np.argmax(run.gap_max > 100))]
+    assert gap == f"pymunk: gap {run.gap_max.max():.6g} px is beyond the limit of 100 px, passed at {since:.3f} s"
+    assert drift.startswith("article: drift 0.584135 is beyond the limit of 0.1, passed at ")
+    assert list(comparison.beyond(max_gap=1000, max_drift=0.9)) == []
+    assert list(comparison.beyond()) == []
+
+
+def test_a_limit_that_was_passed_in_between_is_passed() -> None:
+    comparison = compare(load("head-on").changed(seconds=2 / 60), ["pymunk", "exact"])
+    run = replace(comparison.runs["pymunk"], gap_max=np.array([0.0, 5.0, 1.0]), energy=np.array([4.0, 2.0, 4.0]))
+    told = list(replace(comparison, runs={"pymunk": run}).beyond(max_gap=2.0, max_drift=0.25))
+    assert told == [
+        "pymunk: gap 5 px is beyond the limit of 2 px, passed at 0.017 s",
+        "pymunk: drift 0.5 is beyond the limit of 0.25, passed at 0.017 s",
+    ]
+
+
+def test_the_exact_engine_or_else_the_last_is_what_others_are_measured_against_unless_one_is_named() -> None:
+    scene = load("article").changed(seconds=0.1)
+    assert compare(scene).against == "exact"
+    assert compare(scene, ["exact", "pymunk"]).against == "exact"
+    assert compare(scene, ["pymunk", "article"]).against == "article"
+    assert compare(scene, against="pymunk").against == "pymunk"
+    with pytest.raises(
+        SandboxError, match=r"^cannot compare against 'artcle', which does not take part; did you mean article\?$"
+    ):
+        compare(scene, against="artcle")

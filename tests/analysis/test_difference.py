@@ -1,0 +1,430 @@
+"""The first difference: planted faults are named as what they are, at the contact where they are."""
+
+from collections.abc import Callable
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+import sandbox.engines
+from sandbox.analysis.comparison import compare
+from sandbox.analysis.difference import Difference
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene, Vector
+from sandbox.state import CONTACT, Contacts, State, no_contacts
+
+
+class Faulty:
+    """A plain stepped engine in a box, right up to what is found late; faults are planted by overriding a method."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.scene, self.dt = scene, 1 / scene.rate
+        self.time, self.steps = 0.0, 0
+        self.x, self.v = initial.position.copy(), initial.velocity.copy()
+        self.m, self.r = scene.bodies.mass, scene.bodies.radius
+        self.found: list[tuple[Any, ...]] = []
+
+    def impulse(self, i: int, j: int, right: float) -> float:
+        return right
+
+    def sees(self, i: int, j: int) -> bool:
+        return True
+
+    def put_back(self, depth: float) -> float:
+        return 2 * depth
+
+    def bounce(self, right: float) -> float:
+        return right
+
+    def step(self) -> None:
+        self.steps += 1
+        self.x += self.v * self.dt
+        for i, x in enumerate(self.x):
+            for wall, (nx, ny) in enumerate(((-1, 0), (0, -1), (1, 0), (0, 1))):
+                n = np.array([nx, ny], float)
+                face = max(0.0, float(n @ np.array(self.scene.arena.size)))
+                depth, u = x @ n + self.r[i] - face, self.v[i] @ n
+                if depth > 0 and u > 0:
+                    impulse = self.bounce(2 * self.m[i] * u)
+                    self.v[i] -= impulse / self.m[i] * n
+                    self.x[i] -= self.put_back(depth) * n
+                    self.tell(i, ~wall, n, impulse, depth)
+        for i in range(len(self.x)):
+            for j in range(i + 1, len(self.x)):
+                away = self.x[j] - self.x[i]
+                depth = self.r[i] + self.r[j] - np.hypot(*away)
+                n = away / np.hypot(*away)
+                u = (self.v[i] - self.v[j]) @ n
+                if depth > 0 and u > 0 and self.sees(i, j):
+                    impulse = self.impulse(i, j, 2 * u / (1 / self.m[i] + 1 / self.m[j]))
+                    self.v[i] -= impulse / self.m[i] * n
+                    self.v[j] += impulse / self.m[j] * n
+                    self.tell(i, j, n, impulse, depth)
+
+    def tell(self, i: int, other: int, n: Any, impulse: float, depth: float) -> None:
+        self.found.append((self.steps * self.dt, i, other, tuple(n), impulse, depth))
+
+    def state(self) -> State:
+        return State(self.steps * self.dt, self.x.copy(), self.v.copy())
+
+    def contacts(self) -> Contacts:
+        found, self.found = self.found, []
+        return np.array(found, CONTACT) if found else no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        self.v[ball] += dv
+
+
+class TooMuch(Faulty):
+    def impulse(self, i: int, j: int, right: float) -> float:
+        return 1.02 * right
+
+
+class OneStepLate(Faulty):
+    """Waits for a step between seeing two overlap and parting them."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        self.seen: dict[tuple[int, int], int] = {}
+
+    def sees(self, i: int, j: int) -> bool:
+        return self.steps > self.seen.setdefault((i, j), self.steps)
+
+
+class Blind(Faulty):
+    def sees(self, i: int, j: int) -> bool:
+        return (i, j) != (1, 2)
+
+
+class SoftWalls(Faulty):
+    def bounce(self, right: float) -> float:
+        return right * 1.99 / 2
+
+
+class Discards(Faulty):
+    """Puts a ball 1 px less far back than it should, where it is 1 px deep."""
+
+    def put_back(self, depth: float) -> float:
+        return 2 * depth - 1
+
+
+class BeyondTheLine(Faulty):
+    """Turns a ball round at an inner wall at 400 px once its centre is beyond, and leaves it there."""
+
+    def step(self) -> None:
+        before = self.x[0, 0]
+        super().step()
+        if before < 400 <= self.x[0, 0]:
+            self.tell(0, ~4, (1.0, 0.0), 2 * self.v[0, 0], 22.0)
+            self.v[0, 0] *= -1
+
+
+First = Callable[[str, Scene], Difference | None]
+
+
+def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Register one of the engines above as `faulty`."""
+    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.GROUP)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", faulty)
+
+
+@pytest.fixture
+def first_of(monkeypatch: pytest.MonkeyPatch) -> First:
+    """Find the first difference of one of the engines above from exact."""
+
+    def find(engine: str, scene: Scene) -> Difference | None:
+        register(engine, monkeypatch)
+        return compare(scene, ["faulty", "exact"]).runs["faulty"].figures.first_difference
+
+    return find
+
+
+# Balls 0 and 1 meet head-on, and then 2 is hit by 1. At 60 steps a second they touch on a step, but for rounding.
+ROW = scene_of(
+    "radius = 20\nposition = [100, 300]\nvelocity = [240, 0]",
+    "radius = 20\nposition = [300, 300]",
+    "radius = 20\nposition = [502, 300]",
+    more="seconds = 3",
+)
+# One ball that a wall of 780 stops 1.4 px deep; another that never meets it.
+WALL = scene_of(
+    "radius = 20\nposition = [302, 300]\nvelocity = [480, 0]", "radius = 20\nposition = [100, 100]", more="seconds = 2"
+)
+
+
+def test_without_a_fault_there_is_no_difference_but_of_places(first_of: First) -> None:
+    assert first_of("Faulty", WALL) is None
+    late = first_of("Faulty", load("oblique"))
+    assert late is not None
+    assert late.cause == "late"
+
+
+def test_two_per_cent_too_much_impulse(first_of: First) -> None:
+    one = first_of("TooMuch", ROW)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "large")
+    assert one.because == "The impulse is wrong: it is 2 % too large. It is a restitution of 1.04."
+    assert one.after is not None
+    assert one.after[0][0] == pytest.approx(-0.02 * 240)
+    assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
+
+
+def test_contacts_one_step_late(first_of: First) -> None:
+    one = first_of("OneStepLate", load("oblique"))
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "late")
+    late = 1e3 * (53 / 60 - EXACT_OBLIQUE)
+    assert late > 1e3 / 60
+    assert one.because.startswith(f"Found {late:.3g} ms late, which is more than a step of 16.7 ms, ")
+
+
+EXACT_OBLIQUE = 0.8585786437626906  # s
+
+
+def test_what_may_yet_be_resolved_after_the_end_is_not_missing(first_of: First) -> None:
+    """The two touch in step 52, and this engine parts them in the next."""
+    assert first_of("OneStepLate", load("oblique").changed(seconds=52 / 60)) is None
+    assert first_of("Blind", ROW.changed(seconds=0.1 + (160 + 162) / 240)) is not None
+
+
+def test_balls_that_fall_together_have_the_same_contact_later() -> None:
+    """Found 6.7 ms late, they have fallen on at 900 px/s²; what they give each other is the same."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 100]\nvelocity = [240, 0]",
+        "radius = 20\nposition = [302.4, 100]",
+        more="gravity = [0, 900]\nseconds = 0.9",
+    )
+    one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
+    assert one is not None
+    assert one.after is not None
+    assert one.should_after is not None
+    assert one.after[0][1] - one.should_after[0][1] == pytest.approx(900 * (41 / 60 - 162.4 / 240))
+    assert one.cause == "pushed"
+
+
+def test_one_pair_ignored(first_of: First) -> None:
+    one = first_of("Blind", ROW)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, "missed")
+    assert one.because == "The two passed into each other, and the engine told of no contact."
+    assert one.time == pytest.approx((160 + 162) / 240)
+    assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
+
+
+def beside_a_wall(x: float, vx: float) -> Scene:
+    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` does not know of."""
+    wall = "[[walls]]\nfrom = [400, 250]\nto = [400, 350]\nthickness = 4"
+    return scene_of(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{vx}, 0]\n{wall}", more="seconds = 0.5")
+
+
+@pytest.mark.parametrize(
+    ("x", "vx"), [(310, 3000), (300, 3000), (485, -3000), (500, -3000)], ids=["right", "onto", "left", "onto, left"]
+)
+def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -> None:
+    one = first_of("Faulty", beside_a_wall(x, vx))
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, "missed")
+    assert one.because == (
+        "The ball went through the wall, from (400, 250) to (400, 350): it flew 50 px in the step, and the wall is "
+        "4 px thick."
+    )
+    assert one.time == pytest.approx((abs(x - 400) - 22) / 3000)
+    assert (one.before, one.should_after) == (None, ((-vx, 0.0),))
+
+
+def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 310 px to 360, to 410, where it is told, and back through the wall to 360, where it is not."""
+    register("BeyondTheLine", monkeypatch)
+    run = compare(beside_a_wall(310, 3000).changed(seconds=0.1), ["faulty"]).runs["faulty"]
+    [passage] = run.missed
+    assert passage[:3] == (3, 0, ~4)
+    assert passage.flown == pytest.approx(50)
+
+
+def test_a_ball_that_the_yardstick_lets_through_a_wall() -> None:
+    runs = compare(load("truths/thin-wall-60-hz"), ["exact", "pymunk"], against="pymunk").runs
+    one = runs["exact"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.cause) == ("extra", "missed")
+    assert one.because.startswith("It is the reference's that is wrong. The ball went through the wall, from (900, 60)")
+
+
+def test_walls_that_give_back_too_little(first_of: First) -> None:
+    one = first_of("SoftWalls", WALL)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "small")
+    assert one.because == "The right wall gave back 99 % of the speed, where 100 % is right."
+    assert one.after is not None
+    assert one.after[0] == pytest.approx((-0.99 * 480, 0.0))
+
+
+def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
+    one = first_of("Discards", WALL)
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "overshoot")
+    assert one.because == "It was put back on the wall: 1 px of its way back were thrown away."
+    assert one.after == one.should_after
+
+
+# The article's rule, by radius
+
+
+@pytest.mark.parametrize(
+    ("radius", "cause", "said"),
+    [
+        (20, "small", ("2 v_n / 40 ", "95 % of it is missing, the balls are still approaching", " -0.9 (2/r - 1)")),
+        (4, "small", ("2 v_n / 8 ", "75 % of it is missing, the balls are still approaching", " -0.5 (2/r - 1)")),
+        (2, "small", ("2 v_n / 4 ", "50 % of it is missing.", " a restitution of 0 (2/r - 1)")),
+        (0.5, "large", ("2 v_n / 1 ", "it is 100 % too large.", " 3 (2/r - 1)")),
+    ],
+)
+def test_the_article_s_denominator_is_named_with_its_restitution(
+    radius: float, cause: str, said: tuple[str, ...]
+) -> None:
+    scene = meeting(radius)
+    run = compare(scene, ["article", "exact"]).runs["article"]
+    one = run.figures.first_difference
+    assert one is not None
+    assert one.cause == cause
+    for words in said:
+        assert words in one.because
+    gained = sum(entry.energy for entry in run.figures.ledger if entry.cause == cause)
+    assert (gained > 0) == (cause == "large")
+
+
+def test_at_radius_one_the_article_is_right() -> None:
+    run = compare(meeting(1), ["article", "exact"]).runs["article"]
+    assert not {"small", "large"} & {entry.cause for entry in run.figures.ledger}
+    assert run.figures.energy_ratio == pytest.approx(1)
+
+
+def meeting(radius: float) -> Scene:
+    return scene_of(
+        f"radius = {radius}\nposition = [100, 300]\nvelocity = [30, 0]",
+        f"radius = {radius}\nposition = [{130.25 + 2 * radius}, 300]",
+        more="seconds = 1.5",
+    )
+
+
+# The causes in the article's own scene
+
+
+def test_each_engine_s_cause_in_the_article_s_scene() -> None:
+    runs = compare(load("article"), ["pymunk", "article", "impulse", "exact"]).runs
+    firsts = {name: run.figures.first_difference for name, run in runs.items()}
+    causes = {name: first.cause for name, first in firsts.items() if first}
+    assert causes == {"pymunk": "late", "article": "small", "impulse": "late"}
+    article = firsts["article"]
+    assert article is not None
+    assert article.because == (
+        "The impulse was 2 v_n / 40 where 2 equal masses need v_n: 95 % of it is missing, the balls are still "
+        "approaching. Divided by the diameter, it is a restitution of -0.9 (2/r - 1)."
+    )
+
+
+def test_a_contact_shorter_than_a_step_is_missing_and_told_as_such() -> None:
+    """400 px/s, the centres 39.9 px aside: they overlap for 2 √(40² - 39.9²) / 400 s = 14 ms, between two steps."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [400, 0]",
+        "radius = 20\nposition = [303.4, 339.9]",
+        more="seconds = 1",
+    )
+    one = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, "missed")
+    assert one.because == "The two would overlap for 14 ms, less than a step, which can miss them."
+
+
+@pytest.mark.parametrize(("engine", "found", "cause"), [("pymunk", "8.09 ms", "late"), ("box2d", "8.58 ms", "early")])
+def test_a_fault_of_the_yardstick_is_told_as_the_yardstick_s(engine: str, found: str, cause: str) -> None:
+    """In `oblique` exact is right, so what it has otherwise than another engine is that engine's error."""
+    if engine not in sandbox.engines.registry():
+        pytest.skip(f"needs {engine}")
+    runs = compare(load("oblique"), ["exact", engine], against=engine).runs
+    one, its = (runs["exact"].figures.first_difference, runs[engine].figures.first_difference)
+    assert one is not None
+    assert its is None
+    assert one.cause == cause
+    assert one.because.startswith(f"It is the reference's that is wrong. Found {found} {cause}, ")
+
+
+def test_balls_that_overlap_at_the_start_are_found_after_the_yardstick() -> None:
+    """Exact parts them at once, on the normal (3, 1); a step of 2.5 px along x later it is (0.5 + 30, 10 + 7 / 6)."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [100, 0]",
+        "radius = 20\nposition = [130, 310]\nvelocity = [-50, 20]",
+        more="seconds = 1",
+    )
+    one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
+    assert one is not None
+    turned = np.degrees(np.arctan2(10 + 20 / 60, 30 - 150 / 60) - np.arctan2(10, 30))
+    assert one.cause == "late"
+    assert one.because == f"Found 16.7 ms after the reference, on a normal that is turned by {turned:.2g}°."
+
+
+def test_a_contact_with_no_impulse_is_none() -> None:
+    """Along a wall that it touches, the article turns a speed of 0 round in every step."""
+    scene = scene_of("radius = 20\nposition = [20, 300]\nvelocity = [0, 100]", more="seconds = 1")
+    run = compare(scene, ["article", "exact"]).runs["article"]
+    assert run.figures.wall_contacts == 60
+    assert run.differences == ()
+    assert not {"turned", "large"} & {entry.cause for entry in run.figures.ledger}
+
+
+def test_balls_at_rest_that_are_only_pushed_apart_are_told_as_pushed() -> None:
+    scene = scene_of("radius = 20\nposition = [100, 300]", "radius = 20\nposition = [120, 300]", more="seconds = 1")
+    one = compare(scene, ["article", "exact"]).runs["article"].figures.first_difference
+    assert one is not None
+    assert one.cause == "pushed"
+    assert one.because == "The two were pushed apart, and are 20 px from where they should be."
+
+
+@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+def test_a_chain_that_did_not_converge_is_told_so_of_each_of_its_contacts() -> None:
+    """Box2D's first contact of the cradle ends with the right restitution, but the next ones take too little on."""
+    for names in (["box2d", "exact"], ["exact", "box2d"]):
+        run = compare(load("newtons-cradle").changed(seconds=2.0), names, against=names[1]).runs[names[0]]
+        one = run.figures.first_difference
+        assert one is not None
+        assert (one.first, one.second, one.cause) == (0, 1, "unconverged")
+        assert one.because.endswith("Several contacts at once: the solver's iterations ended before all were right.")
+
+
+@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+def test_a_missing_contact_of_balls_that_did_not_approach_is_told() -> None:
+    """Box2D has a contact of the cradle's last two while both are at rest, which Pymunk has not."""
+    scene = load("newtons-cradle").changed(seconds=2.0)
+    one = compare(scene, ["pymunk", "box2d"], against="box2d").runs["pymunk"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.first, one.second) == ("missing", 4, 5)
+    assert one.because == "The engine has no such contact within 50 ms."
+
+
+def test_contacts_of_one_step_in_another_order() -> None:
+    """Ball 2 meets the heavy 1 two milliseconds before 0 does: a step finds both, and resolves 0 and 1 first."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
+        "radius = 20\nmass = 100\nposition = [240.6, 300]",
+        "radius = 20\nposition = [380.8, 300]\nvelocity = [-200, 0]",
+        more="seconds = 1",
+    )
+    one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.first, one.second, one.cause) == ("order", 0, 1, "late")
+    assert one.because.startswith(
+        "Several contacts were found late, at the end of a step, and resolved in another order"
+    )
+
+
+def test_beyond_the_horizon_no_difference_is_told() -> None:
+    comparison = compare(load("gas-100"))
+    assert comparison.horizon is not None
+    for run in comparison.runs.values():
+        assert all(one.time <= comparison.horizon for one in run.differences)
+        assert list(run.differences) == sorted(run.differences, key=lambda one: one.time)
+
+
+def test_the_yardstick_does_not_differ_from_itself() -> None:
+    assert compare(load("funnel").changed(seconds=2.0), ["exact"]).runs["exact"].differences == ()

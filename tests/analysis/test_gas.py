@@ -1,0 +1,244 @@
+"""What theory says of many discs: against closed forms, and against runs that can be written down."""
+
+import math
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sandbox.analysis.gas import (
+    VIRIAL,
+    beside_theory,
+    compressibility,
+    contact_value,
+    enskog_rate,
+    is_gas,
+    packing_fraction,
+    pair_compressibility,
+    speed_distance,
+    speed_law,
+    virial_pressure,
+    virial_series,
+    wall_pressure,
+)
+from sandbox.state import CONTACT, Contacts, Floats, no_contacts
+
+lengths = st.floats(0.1, 1e3)
+LEFT, TOP, RIGHT, BOTTOM = ~0, ~1, ~2, ~3
+
+
+def on_the_sphere(times: int, n: int) -> Floats:
+    """Draw velocities of n discs that share an energy, each state of them as likely as any other."""
+    velocity = np.random.default_rng(5).normal(size=(times, n, 2))
+    velocity /= np.sqrt(np.sum(velocity**2, axis=(1, 2), keepdims=True))
+    return velocity
+
+
+def contacts_of(*rows: tuple[int, int, float]) -> Contacts:
+    """Make contacts of (first, second, impulse)."""
+    contacts = np.zeros(len(rows), CONTACT)
+    contacts["first"], contacts["second"], contacts["impulse"] = zip(*rows, strict=True)
+    return contacts
+
+
+# Speeds
+
+
+def test_of_two_discs_the_squares_of_speeds_are_uniform() -> None:
+    speed = np.linspace(0, 3, 7)
+    assert speed_law(speed, 3.0, 2) == pytest.approx(speed**2 / 9)
+
+
+def test_no_disc_is_faster_than_all_of_the_energy() -> None:
+    assert speed_law(np.array([0.0, 2.0, 5.0]), 2.0, 4).tolist() == [0, 1, 1]
+
+
+@given(st.integers(2, 40), lengths)
+def test_the_law_s_mean_square_speed_is_an_nth_of_the_whole(n: int, whole: float) -> None:
+    """E[v²] is the integral of 1 - F over v², from 0 to R²: by Gauss, exact for polynomials of degree up to 39."""
+    node, weight = np.polynomial.legendre.leggauss(20)
+    slower = speed_law(whole * np.sqrt((node + 1) / 2), whole, n)
+    assert np.all(np.diff(slower) >= 0)
+    assert weight / 2 @ (1 - slower) == pytest.approx(1 / n)
+
+
+def test_of_many_discs_the_law_is_maxwell_s() -> None:
+    speed = np.linspace(0, 5, 50)
+    away = [np.abs(speed_law(speed, math.sqrt(n), n) - (1 - np.exp(-(speed**2)))).max() for n in (10, 100, 1000, 10**6)]
+    assert away == sorted(away, reverse=True)
+    assert away[-1] < 1e-6
+
+
+@pytest.mark.parametrize("n", [2, 4, 50])
+def test_speeds_drawn_from_the_sphere_keep_the_law(n: int) -> None:
+    """40,000 speeds: 0.87/√N is 0.0043, and one sample in 10,000 is beyond 2.23/√N."""
+    assert speed_distance(on_the_sphere(40_000 // n, n)) < 0.0112
+
+
+def test_energy_lost_between_states_does_not_matter_and_another_n_does() -> None:
+    velocity = on_the_sphere(5000, 4)
+    cooling = np.geomspace(1, 1e-3, 5000)[:, None, None]
+    assert speed_distance(cooling * velocity) == pytest.approx(speed_distance(velocity), abs=1e-12)
+    maxwell = np.random.default_rng(5).normal(size=(1, 20_000, 2)).reshape(5000, 4, 2)
+    whole = math.sqrt(8)
+    away = np.sort(speed_law(np.linalg.norm(maxwell, axis=2), whole, 4), axis=None) - np.arange(20_000) / 20_000
+    assert np.abs(away).max() > 0.05  # Maxwell's speeds are not those of four discs
+
+
+def test_equal_speeds_are_as_far_from_the_law_as_it_says() -> None:
+    """All n speeds are R/√n, where the law's share is 1 - (1 - 1/n)^(n - 1)."""
+    n = 10
+    velocity = np.tile([3.0, 4.0], (1, n, 1))
+    assert speed_distance(velocity) == pytest.approx(1 - (1 - 1 / n) ** (n - 1))
+
+
+# Pressure
+
+
+@given(lengths, lengths, st.floats(0.01, 0.49), st.floats(0.1, 100), st.floats(0.1, 100))
+def test_a_disc_between_two_walls_presses_as_the_virial_theorem_says(
+    width: float, height: float, share: float, speed: float, mass: float
+) -> None:
+    """It turns every (W - 2r) / v, each time with 2mv: a mean force of mv² / (W - 2r) on two walls of the four."""
+    radius = share * min(width, height)
+    to_and_fro = 2 * (width - 2 * radius) / speed
+    contacts = contacts_of((0, LEFT, 2 * mass * speed), (0, RIGHT, 2 * mass * speed))
+    force = mass * speed**2 / (width - 2 * radius)
+    wall = wall_pressure(contacts, (width, height), to_and_fro)
+    assert wall == pytest.approx(2 * force / height / 4)
+    kinetic = mass * speed**2 / 2
+    assert virial_pressure(contacts, np.array([radius]), kinetic, (width, height), to_and_fro) == pytest.approx(wall)
+
+
+@given(st.floats(0.1, 10), st.floats(0.1, 10), lengths, st.floats(0.1, 100))
+def test_two_unequal_discs_on_a_line_press_as_the_virial_theorem_says(
+    first: float, second: float, free: float, speed: float
+) -> None:
+    """Of one mass and speed, they turn back at walls and where they meet, each with half of the free length to fly."""
+    width, height = 2 * (first + second) + free, 100.0
+    contacts = contacts_of((0, LEFT, 2 * speed), (0, 1, 2 * speed), (1, RIGHT, 2 * speed))
+    seconds = free / speed
+    wall = wall_pressure(contacts, (width, height), seconds)
+    radius = np.array([first, second])
+    assert virial_pressure(contacts, radius, speed**2, (width, height), seconds) == pytest.approx(wall)
+
+
+def test_each_wall_s_force_is_over_its_own_length() -> None:
+    contacts = contacts_of((0, LEFT, 6.0), (0, TOP, 8.0), (0, RIGHT, 6.0), (0, BOTTOM, 8.0), (0, ~4, 99.0))
+    assert wall_pressure(contacts, (4, 3), 2.0) == pytest.approx(1)
+
+
+def test_without_contacts_walls_feel_nothing_and_the_gas_is_ideal() -> None:
+    assert wall_pressure(no_contacts(), (4, 3), 1.0) == 0
+    assert virial_pressure(no_contacts(), np.ones(2), 6.0, (4, 3), 1.0) == 0.5
+    assert pair_compressibility(no_contacts(), np.ones(2), 6.0, 1.0) == 1
+
+
+def test_pairs_count_by_the_distance_there_was_and_walls_do_not() -> None:
+    contacts = contacts_of((0, 1, 5.0), (1, LEFT, 99.0))
+    contacts["depth"] = 0.5, 0.0
+    assert pair_compressibility(contacts, np.array([1.0, 2.0]), 2.0, 10.0) == pytest.approx(1 + 5 * 2.5 / 40)
+
+
+# The fluid
+
+
+def test_virial_coefficients_are_those_known_in_closed_form() -> None:
+    third = 4 / 3 - math.sqrt(3) / math.pi
+    fourth = 2 - 9 * math.sqrt(3) / (2 * math.pi) + 10 / math.pi**2
+    assert VIRIAL[2:4] == pytest.approx((third, fourth), abs=1e-8)
+    assert len(VIRIAL) == 10
+
+
+def test_compressibility_at_a_fifth() -> None:
+    assert virial_series(0.2) == pytest.approx(1.57036, abs=5e-6)
+    assert compressibility(0.2) == pytest.approx((1 + 0.2**2 / 8) / 0.8**2)  # Henderson's own form
+    assert compressibility(0.2) == pytest.approx(1.57031, abs=5e-6)
+
+
+@given(st.floats(0, 0.4))
+def test_henderson_and_the_series_agree_where_the_gas_is_thin(eta: float) -> None:
+    assert compressibility(eta) == pytest.approx(virial_series(eta), rel=0.0025)
+
+
+@given(st.floats(0, 0.69), st.floats(1e-6, 0.3))
+def test_denser_discs_press_more_and_stand_closer(eta: float, more: float) -> None:
+    denser = min(eta + more, 0.7)
+    assert contact_value(denser) > contact_value(eta) >= 1
+    assert compressibility(denser) > compressibility(eta) >= 1
+    assert virial_series(denser) > virial_series(eta) >= 1
+
+
+@given(st.integers(2, 1000), st.floats(0.01, 0.69), lengths, lengths)
+def test_enskog_s_rate_makes_henderson_s_pressure(n: int, eta: float, side: float, mean_square: float) -> None:
+    """Each contact gives m √(π kT/m), the mean of a relative speed's normal part at contact, over a distance of 2r."""
+    radius, mass = side * math.sqrt(eta / (n * math.pi)), 3.0
+    kinetic, impulse = n * mass * mean_square / 2, mass * math.sqrt(math.pi * mean_square / 2)
+    contacts = contacts_of((0, 1, impulse * enskog_rate(n, radius, (side, side), mean_square)))
+    radii = np.full(n, radius)
+    assert packing_fraction(radii, (side, side)) == pytest.approx(eta)
+    assert pair_compressibility(contacts, radii, kinetic, 1.0) == pytest.approx(compressibility(eta))
+
+
+# Measured beside expected
+
+GAS = "count = 120\nradius = 5\ngrid = [12, 10]\nspacing = 40\nrms_speed = 100"
+
+
+def test_a_run_is_put_beside_theory() -> None:
+    scene = scene_of(GAS)
+    velocity = 1000 * on_the_sphere(300, 120)
+    contacts = contacts_of((0, 1, 100.0), (0, LEFT, 300.0), (5, 7, 100.0))
+    rows = beside_theory(scene, contacts, velocity, 2.0)
+    assert rows is not None
+    speeds, pressure, state, rate = rows
+    assert speeds.measured < 2.23 / math.sqrt(300 * 120)
+    assert pressure.measured == pytest.approx(300 / 600 / 4 / 2)
+    assert pressure.expected == pytest.approx((500_000 + (2 * 100 * 10 + 300 * 5) / 4) / 480_000)
+    assert state.measured == pytest.approx(1 + 2000 / 2_000_000)
+    assert state.expected == pytest.approx(compressibility(120 * 25 * math.pi / 480_000))
+    assert rate.measured == 1
+    assert rate.expected == pytest.approx(enskog_rate(120, 5, (800, 600), 1e6 / 120))
+
+
+@pytest.mark.parametrize(
+    ("balls", "more"),
+    [
+        (GAS + "\nelasticity = 0.9", ""),
+        (GAS + "\nfriction = 0.1", ""),
+        (GAS, "gravity = [0, 900]"),
+        (GAS, "[[walls]]\nfrom = [1, 1]\nto = [1, 9]"),
+    ],
+    ids=["inelastic", "rough", "falling", "inner wall"],
+)
+def test_of_other_scenes_it_says_nothing(balls: str, more: str) -> None:
+    scene = scene_of(balls, more=more)
+    assert not is_gas(scene)
+    assert beside_theory(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0) is None
+
+
+@pytest.mark.parametrize("other", ["radius = 6", "radius = 5\nmass = 2"], ids=["larger", "heavier"])
+def test_all_balls_must_be_alike(other: str) -> None:
+    assert is_gas(scene_of(GAS, "radius = 5\nposition = [20, 20]"))
+    assert not is_gas(scene_of(GAS, f"{other}\nposition = [20, 20]"))
+
+
+@pytest.mark.parametrize(
+    ("balls", "size"),
+    [(GAS.replace("120", "99"), "[800, 600]"), (GAS.replace("= 5", "= 20"), "[480, 410]")],
+    ids=["few", "above freezing"],
+)
+def test_of_discs_that_are_no_fluid_it_says_what_is_exact(balls: str, size: str) -> None:
+    scene = scene_of(balls, size=size)
+    assert not is_gas(scene)
+    rows = beside_theory(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0)
+    assert rows is not None
+    assert [row.because for row in rows] == ["equal shares of the energy's sphere", "virial theorem"]
+
+
+def test_of_balls_at_rest_it_says_nothing() -> None:
+    scene = scene_of(GAS)
+    assert is_gas(scene)
+    assert beside_theory(scene, no_contacts(), np.zeros((3, 120, 2)), 1.0) is None

@@ -1,0 +1,123 @@
+"""The command line: exit codes, what goes where, and tables that fit."""
+
+import json
+from pathlib import Path
+
+import pygame
+import pytest
+from conftest import Command
+
+from sandbox.run.inputs import End, Grab, Input, Release, Start, load_inputs, write_inputs
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import bundled, load
+
+COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "schema", "bench")
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Command) -> None:
+    """The picture shows the end of the run that the table is of."""
+    code, out, err = command("run", "head-on", "--save-inputs", "inputs.jsonl")
+    assert (code, err) == (0, "")
+    first, title, *told, last = out.splitlines()
+    assert first == "No display: comparing instead of opening the window."
+    assert title.startswith("Head-on: 2 balls, seed 0, 3 s at 60 steps a second")
+    assert "energy left                   100.0000%           50.0000%  100.0000%" in told
+    assert last == "Picture of the end: head-on-0-000180.png"
+    assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
+    scene = load("head-on")
+    assert load_inputs(Path("inputs.jsonl"), scene) == [Start(scene="head-on", seed=0, rate=60), End(step=180)]
+
+
+def test_every_command_has_help(command: Command) -> None:
+    _, top, _ = command("--help")
+    for name in COMMANDS:
+        assert f"\n  {name} " in top
+        _, told, _ = command(name, "--help")
+        assert told.startswith(f"Usage: sandbox {name} ")
+
+
+def test_json_on_standard_output_is_all_there_is(command: Command) -> None:
+    _, out, _ = command("compare", "article", "--seconds", "1", "--seed", "2", "--rate", "120", "--json", "-")
+    document = json.loads(out)
+    assert (document["seed"], document["rate"], document["seconds"]) == (2, 120, 1.0)
+    assert list(document["engines"]) == ["pymunk", "article", "exact"]
+
+
+def test_a_passed_limit_is_exit_code_1_and_one_kept_0(command: Command) -> None:
+    code, _, err = command("compare", "article", "--seconds", "2", "--max-gap", "1")
+    assert code == 1
+    assert err.startswith("pymunk: gap ")
+    code, _, _ = command("compare", "article", "--seconds", "2", "--max-gap", "1000", "--max-drift", "0.5")
+    assert code == 0
+
+
+def test_the_table_fits_a_narrow_terminal(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    _, out, _ = command("compare", "article", "--seconds", "1")
+    assert max(map(len, out.splitlines())) <= 60
+    assert "energy left          100.0000%           95.6880%  100.0000%" in out.splitlines()
+    monkeypatch.setenv("COLUMNS", "30")
+    _, folded, _ = command("compare", "article", "--seconds", "1")
+    assert "…" not in folded
+    assert max(map(len, folded.splitlines())) <= 30
+
+
+def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    _, listed, _ = command("scenes")
+    for name in bundled():
+        assert load(name).about in listed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, "),
+        (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
+        (("compare", "article", "--engines", "pymunk,"), "--engines pymunk,: has a comma without a name"),
+        (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
+        (("compare", "article", "--seconds", "0.001"), "seconds must be at least a step of 0.0166667, got 0.001"),
+        (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
+        (("compare", "oblique", "--engines", "pymunk", "--advise"), "--advise cannot measure pymunk against itself"),
+        (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
+        (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
+        (
+            ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
+            "a trace of 9,999,999 steps takes 320 GB here",
+        ),
+        (("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"), "--steps and --seconds both"),
+        (("verify", "article"), "nothing to score: no [[expect]] in article"),
+        (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
+    ],
+    ids=lambda value: "-".join(value[:1] + value[2:]) if isinstance(value, tuple) else "",
+)
+def test_a_mistake_is_one_message_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(message)
+    assert err.count("\n") == 1
+
+
+def test_recorded_inputs_bring_their_seed_and_rate(command: Command) -> None:
+    start = Start(scene="article", seed=5, rate=120)
+    inputs: list[Input] = [start, Grab(step=3, ball=1, at=(100, 100)), Release(step=90)]
+    write_inputs(inputs, Path("inputs.jsonl"))
+    arguments = ("trace", "article", "--engine", "article", "--steps", 120, "--inputs", "inputs.jsonl", "--out", "-")
+    _, out, _ = command(*arguments)
+    last = out.splitlines()[-2].split(",")
+    run = simulate(load("article").changed(seed=5, rate=120), "article", steps=120, inputs=inputs)
+    assert [float(number) for number in last[2:4]] == run.position[-1, 1].tolist()
+
+
+def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs(command: Command) -> None:
+    write_inputs([Start(scene="newtons-cradle", seed=0, rate=1)], Path("inputs.jsonl"))
+    code, _, err = command("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
+    assert code == 2
+    assert err.splitlines()[0] == (
+        "inputs.jsonl:1: expect[0].at is not on a step, of which there are 1 a second, got 1.5"
+    )

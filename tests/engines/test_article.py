@@ -1,0 +1,173 @@
+"""The article's rule, bit for bit."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sandbox.analysis.comparison import compare
+from sandbox.engines import create
+from sandbox.errors import Refused
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn
+from sandbox.state import Floats, State
+
+TRACES = Path(__file__).parent / "traces"
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_equals_the_article_s_program(seed: int) -> None:
+    expected = np.load(TRACES / f"seed{seed}_n3.npz")
+    scene = load("article").changed(seed=seed)
+    run = simulate(scene, "article", steps=2000)
+    assert np.array_equal(run.position, expected["position"])
+    assert np.array_equal(run.velocity, expected["velocity"] * 60)
+
+
+def test_thirty_explicit_balls_equal_the_article_s_program() -> None:
+    expected = np.load(TRACES / "seed3_n30.npz")
+    balls = [
+        f"radius = 20\nposition = {x.tolist()}\nvelocity = {(v * 60).tolist()}"
+        for x, v in zip(expected["position"][0], expected["velocity"][0], strict=True)
+    ]
+    run = simulate(scene_of(*balls), "article", steps=len(expected["position"]) - 1)
+    assert np.array_equal(run.position, expected["position"])
+    assert np.array_equal(run.velocity, expected["velocity"] * 60)
+
+
+def article_frame(x: list[list[float]], v: list[list[float]], r: float, size: tuple[float, float]) -> None:
+    """Play a frame of the article in plain Python, as the design states it. v: px per frame."""
+    for i in range(len(x)):
+        for axis in (0, 1):
+            x[i][axis] += v[i][axis]
+            if x[i][axis] <= r or x[i][axis] >= size[axis] - r:
+                v[i][axis] *= -1
+                x[i][axis] = r if x[i][axis] <= r else size[axis] - r
+    for i in range(len(x)):
+        for j in range(i + 1, len(x)):
+            dx, dy = x[i][0] - x[j][0], x[i][1] - x[j][1]
+            d = math.sqrt(dx**2 + dy**2)
+            if d < 2 * r:
+                length = math.sqrt(dx * dx + dy * dy)
+                n = (dx / length, dy / length) if length else (1.0, 0.0)
+                v_n = (v[i][0] - v[j][0]) * n[0] + (v[i][1] - v[j][1]) * n[1]
+                if v_n > 0:
+                    continue
+                impulse = 2 * v_n / (2 * r)
+                for axis in (0, 1):
+                    v[i][axis] -= impulse * n[axis]
+                    v[j][axis] += impulse * n[axis]
+                    x[i][axis] += n[axis] * (2 * r - d) / 2
+                    x[j][axis] -= n[axis] * (2 * r - d) / 2
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    count=st.integers(1, 25),
+    radius=st.one_of(st.integers(1, 60), st.floats(0.5, 60)),
+    width=st.integers(200, 1500),
+    height=st.integers(200, 1500),
+)
+def test_equals_a_plain_python_transcription(seed: int, count: int, radius: float, width: int, height: int) -> None:
+    rng = np.random.default_rng(seed)
+    low, high = np.full(2, radius), np.array([width, height]) - radius
+    x = rng.uniform(low, high, (count, 2))
+    v = rng.normal(0, 300, (count, 2))
+    groups = [f"radius = {radius}\nposition = {a.tolist()}\nvelocity = {b.tolist()}" for a, b in zip(x, v, strict=True)]
+    run = simulate(scene_of(*groups, size=f"[{width}, {height}]"), "article", steps=120)
+    plain_x, plain_v = x.tolist(), (v / 60).tolist()
+    for step in range(1, 121):
+        article_frame(plain_x, plain_v, radius, (width, height))
+        assert np.array_equal(run.position[step], plain_x)
+        assert np.array_equal(run.velocity[step], np.multiply(plain_v, 60))
+
+
+def test_the_article_s_gas_cools_and_pymunk_s_does_not() -> None:
+    scene = load("article").changed(seconds=50.0)
+    runs = compare(scene, ["pymunk", "article"]).runs
+    assert runs["article"].figures.energy_ratio == pytest.approx(3.2488859649910173 / 46, rel=1e-14)
+    assert runs["pymunk"].figures.energy_ratio == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("radius", "restitution"), [(0.5, 3.0), (1, 1.0), (2, 0.0), (20, -0.9)])
+def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: float) -> None:
+    """Two balls approach at 60 px/s, one px a frame, and touch in the first."""
+    apart = 2 * radius + 0.5
+    scene = scene_of(
+        f"radius = {radius}\nposition = [300, 300]\nvelocity = [60, 0]",
+        f"radius = {radius}\nposition = [{300 + apart}, 300]",
+    )
+    engine = create("article", scene, spawn(scene))
+    engine.contacts()
+    engine.step()
+    before, after = 60.0, np.diff(engine.state().velocity[:, 0])[0]
+    assert after / before == pytest.approx(restitution, abs=1e-12)
+    [contact] = engine.contacts()
+    assert (contact["first"], contact["second"], contact["time"]) == (0, 1, 1 / 60)
+    assert contact["normal"].tolist() == [1, 0]
+    assert contact["impulse"] == pytest.approx(2 * 60 / (2 * radius))
+    assert contact["depth"] == pytest.approx(0.5)
+
+
+def test_a_wall_throws_the_overshoot_away_and_turns_an_inward_ball_round() -> None:
+    scene = scene_of("radius = 20\nposition = [22, 300]\nvelocity = [-300, 0]")  # 5 px a frame, 2 px from the wall
+    engine = create("article", scene, spawn(scene))
+    engine.contacts()
+    engine.step()
+    assert engine.state().position.tolist() == [[20, 300]]
+    assert engine.state().velocity.tolist() == [[300, 0]]
+    engine.kick(0, (-300.0, 0.0))  # it stays where it is, on the wall
+    engine.step()
+    engine.kick(0, (30.0, 0.0))
+    bounce, rest = engine.contacts()
+    assert (~bounce["second"], bounce["impulse"], bounce["depth"]) == (0, 600, 3)
+    assert (~rest["second"], rest["impulse"]) == (0, 0)
+
+
+def test_coincident_balls_part_along_x() -> None:
+    scene = scene_of("radius = 20\nposition = [300, 300]", "radius = 20\nposition = [300, 300]")
+    engine = create("article", scene, spawn(scene))
+    engine.step()
+    assert engine.state().position.tolist() == [[320, 300], [280, 300]]
+
+
+BALL = "radius = 20\nposition = [100, 100]"
+
+
+@pytest.mark.parametrize(
+    ("balls", "more", "named"),
+    [
+        ([BALL], "gravity = [0, 900]", "gravity is not"),
+        ([BALL, "radius = 10\nposition = [300, 300]"], "", "a second radius is not"),
+        ([BALL, "radius = 20\nmass = 2\nposition = [300, 300]"], "", "a second mass is not"),
+        ([BALL + "\nelasticity = 0.9"], "", "elasticity below 1 is not"),
+        ([BALL + "\nfriction = 0.5"], "", "friction is not"),
+        ([BALL], "walls = [{ from = [200, 300], to = [300, 300] }]", "an inner wall is not"),
+        ([BALL + "\nfriction = 0.5"], "gravity = [0, 1]", "gravity and friction are not"),
+    ],
+)
+def test_what_the_article_does_not_know_is_refused_by_name(balls: list[str], more: str, named: str) -> None:
+    scene = scene_of(*balls, more=more)
+    other = "pymunk" if "friction" in named else "impulse"
+    with pytest.raises(Refused, match=f"^article: {named} part of the article's rule; use --engines {other}$"):
+        create("article", scene, spawn(scene))
+
+
+def test_the_log_of_contacts_grows_with_a_crowd() -> None:
+    """Nineteen of twenty on one spot push one another: far more contacts in a frame than the log begins with."""
+    n = 20
+    scene = scene_of(f"count = {n}\nradius = 20\nx = {{ from = 300, to = 300 }}\ny = {{ from = 300, to = 300 }}")
+    position = np.full((n, 2), 300.0)
+    engine = create("article", scene, State(0.0, position, np.zeros((n, 2))))
+    engine.contacts()
+    engine.step()
+    contacts = engine.contacts()
+    assert len(contacts) > 64
+    pairs: Floats = np.column_stack([contacts["first"], contacts["second"]])
+    assert pairs.tolist() == sorted(pairs.tolist())

@@ -1,0 +1,219 @@
+"""What holds of every engine, on every bundled scene that it takes."""
+
+import re
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.analysis.comparison import compare
+from sandbox.engines import Engine, create, default_engines, registry, takes
+from sandbox.engines.article import ArticleEngine
+from sandbox.errors import SandboxError
+from sandbox.run.inputs import End, Grab, Input, Move, Release
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import bundled, load
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.state import CONTACT, Contacts, State
+
+PAIRS = [
+    (engine, name)
+    for name, scene, initial in ((name, load(name), spawn(load(name))) for name in bundled())
+    for engine in registry()
+    if takes(engine, scene, initial)
+]
+
+
+def test_every_scene_has_an_engine_and_every_engine_a_scene() -> None:
+    assert {scene for _, scene in PAIRS} == set(bundled())
+    assert {engine for engine, _ in PAIRS} == set(registry())
+    assert len(PAIRS) >= 15
+
+
+@pytest.fixture(params=list(registry()))
+def engine(request: pytest.FixtureRequest) -> Engine:
+    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, -30]", "radius = 20\nposition = [500, 300]")
+    return create(request.param, scene, spawn(scene))
+
+
+def test_a_ball_flies_straight_until_it_meets_something(engine: Engine) -> None:
+    for _ in range(60):
+        engine.step()
+    assert engine.state().time == 1
+    assert engine.state().position[0] == pytest.approx([260, 270], abs=1e-9)
+
+
+def test_a_kick_adds_to_the_velocity_of_one_ball(engine: Engine) -> None:
+    engine.kick(1, (30.0, 90.0))
+    engine.step()
+    assert engine.state().velocity == pytest.approx(np.array([[60, -30], [30, 90]]), abs=1e-12)
+    assert engine.state().position[1] == pytest.approx([500.5, 301.5], abs=1e-9)
+
+
+def test_a_snapshot_is_left_alone_by_later_steps(engine: Engine) -> None:
+    before = engine.state()
+    position, velocity = before.position.copy(), before.velocity.copy()
+    engine.kick(0, (50.0, 0.0))
+    engine.step()
+    assert np.array_equal(before.position, position)
+    assert np.array_equal(before.velocity, velocity)
+
+
+def test_contacts_are_collected_from_the_first_call_and_told_once(engine: Engine) -> None:
+    engine.kick(1, (-2400.0, 0.0))  # 40 px a step
+    assert engine.contacts().dtype == CONTACT
+    for _ in range(8):
+        engine.step()
+    contacts = engine.contacts()
+    assert [0, 1] in np.column_stack([contacts["first"], contacts["second"]]).tolist()
+    assert len(engine.contacts()) == 0
+
+
+@pytest.mark.parametrize("name", registry())
+def test_a_drag_far_outside_leaves_the_ball_inside_and_a_throw_flies_on(name: str) -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]", "radius = 20\nposition = [200, 500]")
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(200, 300)), Move(step=1, at=(1e6, -1e6)), Release(step=300)]
+    run = simulate(scene, name, steps=301, inputs=inputs)
+    assert ((run.position[:, 0] >= 20 - 1) & (run.position[:, 0] <= [780 + 1, 580 + 1])).all()
+    assert run.position[-1, 0] == pytest.approx([780, 20], abs=0.01)
+
+    inputs = [Grab(step=0, ball=0, at=(200, 300)), *(Move(step=k, at=(200 + 3 * k, 300)) for k in range(1, 61))]
+    thrown = simulate(scene, name, steps=90, inputs=[*inputs, Release(step=60), End(step=90)])
+    assert thrown.velocity[60, 0] == pytest.approx([180, 0], rel=0.02)  # the pointer's 3 px a step
+    assert np.array_equal(thrown.velocity[60, 0], thrown.velocity[90, 0])
+
+
+@pytest.mark.parametrize("name", registry())
+def test_a_dragged_ball_does_not_pass_through_another_or_a_wall(name: str) -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]", "radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(760, 300))]
+    run = simulate(scene, name, steps=240, inputs=inputs)
+    assert (run.position[:, 0, 0] < run.position[:, 1, 0]).all()
+
+
+def test_an_unknown_engine_is_a_mistake_that_names_the_nearest() -> None:
+    scene = load("article")
+    with pytest.raises(SandboxError, match=r"^no engine 'pymnk'; did you mean pymunk\?$"):
+        create("pymnk", scene, spawn(scene))
+
+
+def install(folder: Path, monkeypatch: pytest.MonkeyPatch, **engines: str) -> None:
+    """Install a package whose engines are "module:class"."""
+    info = folder / "mine-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+    entries = (f"{name} = {engine}\n" for name, engine in engines.items())
+    (info / "entry_points.txt").write_text("[sandbox.engines]\n" + "".join(entries))
+    monkeypatch.syspath_prepend(str(folder))
+
+
+def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, mine="sandbox.engines.article:ArticleEngine")
+    scene = load("article")
+    ran = simulate(scene, "mine", steps=10)
+    assert np.array_equal(ran.position, simulate(scene, "article", steps=10).position)
+
+
+class Broken(ArticleEngine):
+    """The article's rule, by one who has not read what an engine must offer. What is wrong begins at a step."""
+
+    SINCE: ClassVar = 5
+
+    def wrong(self, name: str) -> bool:
+        return type(self).__name__ == name and super().state().time * 60 >= self.SINCE
+
+    def state(self) -> State:
+        state = super().state()
+        if self.wrong("Nan"):
+            state.position[1] = np.nan
+        velocity = state.velocity[:2] if self.wrong("Short") else state.velocity
+        return State(state.time, state.position, velocity)
+
+    def contacts(self) -> Contacts:
+        contacts = super().contacts()
+        if self.wrong("NoArray"):
+            return None  # type: ignore[return-value]
+        if self.wrong("Stranger"):
+            contacts["second"] = 3
+        if self.wrong("Endless"):
+            contacts["impulse"] = np.inf
+        return contacts
+
+
+class Nan(Broken): ...
+
+
+class Short(Broken): ...
+
+
+class NoArray(Broken): ...
+
+
+class Stranger(Broken): ...
+
+
+class Endless(Broken): ...
+
+
+@pytest.mark.parametrize(
+    ("engine", "told"),
+    [
+        ("Nan", "mine: the position of ball 1 must be finite, got [nan, nan]"),
+        ("Short", "mine: its velocity must be of shape (3, 2), got (2, 2)"),
+        ("NoArray", "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
+        ("Stranger", "mine: its contacts must be of the 3 balls and 4 walls"),
+        ("Endless", "mine: its contacts must be of finite numbers"),
+        ("Lost", f"mine: {__name__}:Lost cannot be loaded: module {__name__!r} has no attribute 'Lost'"),
+    ],
+)
+def test_an_engine_that_gives_nan_is_told_of_and_is_not_within_every_limit(
+    engine: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
+    with pytest.raises(SandboxError, match=f"^{re.escape(told)}$"):
+        compare(load("article").changed(seconds=1.0), ["mine", "exact"])
+
+
+class Careless(ArticleEngine):
+    """The article's rule, which shows its own arrays and begins with those that it was given."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        initial.position[:] = 100.0
+        self._shown = super().state()
+
+    def state(self) -> State:
+        latest = super().state()
+        self._shown.position[:], self._shown.velocity[:] = latest.position, latest.velocity
+        return State(latest.time, self._shown.position, self._shown.velocity)
+
+
+def test_an_engine_that_shows_its_own_arrays_or_writes_to_ours_is_compared_as_it_ran(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:Careless")
+    scene = load("article").changed(seconds=2.0)
+    mine, article = (compare(scene, [name, "exact"]).runs[name].figures for name in ("mine", "article"))
+    assert mine == article
+    assert article.gap_max > 1
+
+
+def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> None:
+    article, heavy = load("article"), load("heavy-among-light")
+    assert default_engines(article, spawn(article)) == ["pymunk", "article"]
+    assert default_engines(heavy, spawn(heavy)) == ["pymunk", "impulse"]
+    rough = scene_of("radius = 20\nposition = [100, 100]\nfriction = 0.5")
+    assert default_engines(rough, spawn(rough)) == ["pymunk"]
+
+
+def test_an_engine_of_our_own_is_built_without_looking_through_what_is_installed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """That takes longer than a step, and an edit builds every engine anew."""
+    monkeypatch.delattr("sandbox.engines.entry_points")
+    scene = load("article")
+    for name in ("pymunk", "article", "impulse", "exact"):
+        assert create(name, scene, spawn(scene)).state().time == 0

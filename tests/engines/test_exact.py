@@ -1,0 +1,567 @@
+"""The event-driven engine against closed-form physics, and against a plain event loop of a few balls."""
+
+import itertools
+import math
+import signal
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sandbox.engines.exact.engine import ExactEngine
+from sandbox.errors import Refused, SandboxError
+from sandbox.quantity import deepest_overlap, kinetic_energy, momentum, segment_distance
+from sandbox.scene.files import parse
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.state import Contacts, Floats, State
+
+EXACT = 1e-9
+
+
+def ball(
+    position: Iterable[float],
+    velocity: Iterable[float] = (0, 0),
+    radius: float = 10.0,
+    mass: float = 1.0,
+    elasticity: float = 1.0,
+) -> str:
+    return (
+        f"[[balls]]\nposition = {[*map(float, position)]}\nvelocity = {[*map(float, velocity)]}\n"
+        f"radius = {radius}\nmass = {mass}\nelasticity = {elasticity}\n"
+    )
+
+
+def wall(start: Iterable[float], to: Iterable[float], thickness: float = 4.0, elasticity: float = 1.0) -> str:
+    return (
+        f"[[walls]]\nfrom = {[*map(float, start)]}\nto = {[*map(float, to)]}\n"
+        f"thickness = {thickness}\nelasticity = {elasticity}\n"
+    )
+
+
+def scene_of(*parts: str, head: str = "", size: Iterable[float] = (800, 600), elasticity: float = 1.0) -> Scene:
+    return parse(f"{head}\n[arena]\nsize = {list(size)}\nelasticity = {elasticity}\n" + "".join(parts), "test")
+
+
+def engine_of(scene: Scene) -> ExactEngine:
+    return ExactEngine(scene, spawn(scene))
+
+
+def after(scene: Scene, seconds: float) -> State:
+    engine = engine_of(scene)
+    play(engine, round(seconds * scene.rate))
+    return engine.state()
+
+
+def play(engine: ExactEngine, steps: int) -> None:
+    for _ in range(steps):
+        engine.step()
+
+
+def contacts_of(scene: Scene, seconds: float) -> Contacts:
+    engine = engine_of(scene)
+    assert len(engine.contacts()) == 0
+    play(engine, round(seconds * scene.rate))
+    return engine.contacts()
+
+
+# Two balls
+
+
+@pytest.mark.parametrize("e", [1.0, 0.8, 0.5, 0.0])
+@pytest.mark.parametrize("mass", [1.0, 3.0, 1000.0])
+def test_head_on_balls_part_by_the_law_of_restitution(mass: float, e: float) -> None:
+    scene = scene_of(ball([100, 300], [300, 0], mass=mass, elasticity=e), ball([400, 300], [-60, 0], radius=20))
+    state = after(scene, 1)
+    common = (mass * 300 - 60) / (mass + 1)
+    v1, v2 = common - e * 360 / (mass + 1), common + e * 360 * mass / (mass + 1)
+    time = (300 - 30) / 360
+    assert state.velocity[:, 0] == pytest.approx([v1, v2], abs=EXACT)
+    assert state.position[0, 0] == pytest.approx(100 + 300 * time + v1 * (1 - time), abs=EXACT)
+    assert state.position[1, 0] == pytest.approx(400 - 60 * time + v2 * (1 - time), abs=EXACT)
+    assert np.all(state.velocity[:, 1] == 0)
+
+
+@pytest.mark.parametrize("b", [0.0, 5.0, 10.0, 15.0, 19.0, 19.99])
+def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None:
+    """The normal is at asin(b / 2r) to the line of flight, and takes all of its share of the velocity."""
+    state = after(scene_of(ball([100, 300], [200, 0]), ball([300, 300 + b])), 1.5)
+    angle = math.asin(b / 20)
+    struck = 200 * math.cos(angle)
+    assert state.velocity[1] == pytest.approx([struck * math.cos(angle), struck * math.sin(angle)], abs=EXACT)
+    assert np.dot(*state.velocity) == pytest.approx(0, abs=1e-8)
+
+
+def test_contact_is_logged_as_it_was() -> None:
+    (contact,) = contacts_of(scene_of(ball([100, 300], [200, 0], mass=2), ball([300, 312], mass=3)), 1.5)
+    assert (contact["first"], contact["second"]) == (0, 1)
+    assert contact["normal"] == pytest.approx([0.8, 0.6])
+    assert contact["time"] == pytest.approx((200 - 16) / 200)
+    assert contact["impulse"] == pytest.approx(2 * 160 / (1 / 2 + 1 / 3))
+    assert contact["depth"] == pytest.approx(0, abs=1e-12)
+
+
+def test_grazing_balls_do_not_touch() -> None:
+    assert len(contacts_of(scene_of(ball([100, 300], [200, 0]), ball([300, 320.0001])), 2)) == 0
+    assert len(contacts_of(scene_of(ball([100, 300], [200, 0]), ball([300, 319.9999])), 2)) == 1
+
+
+def test_balls_in_free_fall_meet_as_if_there_were_no_gravity() -> None:
+    parts = ball([100, 300], [200, -400]), ball([300, 310], [-50, -400], radius=15)
+    floating, falling = (contacts_of(scene_of(*parts, head=f"gravity = {g}"), 0.715) for g in ([0, 0], [40, 900]))
+    assert len(falling) == len(floating) == 1
+    for field in ("time", "normal", "impulse"):
+        assert falling[field] == pytest.approx(floating[field], rel=1e-12)
+
+
+def test_velocities_of_a_chain_of_fifty_pass_from_ball_to_ball() -> None:
+    grid = "[[balls]]\ngrid = [49, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\n"
+    state = after(scene_of(ball([100, 300], [300, 0]), grid, size=(2000, 600)), 2)
+    assert state.velocity[:, 0] == pytest.approx([0.0] * 49 + [300.0], abs=EXACT)
+    assert state.position[-1, 0] == pytest.approx(300 + 48 * 20 + 300 * (2 - 180 / 300), abs=1e-8)
+
+
+def test_chain_that_loses_energy_passes_on_what_successive_impacts_leave() -> None:
+    e = 0.9
+    grid = (
+        f"[[balls]]\ngrid = [5, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\nelasticity = {math.sqrt(e)}\n"
+    )
+    state = after(scene_of(ball([100, 300], [300, 0], elasticity=math.sqrt(e)), grid, size=(2000, 600)), 2)
+    assert state.velocity[-1, 0] == pytest.approx(300 * ((1 + e) / 2) ** 5, abs=EXACT)
+    assert state.velocity[:, 0].sum() == pytest.approx(300, abs=EXACT)
+
+
+# Walls
+
+
+@pytest.mark.parametrize("degrees", [0, 15, 30, 45, 60, 89])
+@pytest.mark.parametrize(("of_ball", "of_wall"), [(1.0, 1.0), (0.8, 0.75)])
+def test_arena_wall_turns_the_normal_part_of_the_velocity_round(degrees: int, of_ball: float, of_wall: float) -> None:
+    angle = math.radians(degrees)
+    vx, vy = 300 * math.cos(angle), 300 * math.sin(angle)
+    scene = scene_of(ball([789, 20], [vx, vy], elasticity=of_ball), elasticity=of_wall, size=(800, 4000))
+    state = after(scene, 2)
+    time, e = 1 / vx, of_ball * of_wall
+    assert state.velocity[0] == pytest.approx([-e * vx, vy], abs=EXACT)
+    assert state.position[0] == pytest.approx([790 - e * vx * (2 - time), 20 + 2 * vy], abs=EXACT)
+
+
+def test_ball_in_a_corner_comes_back_the_way_it_came() -> None:
+    state = after(scene_of(ball([50, 50], [-120, -120])), 1)
+    assert state.velocity[0] == pytest.approx([120, 120], abs=EXACT)
+    assert state.position[0] == pytest.approx([90, 90], abs=EXACT)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("thickness", [0.0, 4.0])
+def test_wall_thinner_than_a_step_stops_a_fast_ball_from_either_side(thickness: float, side: int) -> None:
+    walls = wall([400, 100], [400, 500], thickness)
+    (contact,) = contacts_of(scene_of(walls, ball([400 + side * 300, 300], [-side * 3000, 0])), 0.15)
+    assert (contact["first"], ~contact["second"]) == (0, 4)
+    assert contact["time"] == pytest.approx((300 - 10 - thickness / 2) / 3000)
+    assert contact["normal"] == pytest.approx([-side, 0])
+    assert contact["impulse"] == pytest.approx(6000)
+
+
+def test_slanted_wall_reflects() -> None:
+    state = after(scene_of(wall([300, 200], [500, 400], 6), ball([250, 300], [200, 0])), 1)
+    assert state.velocity[0] == pytest.approx([0, 200], abs=EXACT)
+
+
+@pytest.mark.parametrize("offset", [0.0, 6.0, -9.0, 11.9])
+def test_round_end_turns_a_ball_about_the_line_to_its_centre(offset: float) -> None:
+    scene = scene_of(wall([400, 300], [600, 300], 4), ball([200, 300 + offset], [200, 0]))
+    (contact,) = contacts_of(scene, 1.2)
+    normal = np.array([math.sqrt(12**2 - offset**2), -offset]) / 12
+    assert contact["normal"] == pytest.approx(normal)
+    assert contact["time"] == pytest.approx((200 - 12 * normal[0]) / 200)
+    assert after(scene, 1.2).velocity[0] == pytest.approx(np.array([200, 0]) - 400 * normal[0] * normal, abs=1e-8)
+
+
+@pytest.mark.parametrize("vx", [0.0, 37.0, 211.0])
+def test_round_end_under_gravity(vx: float) -> None:
+    """The time is where a fine march along the parabola, halved to the last bit, first comes within reach."""
+    start, end, g, reach = np.array([298 - 0.6 * vx, 60.0]), np.array([303.0, 250.0]), np.array([30.0, 900.0]), 15.0
+
+    def gap(t: float) -> float:
+        return math.hypot(*(start + np.array([vx, 0]) * t + g * t * t / 2 - end)) - reach
+
+    low = next((t for t in np.arange(0, 1, 1e-4) if gap(t + 1e-4) < 0), None)
+    found = contacts_of(
+        scene_of(wall(end, [303, 500], 10), ball(start, [vx, 0]), head="gravity = [30, 900]"), (low or 0.9) + 0.05
+    )
+    assert low is not None
+    high = low + 1e-4
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (low, middle) if gap(middle) < 0 else (middle, high)
+    assert found["time"][0] == pytest.approx(high, abs=1e-12)
+    assert abs(found["depth"][0]) < 1e-11
+
+
+def test_walls_by_the_hundred_let_nothing_through() -> None:
+    teeth = "".join(wall([x, 300], [x + 2, 500], 1) for x in range(2, 802, 4))
+    scene = scene_of(teeth, wall([0, 300], [800, 300], 1), "[[balls]]\ncount = 20\nradius = 2\nspeed = 10000\n"
+                     "inside = [[0, 0], [800, 290]]\n")  # fmt: skip
+    engine = engine_of(scene)
+    play(engine, 600)
+    assert engine.state().position[:, 1].max() <= 300 - 2.5 + EXACT
+
+
+def test_closed_polygon_keeps_its_balls() -> None:
+    corners = [(400 + 180 * math.cos(k * math.tau / 7), 300 + 180 * math.sin(k * math.tau / 7)) for k in range(7)]
+    walls = [wall(a, b, 1) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    scene = scene_of(*walls, "[[balls]]\ncount = 20\nradius = 5\nspeed = 10000\ninside = [[320, 220], [480, 380]]\n")
+    engine = engine_of(scene)
+    engine.contacts()
+    play(engine, 3000)
+    found, position = engine.contacts(), engine.state().position
+    assert (found["second"] < 0).sum() > 20_000
+    assert set(~found["second"][found["second"] < 0]) == set(range(4, 11))
+    assert found["depth"].max() < 1e-9
+    for side in scene.walls:
+        assert segment_distance(position, side.start, side.to).min() >= 5.5 - EXACT
+    assert np.hypot(*(position - [400, 300]).T).max() < 180
+
+
+# Gravity
+
+
+def test_projectile_flies_on_its_parabola() -> None:
+    state = after(scene_of(ball([100, 500], [210, -330]), head="gravity = [15, 500]"), 1)
+    assert state.position[0] == pytest.approx([100 + 210 + 7.5, 500 - 330 + 250], abs=EXACT)
+    assert state.velocity[0] == pytest.approx([225, 170], abs=EXACT)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.8])
+def test_bounces_rise_to_e_squared_of_the_height_before(e: float) -> None:
+    h, g = 400.0, 900.0
+    found = contacts_of(scene_of(ball([400, 180], radius=20, elasticity=e), head=f"gravity = [0, {g}]"), 6)
+    fall = math.sqrt(2 * h / g)
+    bounce = np.arange(min(12, len(found)))
+    flights = np.cumsum([0.0, *(2 * fall * e ** np.arange(1, len(bounce)))])
+    assert found["time"][bounce] == pytest.approx(fall + flights, abs=EXACT)
+    leaving = found["impulse"][bounce] * e / (1 + e)
+    assert leaving**2 / (2 * g) == pytest.approx(h * e ** (2 * (bounce + 1)), abs=EXACT)
+
+
+def test_bouncing_ends_in_rest_when_the_series_says() -> None:
+    e, h, g = 0.8, 400.0, 900.0
+    scene = scene_of(ball([400, 180], [7, 0], radius=20, elasticity=e), head=f"gravity = [0, {g}]")
+    total = math.sqrt(2 * h / g) * (1 + e) / (1 - e)
+    found = contacts_of(scene, 30)
+    resting = np.isclose(found["time"] * 60 % 1, [[0], [1]], atol=1e-6).any(axis=0)  # told at the end of a step
+    assert found["time"][~resting][-1] == pytest.approx(total, abs=1e-5)
+    assert found["impulse"][resting].sum() == pytest.approx(g * (30 - total), abs=0.01)  # its weight
+    assert (~resting).sum() < 100
+    state = after(scene, 30)
+    assert state.position[0] == pytest.approx([400 + 7 * 30, 580], abs=EXACT)
+    assert state.velocity[0] == pytest.approx([7, 0], abs=EXACT)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_ball_at_rest_stays_at_rest(e: float) -> None:
+    scene = scene_of(ball([400, 590], elasticity=e), head="gravity = [0, 900]")
+    found = contacts_of(scene, 60)
+    assert len(found) == 3600  # one a step, with its weight
+    assert found["impulse"] == pytest.approx(900 / 60)
+    assert (found["normal"] == [0, 1]).all()
+    assert after(scene, 60).position[0].tolist() == [400, 590]
+
+
+def test_ball_slides_down_a_slope_and_comes_to_rest_in_the_corner() -> None:
+    """Frictionless, so that it slides at g sin(a); on the level it goes on, until the tilted box's corner holds it."""
+    slope = wall([100, 100], [500, 400], 0, 0)
+    nx, ny = 0.6, -0.8  # out of the slope
+    start = np.array([180, 160]) + 10 * np.array([nx, ny])
+    engine = engine_of(scene_of(slope, ball(start), head="gravity = [0, 500]"))
+    play(engine, 60)
+    slid = 500 * 0.6 / 2
+    assert engine.state().position[0] == pytest.approx(start + slid * np.array([0.8, 0.6]), abs=1e-8)
+
+    tilted = scene_of(ball([100, 300], [0, 50], elasticity=0.5), head="gravity = [300, 900]")
+    assert after(tilted, 60).position[0].tolist() == [790, 590]
+    assert after(tilted, 60).velocity[0].tolist() == [0, 0]
+
+
+def test_heap_comes_to_rest_at_bounded_cost() -> None:
+    balls = "[[balls]]\ncount = 12\nradius = 12\nelasticity = 0.5\ninside = [[60, 10], [740, 240]]\n"
+    funnel = wall([50, 250], [395, 500], elasticity=0.8), wall([750, 250], [405, 500], elasticity=0.8)
+    scene = scene_of(*funnel, balls, head="gravity = [0, 900]")
+    engine = engine_of(scene)
+    play(engine, 60 * 5)
+    before, collisions = engine.state(), engine.collisions
+    play(engine, 60)
+    state = engine.state()
+    assert engine.collisions - collisions < 200_000
+    assert np.abs(state.velocity).max() < 60
+    assert kinetic_energy(state.velocity, scene.bodies.mass) < 1e4
+    assert deepest_overlap(state.position, scene.bodies.radius)[0] < EXACT
+    assert before.position.shape == state.position.shape
+
+
+# What rounding, the scene or a collapse may do
+
+
+@pytest.mark.parametrize(
+    ("mass", "digits"), [(1, 3), (100, 31), (10_000, 314), (1_000_000, 3141), (100_000_000, 31415)]
+)
+def test_contacts_of_a_light_ball_between_a_wall_and_a_heavy_one_count_the_digits_of_pi(
+    mass: float, digits: int
+) -> None:
+    """G. Galperin, Regular and Chaotic Dynamics 8 (2003) 375: floor(pi sqrt(M / m)) contacts."""
+    scene = scene_of(ball([100, 50]), ball([300, 50], [-100, 0], mass=mass), size=(20_000, 100))
+    assert len(contacts_of(scene, 10)) == digits
+
+
+def test_ball_that_just_fits_between_walls_keeps_what_goes_along_them() -> None:
+    state = after(scene_of(ball([10, 200], [1, 100]), size=(20, 400)), 1)
+    assert state.position[0] == pytest.approx([10, 300], abs=1e-9)
+    assert state.velocity[0, 1] == 100
+
+
+def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
+    """Ten balls fill the floor from wall to wall, and those on top press them together."""
+    row = "[[balls]]\nradius = 10\nelasticity = 0.7\ngrid = [10, 1]\nspacing = 20\nposition = [10, 190]\n"
+    heap = "[[balls]]\nradius = 10\nelasticity = 0.7\ncount = 14\ninside = [[0, 20], [200, 150]]\n"
+    scene = scene_of(row, heap, head="gravity = [0, 900]", size=(200, 200))
+    engine = engine_of(scene)
+    play(engine, 300)
+    before = engine.collisions
+    play(engine, 300)
+    assert engine.collisions - before < 24 * 5 * 20_000  # RATTLE / HOP for each ball and second, and as many again
+    state = engine.state()
+    assert deepest_overlap(state.position, scene.bodies.radius)[0] < 1e-9
+    assert np.hypot(*state.velocity.T).max() < 10
+    assert state.position[:, 1].max() < 190 + 1e-9
+
+
+def test_balls_that_overlap_collide_if_they_approach_and_are_let_go_if_they_part() -> None:
+    overlapping = [ball([300, 300], [v, 0]) + ball([315, 300]) for v in (50, -50)]
+    approaching, parting = (contacts_of(scene_of(pair), 1) for pair in overlapping)
+    assert approaching["time"].tolist() == [0.0]
+    assert approaching["depth"] == pytest.approx([5.0])
+    assert len(parting) == 0
+    assert after(scene_of(overlapping[0]), 1).velocity == pytest.approx(np.array([[0, 0], [50, 0]]), abs=EXACT)
+
+
+def test_centres_that_coincide_part_along_x() -> None:
+    (contact,) = contacts_of(scene_of(ball([300, 300], [50, 7]), ball([300, 300])), 1)
+    assert contact["normal"].tolist() == [1.0, 0.0]
+    assert after(scene_of(ball([300, 300], [50, 7]), ball([300, 300])), 1).velocity.tolist() == [[0, 7], [50, 0]]
+
+
+def test_inelastic_collapse_of_a_column_does_not_stop_the_clock() -> None:
+    """Three balls against a wall collapse for e < 7 - 4 sqrt(3) and fewer (Bernu and Mazighi 1990)."""
+    row = "".join(ball([100 + 40 * k, 300], [-100, 0], elasticity=0.2) for k in range(6))
+    scene = scene_of(row, elasticity=0.2)
+    state = after(scene, 10)
+    assert np.all(np.isfinite(state.position))
+    assert deepest_overlap(state.position, scene.bodies.radius)[0] < EXACT
+
+
+def test_balls_that_stick_go_on_together() -> None:
+    """With e = 0 rounding alone decides whether the two still approach."""
+    pair = ball([300, 300], [97, 31], mass=18.24, elasticity=0), ball([340, 311], [-13, 7], radius=8.3, elasticity=0)
+    for head in ("", "gravity = [0, 100]"):
+        assert len(contacts_of(scene_of(*pair, head=head), 1)) < 10
+
+
+def test_ball_wedged_between_walls_does_not_stop_the_clock() -> None:
+    walls = wall([100, 100], [300, 100]), wall([100, 130], [300, 130])
+    state = after(scene_of(*walls, ball([200, 115], [10, 50], radius=20)), 1)
+    assert 95 < state.position[0, 1] < 135
+
+
+# Many balls
+
+
+def gas(rate: int = 60, **more: float) -> Scene:
+    extra = "".join(f"{key} = {value}\n" for key, value in more.items())
+    return parse(
+        f"rate = {rate}\n[arena]\nsize = [200, 200]\n"
+        f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n{extra}",
+        "test",
+    )
+
+
+def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
+    """A second of 2e9 bounces would take minutes."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    engine = engine_of(scene_of(ball([0.5, 0.5], [1e9, 0], radius=0.25), head="rate = 1", size=(1, 1)))
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.2)
+    with pytest.raises(KeyboardInterrupt):
+        engine.step()
+    signal.signal(signal.SIGALRM, before)
+
+
+def test_contacts_without_end_are_refused_instead_of_taking_all_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A comparison of two balls of 1e9 kg and 1e-6 kg at 1e9 px/s took 24 GB, and the system ended it."""
+    monkeypatch.setattr("sandbox.engines.exact.engine.MOST_KEPT", 10_000)
+    engine = engine_of(scene_of(ball([50, 50], [1e8, 0], radius=10), size=(100, 100)))
+    play(engine, 1)  # nobody has asked for them
+    engine.contacts()
+    with pytest.raises(SandboxError, match=r"^exact: more than 10,000 contacts by 0\.03333 s are more than are kept"):
+        engine.step()
+    assert len(engine.contacts()) > 10_000
+
+
+def test_energy_and_momentum_are_conserved_and_nothing_overlaps() -> None:
+    scene = gas()
+    engine, mass = engine_of(scene), scene.bodies.mass
+    engine.contacts()
+    before = engine.state()
+    play(engine, 600)
+    state, found = engine.state(), engine.contacts()
+    assert engine.collisions == (found["second"] >= 0).sum() > 5_000
+    assert kinetic_energy(state.velocity, mass) == pytest.approx(kinetic_energy(before.velocity, mass), rel=1e-13)
+    given = np.zeros(2)
+    for contact in found[found["second"] < 0]:
+        given -= contact["impulse"] * contact["normal"]
+    assert momentum(state.velocity, mass) - momentum(before.velocity, mass) == pytest.approx(given, abs=1e-7)
+    assert found["depth"].max() < 1e-11
+    assert np.all((state.position > 8 - EXACT) & (state.position < 192 + EXACT))
+    order = list(zip(found["time"], found["first"], found["second"], strict=True))
+    assert order == sorted(order)
+
+
+def test_rate_of_stepping_changes_no_event() -> None:
+    logs = []
+    for rate in (60, 240, 7, 1):
+        engine = engine_of(gas(rate=rate))
+        engine.contacts()
+        for _ in range(2 * rate):
+            engine.step()
+            engine.state()
+        logs.append(engine.contacts().tobytes())
+    assert len(set(logs)) == 1
+
+
+def test_same_scene_and_kicks_give_the_same_bytes() -> None:
+    def run() -> bytes:
+        engine = engine_of(gas())
+        for _ in range(120):
+            engine.kick(5, (3.0, -4.0))
+            engine.step()
+        return engine.state().position.tobytes()
+
+    assert run() == run()
+
+
+def test_kick_adds_to_the_velocity_now() -> None:
+    engine = engine_of(scene_of(ball([100, 300], [60, 0]), ball([300, 300])))
+    play(engine, 60)
+    engine.kick(0, (0.0, 90.0))
+    assert engine.state().velocity[0].tolist() == [60, 90]
+    play(engine, 60)
+    assert engine.state().position[0] == pytest.approx([220, 390], abs=EXACT)
+    assert engine.state().velocity[1].tolist() == [0, 0]
+
+
+def test_kick_lifts_a_ball_at_rest() -> None:
+    engine = engine_of(scene_of(ball([100, 590]), head="gravity = [0, 900]"))
+    play(engine, 60)
+    engine.kick(0, (0.0, -450.0))
+    play(engine, 30)
+    assert engine.state().position[0] == pytest.approx([100, 590 - 225 + 112.5], abs=EXACT)
+
+
+def test_reversed_run_comes_back_to_where_it_began() -> None:
+    scene = parse("[arena]\nsize = [800, 600]\n[[balls]]\ncount = 10\nradius = 20\nspeed = 300\n"
+                  "inside = [[0, 0], [800, 600]]\n", "test")  # fmt: skip
+    there, start = engine_of(scene), spawn(scene)
+    play(there, 300)
+    turn = there.state()
+    back = ExactEngine(scene, State(0.0, turn.position, -turn.velocity))
+    play(back, 300)
+    assert there.collisions > 5
+    assert np.abs(back.state().position - start.position).max() < 1e-6
+
+
+def test_friction_is_refused_where_two_with_it_can_touch() -> None:
+    with pytest.raises(Refused, match="exact: friction is not part of smooth hard discs"):
+        engine_of(gas(friction=0.5))
+    engine_of(parse("[arena]\nsize = [99, 99]\n[[balls]]\nradius = 5\nposition = [50, 50]\nfriction = 1\n", "test"))
+
+
+# An oracle: every pair and wall looked at for every event, in plain Python
+
+
+def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, list[tuple[int, int]]]:
+    """Return positions, velocities, and who met whom, without gravity or inner walls."""
+    x, v = start.position.copy(), start.velocity.copy()
+    r, m, e = scene.bodies.radius, scene.bodies.mass, scene.bodies.elasticity
+    now = 0.0
+    met: list[tuple[int, int]] = []
+    while True:
+        soonest: float = until - now
+        who: tuple[int, int] | None = None
+        for i in range(len(x)):
+            for axis, side in itertools.product((0, 1), (-1, 1)):
+                gap = scene.arena.size[axis] - r[i] - x[i, axis] if side > 0 else x[i, axis] - r[i]
+                if side * v[i, axis] > 0 and gap / abs(v[i, axis]) < soonest:
+                    soonest, who = (
+                        gap / abs(v[i, axis]),
+                        (i, ~{(0, -1): 0, (1, -1): 1, (0, 1): 2, (1, 1): 3}[axis, side]),
+                    )
+        for i, j in itertools.combinations(range(len(x)), 2):
+            roots = np.roots(
+                [
+                    (v[j] - v[i]) @ (v[j] - v[i]),
+                    2 * (x[j] - x[i]) @ (v[j] - v[i]),
+                    (x[j] - x[i]) @ (x[j] - x[i]) - (r[i] + r[j]) ** 2,
+                ]
+            )
+            if (
+                (x[j] - x[i]) @ (v[j] - v[i]) < 0
+                and np.isrealobj(roots)
+                and len(roots)
+                and max(0.0, float(roots.real.min())) < soonest
+            ):
+                soonest, who = max(0.0, float(roots.real.min())), (i, j)
+        x += soonest * v
+        now += soonest
+        if who is None:
+            return x, v, met
+        met.append(who)
+        i, j = who
+        if j < 0:
+            axis = (0, 1, 0, 1)[~j]
+            v[i, axis] *= -e[i] * scene.arena.elasticity
+        else:
+            n = (x[j] - x[i]) / np.linalg.norm(x[j] - x[i])
+            impulse = (1 + e[i] * e[j]) * ((v[i] - v[j]) @ n) / (1 / m[i] + 1 / m[j])
+            v[i] -= impulse / m[i] * n
+            v[j] += impulse / m[j] * n
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    balls=st.lists(
+        st.tuples(st.floats(4, 20), st.floats(0.1, 50), st.sampled_from([1.0, 0.9, 0.7]), st.floats(1, 300)),
+        min_size=1,
+        max_size=6,
+    ),
+    seed=st.integers(0, 2**32),
+)
+def test_few_balls_do_as_the_oracle_does(balls: list[tuple[float, float, float, float]], seed: int) -> None:
+    groups = "".join(
+        f"[[balls]]\nradius = {r}\nmass = {m}\nelasticity = {e}\nspeed = {v}\ninside = [[0, 0], [240, 240]]\n"
+        for r, m, e, v in balls
+    )
+    scene = parse(f"seed = {seed}\n[arena]\nsize = [240, 240]\nelasticity = 0.95\n{groups}", "test")
+    start = spawn(scene)
+    position, velocity, met = oracle(scene, start, 0.5)
+    engine = ExactEngine(scene, start)
+    engine.contacts()
+    play(engine, 30)
+    found = engine.contacts()
+    assert list(zip(found["first"].tolist(), found["second"].tolist(), strict=True)) == met
+    assert np.abs(engine.state().position - position).max() < 1e-6
+    assert np.abs(engine.state().velocity - velocity).max() < 1e-4

@@ -1,0 +1,150 @@
+"""Pymunk's own numbers come through unchanged."""
+
+from typing import Any
+
+import numpy as np
+import pymunk
+import pytest
+from conftest import scene_of
+
+from sandbox.engines.pymunk import ARENA_WALL, PymunkEngine
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.state import Floats
+
+
+def plain_pymunk(scene: Scene, steps: int) -> tuple[Floats, list[tuple[int, int, float]]]:
+    """Run a scene as a Pymunk user would write it: positions at each step, and (first, second, impulse) per contact."""
+    space = pymunk.Space()
+    space.gravity = scene.gravity
+    initial = spawn(scene)
+    bodies = []
+    for k, (position, velocity) in enumerate(zip(initial.position.tolist(), initial.velocity.tolist(), strict=True)):
+        radius, mass = scene.bodies.radius[k], scene.bodies.mass[k]
+        body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, radius))
+        body.position, body.velocity = position, velocity
+        circle = pymunk.Circle(body, radius)
+        circle.elasticity, circle.friction = scene.bodies.elasticity[k], scene.bodies.friction[k]
+        space.add(body, circle)
+        bodies.append(body)
+    (w, h), t = scene.arena.size, ARENA_WALL
+    corners = (-t, -t), (w + t, -t), (-t, h + t), (w + t, h + t)
+    box = [(0, 2), (0, 1), (1, 3), (2, 3)]  # left, top, right, bottom
+    walls = [(corners[a], corners[b], t, scene.arena.elasticity) for a, b in box]
+    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
+    for a, b, radius, elasticity in walls:
+        static = pymunk.Body(body_type=pymunk.Body.STATIC)
+        segment = pymunk.Segment(static, a, b, radius)
+        segment.elasticity = elasticity
+        space.add(static, segment)
+        bodies.append(static)
+    number = {body: k if k < len(initial.position) else len(initial.position) - 1 - k for k, body in enumerate(bodies)}
+    solved: list[tuple[int, int, float]] = []
+    kept: dict[tuple[int, int], tuple[float, int]] = {}  # the impulse of each pair, and the call that gave it
+    calls = 0
+
+    def post_solve(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
+        a, b = (number[body] for body in arbiter.bodies)
+        pair = (a, b) if b < 0 or 0 <= a < b else (b, a)
+        total = abs(arbiter.total_impulse.dot(arbiter.normal))
+        earlier, call = kept.get(pair, (0.0, -1000))
+        again = arbiter.is_first_contact and calls - call <= space.collision_persistence
+        impulse = total - earlier if again else total  # what is left over from an earlier touch is counted, not given
+        kept[pair] = total, calls
+        if impulse:
+            solved.append((*pair, impulse))
+
+    space.on_collision(post_solve=post_solve)
+    positions = [initial.position]
+    found = []
+    for _ in range(steps):
+        for _ in range(scene.pymunk.substeps):
+            calls += 1
+            space.step(1 / scene.rate / scene.pymunk.substeps)
+            found += sorted(solved)
+            solved.clear()
+        positions.append(np.array([body.position for body in bodies[: len(initial.position)]]))
+    return np.array(positions), found
+
+
+@pytest.mark.parametrize("substeps", [1, 4])
+@pytest.mark.parametrize("name", ["gas-100", "funnel"])
+def test_positions_and_contacts_equal_a_plain_loop_s(name: str, substeps: int) -> None:
+    scene = load(name)
+    scene = scene.model_copy(update={"pymunk": scene.pymunk.model_copy(update={"substeps": substeps})})
+    engine = PymunkEngine(scene, spawn(scene))
+    engine.contacts()
+    steps = 180
+    positions, contacts = plain_pymunk(scene, steps)
+    for step in range(1, steps + 1):
+        engine.step()
+        assert np.array_equal(engine.state().position, positions[step])
+    found = engine.contacts()
+    assert list(zip(found["first"], found["second"], strict=True)) == [contact[:2] for contact in contacts]
+    assert found["impulse"] == pytest.approx([contact[2] for contact in contacts], rel=1e-12)
+    assert len(found) > 200
+    assert np.hypot(*found["normal"].T) == pytest.approx(np.ones(len(found)))
+
+
+def test_a_contact_says_where_the_other_is_how_hard_and_how_deep() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [140.5, 300]",
+        "radius = 20\nmass = 3\nposition = [100, 300]\nvelocity = [60, 0]",  # touches in the first step, 0.5 px deep
+        "radius = 20\nposition = [400, 579]\nvelocity = [0, 120]",  # the bottom wall, 1 px deep
+    )
+    engine = PymunkEngine(scene, spawn(scene))
+    engine.contacts()
+    engine.step()
+    pair, wall = engine.contacts()
+    assert (pair["first"], pair["second"], ~wall["second"]) == (0, 1, 3)
+    assert pair["normal"].tolist() == [-1, 0]
+    assert pair["impulse"] == pytest.approx(2 * 60 * (3 * 1) / (3 + 1))  # 2 v m1 m2 / (m1 + m2)
+    assert pair["depth"] == pytest.approx(0.5)
+    assert wall["normal"].tolist() == pytest.approx([0, 1])
+    assert wall["impulse"] == pytest.approx(2 * 120)
+    assert wall["depth"] == pytest.approx(1)
+    assert pair["time"] == wall["time"] == 1 / 60
+
+
+def test_a_resting_contact_that_ended_is_no_longer_listed() -> None:
+    """Pymunk keeps the impulse of a contact for some steps after it: a ball at rest on the floor is thrown up."""
+    scene = scene_of("radius = 20\nposition = [400, 580]\nelasticity = 0", more="gravity = [0, 900]")
+    engine = PymunkEngine(scene, spawn(scene))
+    engine.contacts()
+    for _ in range(10):
+        engine.step()
+    assert len(engine.contacts()) > 5
+    engine.kick(0, (0.0, -600.0))
+    engine.step()
+    engine.step()
+    assert len(engine.contacts()) == 0
+
+
+def test_every_setting_reaches_the_space_and_pymunk_s_defaults_stay() -> None:
+    settings = {"iterations": 33, "collision_slop": 0.25, "collision_bias": 0.5, "collision_persistence": 7}
+    text = "pymunk = { " + ", ".join(f"{key} = {value}" for key, value in settings.items()) + " }"
+    ball = "radius = 20\nposition = [100, 100]"
+    given, default = (PymunkEngine(scene, spawn(scene)).space for scene in (scene_of(ball, more=text), scene_of(ball)))
+    for key, value in settings.items():
+        assert getattr(given, key) == value
+        assert getattr(default, key) == getattr(pymunk.Space(), key)
+
+
+def test_nothing_escapes_the_arena_at_a_million_px_a_second() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]\nvelocity = [1e6, 7e5]")
+    engine = PymunkEngine(scene, spawn(scene))
+    for _ in range(600):
+        engine.step()
+    for _ in range(600):  # found far outside and pushed back, it is still on the inner side of the walls
+        engine.step()
+        assert (np.abs(engine.state().position) < ARENA_WALL).all()
+
+
+def test_an_oblique_contact_found_late_is_off_by_six_per_cent() -> None:
+    """At 60 Hz the normal is turned: 105.88 and 94.12 px/s along the line of flight, where 100 and 100 are true."""
+    scene = load("oblique")
+    engine = PymunkEngine(scene, spawn(scene))
+    for _ in range(60):
+        engine.step()
+    assert engine.state().velocity[:, 0] == pytest.approx([105.882353, 94.117647], abs=1e-6)

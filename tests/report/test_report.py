@@ -1,0 +1,368 @@
+"""The page of a comparison: what is in its bytes, and what a real browser makes of it."""
+
+import base64
+import html
+import json
+import re
+import shlex
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import READY, Browser, chromium
+from conftest import Command
+from hypothesis import given
+from hypothesis import strategies as st
+
+import sandbox.report.notebook  # noqa: F401  (registers how a notebook shows a comparison)
+from sandbox.analysis.comparison import Comparison, compare
+from sandbox.report.charts import keeping_extremes
+from sandbox.report.comparison import fixed_point, page, thinning
+from sandbox.run.inputs import Grab, Input, Release
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene, rgb
+
+ENGINES = ["pymunk", "article", "impulse", "exact"]
+HOSTILE = (
+    "</script><script>globalThis.ran = 1</script>",
+    "<img src=x onerror='globalThis.ran = 1'>",
+    '"><svg onload="globalThis.ran = 1">',
+    "</title></pre><!--",
+    "{{ 7 * 7 }} $$x^2$$ ]]> &lt;b&gt; &amp;",
+)
+
+
+class Reader(HTMLParser):
+    """Collects a page's elements, and the text of some."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[tuple[str, str]] = []
+        self._inside = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        self._inside = tag
+        self.texts.append((tag, ""))
+
+    def handle_endtag(self, tag: str) -> None:
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside:
+            tag, text = self.texts.pop()
+            self.texts.append((tag, text + data))
+
+    def all(self, tag: str) -> list[str]:
+        return [text for name, text in self.texts if name == tag]
+
+
+@pytest.fixture(scope="module")
+def article() -> Comparison:
+    return compare(load("article"), ENGINES)
+
+
+@pytest.fixture(scope="module")
+def text(article: Comparison) -> str:
+    return page(article)
+
+
+@pytest.fixture(scope="module")
+def harmless() -> Reader:
+    return Reader(page(hostile("A scene")))
+
+
+def hostile(text: str) -> Comparison:
+    """Compare a scene that says something in every place it can."""
+    lines = [f"# {text} \u2028 \u202e", f"title = {json.dumps(text)}", f"about = {json.dumps(text)}"]
+    rest = "seconds = 0.5\n[arena]\nsize = [200, 100]\n[[balls]]\nradius = 20\nposition = [50, 50]\nvelocity = [300, 0]"
+    return compare(parse("\n".join([*lines, rest]), "hostile.toml"), ["pymunk", "exact"])
+
+
+def data_of(text: str) -> dict[str, object]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text)
+    assert found
+    data: dict[str, object] = json.loads(found[1])
+    return data
+
+
+# Its bytes
+
+
+def test_nothing_but_the_page_is_needed(text: str) -> None:
+    read = Reader(text)
+    for tag, attributes in read.elements:
+        assert tag not in ("img", "iframe", "object", "embed", "base", "form")
+        assert "src" not in attributes
+        assert (attributes.get("href") or "data:,") == "data:,"
+    assert "url(" not in "".join(read.all("style"))
+    policies = [attributes["content"] for _, attributes in read.elements if "http-equiv" in attributes]
+    assert len(policies) == 1
+    assert re.fullmatch(
+        r"default-src 'none'; script-src( 'sha256-[\w+/=]+'){2}; style-src 'unsafe-inline'; img-src data:",
+        str(policies[0]),
+    )
+
+
+@pytest.mark.parametrize("words", HOSTILE)
+def test_what_a_scene_says_is_text(words: str, harmless: Reader) -> None:
+    comparison = hostile(words)
+    read = Reader(page(comparison))
+    assert [(tag, set(attributes)) for tag, attributes in read.elements] == [
+        (tag, set(attributes)) for tag, attributes in harmless.elements
+    ]
+    assert read.all("title") == read.all("h1") == [words]
+    assert read.all("pre")[-1] == comparison.scene.source
+    assert read.all("script")[-2:] == harmless.all("script")[-2:]
+
+
+def test_a_hundred_balls_for_twenty_seconds_are_less_than_6_mb_and_every_step_is_shown() -> None:
+    comparison = compare(load("gas-100"), ENGINES)
+    text = page(comparison)
+    assert len(text.encode()) < 6_000_000
+    assert thinning(comparison) == 1
+    assert "Every step is shown: 1,201 of 1,201 states" in text
+
+
+def test_a_long_run_is_thinned_and_says_so(article: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.report.comparison.PATHS_BYTES", 20_000)
+    text = page(article)
+    every = thinning(article)
+    assert every > 1
+    shown = article.stride * every
+    assert f"1 step in {shown} is shown: {1200 // shown + 1} of 1,201 states" in text
+    data = data_of(text)
+    assert data["frame"] == shown / 60
+    engines = data["engines"]
+    assert isinstance(engines, list)
+    assert sum(len(engine["path"]) for engine in engines) < 20_000
+    unit, margin = fixed_point(article.scene)
+    for engine, run in zip(engines, article.runs.values(), strict=True):
+        packed = np.frombuffer(base64.b64decode(engine["path"]), "<u2").reshape(-1, 3, 2)
+        assert packed * unit - margin == pytest.approx(run.path[::every], abs=0.51 * unit)
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=300), st.integers(8, 40))
+def test_a_thinned_line_keeps_its_ends_and_extremes(values: list[float], most: int) -> None:
+    series = np.array(values)
+    kept = keeping_extremes(series, most)
+    assert kept[0] == 0
+    assert kept[-1] == len(series) - 1
+    assert (np.diff(kept) > 0).all()
+    assert series[kept].min() == series.min()
+    assert series[kept].max() == series.max()
+    assert len(kept) <= most + 4
+
+
+def test_the_same_comparison_gives_the_same_bytes(text: str) -> None:
+    assert page(compare(load("article"), ENGINES)) == text
+
+
+def test_a_notebook_shows_the_page_in_a_frame_of_its_own(article: Comparison, text: str) -> None:
+    [(tag, attributes)] = Reader(article._repr_html_() or "").elements
+    assert tag == "iframe"
+    assert attributes["sandbox"] == "allow-scripts"
+    assert attributes["srcdoc"] == text
+
+
+def test_the_command_on_the_page_runs_it_again(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    inputs: list[Input] = [Grab(step=30, ball=0, at=(100, 100)), Release(step=60)]
+    comparison = compare(load("article").changed(seed=5, seconds=2.0), ["pymunk", "impulse"], inputs=inputs)
+    line, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
+    (tmp_path / "article.toml").write_text(source)
+    (tmp_path / "inputs.jsonl").write_text(mouse)
+    _, out, _ = command(*shlex.split(line)[1:], "--json", "-")
+    assert json.loads(out) == json.loads(json.dumps(comparison.as_json()))
+
+
+def test_a_scene_changed_in_python_is_written_as_it_is() -> None:
+    scene = load("article").changed(gravity=(0, 100), seconds=1.0)
+    text = Reader(page(compare(scene, ["impulse"]))).all("pre")[-1]
+    assert Scene.model_validate_json(text).model_dump() == scene.model_dump()
+
+
+def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
+    rest = parse("seconds = 0.1\n[arena]\nsize = [90, 90]\n[[balls]]\nradius = 9\nposition = [45, 45]", "rest.toml")
+    assert "kg px²/s²" in page(compare(rest, ["pymunk"]))
+    assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
+
+
+def test_a_report_that_is_no_html_file_is_told_before_anything_runs(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
+    assert told == (2, "", "article.pdf: a report must end in .html\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_page_can_go_to_standard_output(command: Command) -> None:
+    assert command("compare", "head-on", "--report", "-") == (0, page(compare(load("head-on"))), "")
+
+
+# In a browser
+
+RECORD = """
+globalThis.circles = [];
+const arc = CanvasRenderingContext2D.prototype.arc;
+CanvasRenderingContext2D.prototype.arc = function (x, y, radius, ...rest) {
+  const pane = [...document.querySelectorAll("#panes canvas")].indexOf(this.canvas);
+  if (pane >= 0) circles.push([pane, x, y, radius]);
+  arc.call(this, x, y, radius, ...rest);
+};
+"""
+CURSORS = (
+    "Bokeh.documents[0].roots().flatMap((f) => f.center).filter((s) => s.name === 'cursor').map((s) => s.location)"
+)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with chromium(tmp_path_factory.mktemp("profile")) as browser:
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source=RECORD)
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def file(text: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("report") / "article.html"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.fixture
+def opened(browser: Browser, file: Path) -> Browser:
+    browser.visit(file)
+    return browser
+
+
+def shown_time(browser: Browser) -> float:
+    """Return the time that the page says it shows; the cursors of all charts are there."""
+    time = float(browser.run("document.querySelector('#time').value").removesuffix(" s"))
+    assert browser.run(CURSORS) == pytest.approx([time] * 4, abs=5e-4)
+    return time
+
+
+def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Go to a frame, and return the circles that are drawn: pane, x, y, radius."""
+    browser.run(
+        f"circles.length = 0; scrubber.value = {frame}; scrubber.dispatchEvent(new Event('input', {{bubbles: true}}))"
+    )
+    return np.array(browser.run("circles"))
+
+
+@pytest.mark.parametrize("width", [1280, 1920])
+def test_it_opens_without_a_network_a_complaint_or_a_scroll_bar_below(browser: Browser, file: Path, width: int) -> None:
+    browser.visit(file, width)
+    assert browser.complaints == []
+    assert browser.requests == [file.as_uri()]
+    assert browser.run("document.documentElement.scrollWidth") <= width
+    sizes = (
+        "[...document.querySelectorAll('body *')].filter((e) => e.innerText).map((e) => getComputedStyle(e).fontSize)"
+    )
+    assert min(float(size.removesuffix("px")) for size in browser.run(sizes)) >= 16
+
+
+def test_play_moves_the_balls_at_the_scene_s_pace_and_stops_at_the_end(opened: Browser) -> None:
+    before = drawn(opened, 0)
+    opened.click("#play")
+    assert opened.run("play.textContent") == "Pause"
+    opened.wait_for("Number(scrubber.value) > 12")
+    opened.click("#play")
+    moved = np.array(opened.run(f"circles.slice(-{len(before)})"))
+    assert (moved[:, 0] == before[:, 0]).all()
+    assert (np.hypot(*(moved - before)[:, 1:3].T) > 10).all()
+    opened.run("speed.value = 4; speed.dispatchEvent(new Event('change'))")
+    drawn(opened, 1190)
+    opened.click("#play")
+    opened.wait_for("play.textContent === 'Play'")
+    assert shown_time(opened) == 20
+
+
+def test_what_is_drawn_at_a_time_is_the_trace(opened: Browser, article: Comparison) -> None:
+    opened.press("g")  # ghosts off, so that all circles are balls
+    unit, _ = fixed_point(article.scene)
+    for frame in (0, 333, 1200):
+        circles = drawn(opened, frame)
+        for index, run in enumerate(article.runs.values()):
+            pane = circles[circles[:, 0] == index]
+            assert pane[:, 1:3] == pytest.approx(run.path[frame], abs=0.51 * unit)
+            assert pane[:, 3].tolist() == [20, 20, 20]
+            for (_, x, y, _), color in zip(pane, article.scene.colors, strict=True):
+                assert pixel(opened, index, x + 14, y) == rgb(color)  # beside the ball's number
+
+
+def pixel(browser: Browser, pane: int, x: float, y: float) -> tuple[int, ...]:
+    """Return the colour that a pane shows at a point of the scene."""
+    return tuple(
+        browser.run(
+            f"(() => {{ const c = document.querySelectorAll('#panes canvas')[{pane}]; const s = c.width / 800;"
+            f"return [...c.getContext('2d').getImageData(Math.floor({x} * s), Math.floor({y} * s), 1, 1).data] }})()"
+        )[:3]
+    )
+
+
+def test_ghosts_are_the_yardstick_s_balls(opened: Browser, article: Comparison) -> None:
+    unit, _ = fixed_point(article.scene)
+    circles = drawn(opened, 600)
+    assert (circles[:, 0] == 3).sum() == 3  # the reference has none itself
+    for pane in range(3):
+        ghosts = circles[circles[:, 0] == pane][3:]
+        assert ghosts[:, 1:3] == pytest.approx(article.runs["exact"].path[600], abs=0.51 * unit)
+
+
+def test_a_click_on_the_first_difference_goes_there(opened: Browser, article: Comparison) -> None:
+    first = article.runs["pymunk"].differences[0]
+    opened.click(".differences button")
+    assert first.time - 1e-3 <= shown_time(opened) < first.time + 1 / 60 + 1e-3
+    assert opened.run("document.querySelector('[aria-current]').textContent") == f"{first.time:.3f} s"
+    assert first.because in opened.run("chosen.textContent")
+    assert opened.run("panes.getBoundingClientRect().bottom <= innerHeight && panes.getBoundingClientRect().top >= 0")
+    rings = [circle for circle in opened.run("circles.slice(-40)") if circle[3] > 20]
+    assert {circle[0] for circle in rings} == {0, 3}  # in the engine's pane and in the reference's
+
+
+def test_a_click_in_a_chart_goes_to_that_time(opened: Browser) -> None:
+    opened.click("#energy", 0.5, 0.6)
+    opened.wait_for("Number(scrubber.value) > 0")
+    assert 7 < shown_time(opened) < 13
+
+
+def test_the_keyboard_does_it_all(opened: Browser, article: Comparison) -> None:
+    opened.press("ArrowRight")
+    opened.press("ArrowRight")
+    opened.press("ArrowLeft")
+    assert shown_time(opened) == pytest.approx(1 / 60, abs=1e-3)
+    opened.press("End")
+    assert shown_time(opened) == 20
+    opened.press("Home")
+    assert shown_time(opened) == 0
+    opened.press("d")
+    first = min(run.differences[0].time for run in article.runs.values() if run.differences)
+    assert first - 1e-3 <= shown_time(opened) < first + 1 / 60 + 1e-3
+    opened.press(" ")
+    assert opened.run("play.textContent") == "Pause"
+    opened.press(" ")
+    assert opened.run("play.textContent") == "Play"
+    opened.press("Tab")
+    assert opened.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    opened.press(" ")  # on the Play button: once, not twice
+    assert opened.run("[document.activeElement.id, play.textContent].join()") == "play,Pause"
+
+
+def test_it_plays_in_the_frame_that_a_notebook_shows(browser: Browser, article: Comparison, tmp_path: Path) -> None:
+    file = tmp_path / "notebook.html"
+    file.write_text(f"<!doctype html><meta charset=utf-8>{article._repr_html_()}", encoding="utf-8")
+    with browser.frame_of(file):
+        browser.wait_for(READY)
+        browser.run("play.click()")
+        browser.wait_for("Number(scrubber.value) > 0")
+        assert browser.complaints == []
+        assert browser.requests == []

@@ -1,0 +1,264 @@
+"""Edits of a running scene: what each does, in every engine, and that a replay has the same bytes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.analysis.comparison import compare
+from sandbox.errors import Refused, SandboxError
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
+from sandbox.run.lockstep import Lockstep
+from sandbox.run.trajectory import Trajectory, simulate, write_trace
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+
+ENGINES = ("pymunk", "impulse", "exact")
+EDITS: dict[str, Edit] = {
+    "add": AddBall(step=7, position=(600, 500), velocity=(-90, 30), radius=12.5, mass=2, elasticity=0.5, color="red"),
+    "delete": DeleteBall(step=7, ball=1),
+    "velocity": SetVelocity(step=7, ball=2, velocity=(0.1, -300)),
+    "elasticity": SetElasticity(step=7, elasticity=0.9),
+    "gravity": SetGravity(step=7, gravity=(0, 900)),
+    "rate": SetRate(step=7, rate=240),
+}
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Three balls, two of which meet soon."""
+    return scene_of(
+        "radius = 20\nposition = [200, 300]\nvelocity = [120, 0]",
+        "radius = 20\nposition = [260, 310]\nmass = 3",
+        'radius = 10\nposition = [500, 100]\nvelocity = [70, 210]\ncolors = ["green"]',
+    )
+
+
+def last(run: Trajectory) -> tuple[bytes, bytes]:
+    return run.position[-1].tobytes(), run.velocity[-1].tobytes()
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene: Scene, edit: Edit) -> None:
+    lockstep = Lockstep(scene, ENGINES)
+    for _ in range(7):
+        lockstep.step()
+    before = {name: state.position.copy() for name, state in lockstep.states().items()}
+    lockstep.obey(edit)
+    for name, state in lockstep.states().items():
+        kept = np.delete(before[name], 1, axis=0) if isinstance(edit, DeleteBall) else before[name]
+        assert state.position[: len(kept)].tobytes() == kept.tobytes()
+    for _ in range(60):
+        lockstep.step()
+    for name, state in lockstep.states().items():
+        replay = simulate(scene, name, steps=67, inputs=lockstep.given)
+        assert replay.position[-1, lockstep.balls].tobytes() == state.position.tobytes()
+        assert replay.velocity[-1, lockstep.balls].tobytes() == state.velocity.tobytes()
+        assert replay.time[-1] == state.time == lockstep.time
+        if not isinstance(edit, AddBall | DeleteBall):
+            assert last(replay) != last(simulate(scene, name, steps=67))
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_an_edit_leaves_the_state_it_is_given_alone(scene: Scene, edit: Edit) -> None:
+    state = spawn(scene)
+    position, velocity = state.position.copy(), state.velocity.copy()
+    edit.change_state(state)
+    assert np.array_equal(state.position, position)
+    assert np.array_equal(state.velocity, velocity)
+
+
+def test_an_added_ball_is_the_last_and_flies_from_where_it_was_put(scene: Scene) -> None:
+    lockstep = Lockstep(scene, ENGINES, [AddBall(step=0, position=(600, 500), velocity=(60, -30), radius=12.5)])
+    for _ in range(60):
+        lockstep.step()
+    assert len(lockstep.scene.bodies) == 4
+    assert len(scene.bodies) == 3
+    for state in lockstep.states().values():
+        assert state.position[3] == pytest.approx([660, 470], abs=1e-9)
+
+
+def test_the_others_keep_their_colours_and_masses_when_a_ball_is_deleted() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [200, 300]",
+        "radius = 20\nposition = [260, 350]\nmass = 3",
+        'radius = 9\ngrid = [3, 1]\nspacing = 50\ncolors = ["red", "green"]\nmass = 2',
+    )
+    colors = scene.colors
+    for ball in range(5):
+        left = DeleteBall(step=0, ball=ball).change_scene(scene)
+        assert left.colors == colors[:ball] + colors[ball + 1 :]
+        assert left.bodies.mass.tolist() == [*[1, 3, 2, 2, 2][:ball], *[1, 3, 2, 2, 2][ball + 1 :]]
+    last_two = DeleteBall(step=0, ball=0).change_scene(DeleteBall(step=0, ball=0).change_scene(scene))
+    assert last_two.colors == colors[2:]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9, 1.0])
+def test_after_an_edit_of_elasticity_balls_and_walls_meet_with_it(engine: str, e: float) -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [200, 100]\nvelocity = [120, 0]\nelasticity = 0.3",
+        "radius = 20\nposition = [300, 100]\nvelocity = [-120, 0]",
+        "radius = 20\nposition = [700, 500]\nvelocity = [240, 0]",
+        more="walls = [{ from = [100, 300], to = [200, 300], elasticity = 0.2 }]",
+    )
+    run = simulate(scene, engine, steps=40, inputs=[SetElasticity(step=3, elasticity=e)])
+    assert run.velocity[-1, 1, 0] - run.velocity[-1, 0, 0] == pytest.approx(240 * e, abs=1e-9)
+    assert run.velocity[-1, 2, 0] == pytest.approx(-240 * e, abs=1e-9)
+    edited = SetElasticity(step=3, elasticity=e).change_scene(scene)
+    assert edited.walls[0].elasticity * edited.bodies.elasticity[0] == pytest.approx(e, rel=1e-15)
+
+
+def test_time_goes_on_at_a_new_rate(scene: Scene) -> None:
+    lockstep = Lockstep(scene, ENGINES, [SetRate(step=30, rate=120), SetRate(step=60, rate=50)])
+    times = [lockstep.time]
+    for _ in range(100):
+        lockstep.step()
+        times.append(lockstep.time)
+    assert times[30::10] == pytest.approx([0.5, 0.5 + 1 / 12, 0.5 + 2 / 12, 0.75, 0.95, 1.15, 1.35, 1.55], rel=1e-15)
+    for state in lockstep.states().values():
+        assert state.time == times[-1]
+        assert state.position[2] == pytest.approx([500 + 70 * times[-1], 100 + 210 * times[-1]], rel=1e-12)
+    run = simulate(scene, "exact", seconds=1.55, inputs=lockstep.given)
+    assert run.time.tolist() == times
+
+
+def test_contacts_before_and_after_an_edit_have_their_times() -> None:
+    scene = scene_of("radius = 20\nposition = [770, 300]\nvelocity = [600, 0]", more="rate = 100")
+    times = [10 / 600, 10 / 600 + 760 / 600, 10 / 600 + 1520 / 600]  # of the walls
+    for engine, late in (("pymunk", 0.02), ("impulse", 0.01), ("exact", 1e-12)):
+        inputs: list[Input] = [SetGravity(step=50, gravity=(0, 0)), SetRate(step=150, rate=200)]
+        lockstep = Lockstep(scene, [engine], inputs)
+        runner = lockstep.engines[engine]
+        assert len(runner.contacts()) == 0
+        while lockstep.time < 2.6:
+            lockstep.step()
+        found = runner.contacts()["time"]
+        assert found == pytest.approx(times, abs=late)
+        assert len(runner.contacts()) == 0
+
+
+def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
+    scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [120, 0]")
+    lockstep = Lockstep(scene, ["pymunk", "article"])
+    lockstep.step()
+    engines = {name: runner.engine for name, runner in lockstep.engines.items()}
+    refused: list[tuple[Edit, str]] = [
+        (SetGravity(step=1, gravity=(0, 900)), "article: gravity is not part of the article's rule"),
+        (SetElasticity(step=1, elasticity=0.9), "article: elasticity below 1 is not part"),
+        (AddBall(step=1, position=(400, 100), radius=10), "article: a second radius is not part"),
+    ]
+    for edit, message in refused:
+        with pytest.raises(Refused, match=message):
+            lockstep.obey(edit)
+    impossible: list[tuple[Edit, str]] = [
+        (DeleteBall(step=1, ball=0), "balls are none"),
+        (DeleteBall(step=1, ball=1), "ball must be at most 0, got 1"),
+        (SetVelocity(step=1, ball=1, velocity=(0, 0)), "ball must be at most 0, got 1"),
+        (AddBall(step=1, position=(795, 100), radius=20), r"balls\[1\].position puts a ball outside the arena"),
+        (SetRate(step=1, rate=900_000), "seconds must be at most"),
+    ]
+    for edit, message in impossible:
+        with pytest.raises(SandboxError, match=message):
+            lockstep.obey(edit)
+    assert {name: runner.engine for name, runner in lockstep.engines.items()} == engines
+    assert (lockstep.scene, lockstep.given, lockstep.balls) == (scene, [], [0])
+
+
+def test_the_hand_keeps_its_ball_when_another_is_deleted_and_lets_go_when_its_own_is(scene: Scene) -> None:
+    lockstep = Lockstep(scene, ["pymunk"])
+    lockstep.obey(Grab(step=0, ball=2, at=(700, 500)))
+    lockstep.obey(DeleteBall(step=0, ball=2 - 2))
+    assert lockstep.hand.ball == 1
+    lockstep.obey(SetRate(step=0, rate=1000))
+    lockstep.obey(Move(step=0, at=(1e6, 500)))
+    assert lockstep.hand.target == (790, 500)
+    for _ in range(1000):
+        lockstep.step()
+    assert lockstep.states()["pymunk"].position[1] == pytest.approx([790, 500], abs=0.5)
+    lockstep.obey(DeleteBall(step=1000, ball=1))
+    assert lockstep.hand.ball is None
+    lockstep.step()
+
+
+def test_a_trace_names_balls_by_the_order_in_which_they_came(scene: Scene, tmp_path: Path) -> None:
+    inputs: list[Input] = [
+        AddBall(step=2, position=(600, 500), radius=5, mass=7),
+        DeleteBall(step=4, ball=1),
+        SetVelocity(step=4, ball=2, velocity=(60, 0)),
+    ]
+    run = simulate(scene, "pymunk", steps=6, inputs=inputs)
+    there = ~np.isnan(run.position[..., 0])
+    assert [np.flatnonzero(row).tolist() for row in there] == [
+        *[[0, 1, 2]] * 2, *[[0, 1, 2, 3]] * 2, *[[0, 2, 3]] * 3
+    ]  # fmt: skip
+    assert run.position[6, 3] == pytest.approx([602, 500])
+    assert (run.radius.tolist(), run.mass.tolist()) == ([20, 20, 10, 5], [1, 3, 1, 7])
+    write_trace(run, tmp_path / "run.csv")
+    rows = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()[1:]]
+    assert [row[1] for row in rows] == [str(ball) for row in there for ball in np.flatnonzero(row)]
+    write_trace(run, tmp_path / "run.xyz")
+    counts = [line for line in (tmp_path / "run.xyz").read_text().splitlines() if line.isdigit()]
+    assert counts == ["3", "3", "4", "4", "3", "3", "3"]
+
+
+def test_edits_are_read_as_they_were_written(scene: Scene, tmp_path: Path) -> None:
+    write_inputs(EDITS.values(), tmp_path / "inputs.jsonl")
+    assert load_inputs(tmp_path / "inputs.jsonl", scene) == list(EDITS.values())
+
+
+def test_recorded_edits_are_held_to_the_balls_there_are_by_then(scene: Scene, tmp_path: Path) -> None:
+    (tmp_path / "inputs.jsonl").write_text(
+        '{"step": 1, "do": "grab", "ball": 3, "at": [1, 2]}\n'
+        '{"step": 2, "do": "add", "position": [50, 50], "radius": 5}\n'
+        '{"step": 2, "do": "grab", "ball": 3, "at": [1, 2]}\n'
+        '{"step": 3, "do": "delete", "ball": 0}\n'
+        '{"step": 3, "do": "velocity", "ball": 3, "velocity": [1, 2]}\n'
+        '{"step": 3, "do": "add", "position": [1, 50], "radius": 5}\n'
+        '{"step": 3, "do": "elasticity", "elasticity": 2}\n'
+    )
+    with pytest.raises(SandboxError) as caught:
+        load_inputs(tmp_path / "inputs.jsonl", scene)
+    assert [line.split("inputs.jsonl:")[1] for line in str(caught.value).splitlines()] == [
+        "1: ball must be at most 2, got 3",
+        "5: ball must be at most 2, got 3",
+        "6: balls[3].position puts a ball outside the arena: x must be from 5 to 795, got 1",
+        "7: elasticity must be at most 1, got 2",
+    ]
+
+
+def test_more_edits_than_a_thousand_are_a_mistake(scene: Scene, tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    write_inputs([SetGravity(step=0, gravity=(0, 1))] * 1000, path)
+    assert len(load_inputs(path, scene)) == 1000
+    write_inputs([SetGravity(step=0, gravity=(0, 1))] * 2000, path)
+    with pytest.raises(SandboxError, match=r"inputs\.jsonl:1001: is edit 1,001; at most 1,000 are allowed$"):
+        load_inputs(path, scene)
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_a_comparison_replays_edits_and_is_of_what_follows_the_last(scene: Scene, edit: Edit) -> None:
+    first = SetVelocity(step=3, ball=0, velocity=(150, 0))
+    inputs: list[Input] = [first, edit, Grab(step=9, ball=0, at=(300, 400)), Release(step=20)]
+    short = scene.changed(seconds=1.0)
+    comparison = compare(short, ENGINES, inputs=inputs)
+    assert comparison.since == 7 / 60
+    assert comparison.time[-1] == pytest.approx(1 - 7 / 60)
+    for name, run in comparison.runs.items():
+        replay = simulate(short, name, inputs=inputs)
+        there = ~np.isnan(replay.position[-1, :, 0])
+        assert run.final.position.tobytes() == replay.position[-1, there].tobytes()
+        assert run.path[0].tobytes() == replay.position[7, ~np.isnan(replay.position[7, :, 0])].astype("f4").tobytes()
+        assert run.gap_max[0] < 1  # no two engines have had a contact yet, but for gravity's first step
+        booked = {entry.cause: entry.energy for entry in run.figures.ledger}
+        assert "untold" not in booked
+        assert "hand" in booked
+        assert sum(booked.values()) == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-9 * run.energy.max())
+
+
+def test_an_edit_while_a_ball_is_held_leaves_the_hand_at_it(scene: Scene) -> None:
+    inputs: list[Input] = [Grab(step=0, ball=2, at=(500, 100)), SetGravity(step=5, gravity=(0, 300)), Release(step=60)]
+    run = simulate(scene, "exact", steps=60, inputs=inputs)
+    assert run.position[60, 2] == pytest.approx([500, 100], abs=3)

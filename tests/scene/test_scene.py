@@ -1,0 +1,802 @@
+"""The format of a scene: what it takes, and what it says of mistakes."""
+
+import errno
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import NO_KEY, Command, need, scene_of
+
+from sandbox.errors import SandboxError
+from sandbox.scene.files import bundled, load, parse, schema
+from sandbox.scene.model import MAX_BALLS, PALETTE, BallGroup
+from sandbox.scene.spawn import spawn, warnings
+from sandbox.scene.toml_lines import line_of, lines_of_keys
+
+ARENA = "[arena]\nsize = [800, 600]\n"  # lines 1 and 2; the first group's header is line 3
+BALL = "radius = 5\nposition = [100, 100]"
+SCENES = ("article", "head-on", "oblique", "newtons-cradle", "heavy-among-light", "bouncing", "break-shot", "funnel")
+
+
+def balls(*groups: str, more: str = "") -> str:
+    """Write a scene whose first group's keys begin in line 4."""
+    return ARENA + "".join(f"[[balls]]\n{group}\n" for group in groups) + more
+
+
+def mistakes(text: str) -> list[str]:
+    """Return what is said of a scene, without the name of the file."""
+    with pytest.raises(SandboxError) as caught:
+        parse(text, "mine.toml")
+    return [line.removeprefix("mine.toml:") for line in str(caught.value).splitlines()]
+
+
+# --- What the format takes -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("group", "size", "says"),
+    [
+        pytest.param("position = [100, 200.5]", 1, {"position": (100, 200.5)}, id="position"),
+        pytest.param(
+            "count = 7\nx = { from = 20, to = 780, step = 1 }\ny = { from = 20.5, to = 21 }",
+            7,
+            {"x": (20, 780, 1), "y": (20.5, 21, None)},
+            id="x-and-y",
+        ),
+        pytest.param("count = 3\ninside = [[0, 0], [800, 600]]", 3, {"inside": ((0, 0), (800, 600))}, id="inside"),
+        pytest.param("inside = [[300, 200], [100, 50]]", 1, {"inside": ((300, 200), (100, 50))}, id="corners-any-way"),
+        pytest.param("grid = [4, 3]\nspacing = 30", 12, {"grid": (4, 3), "spacing": 30}, id="grid"),
+        pytest.param("grid = [4, 3]\nspacing = 30\ncount = 5", 5, {"grid": (4, 3), "count": 5}, id="part-of-a-grid"),
+        pytest.param(
+            "grid = [4, 3]\nspacing = 30\nposition = [50, 60]",
+            12,
+            {"grid": (4, 3), "position": (50, 60)},
+            id="grid-at-a-position",
+        ),
+        pytest.param(
+            "positions = [[100, 200.5], [30, 40]]", 2, {"positions": ((100, 200.5), (30, 40))}, id="positions"
+        ),
+    ],
+)
+def test_every_way_to_place(group: str, size: int, says: dict[str, Any]) -> None:
+    read = scene_of(f"radius = 10\n{group}").balls[0]
+    assert read.size == size
+    assert {key: _plain(getattr(read, key)) for key in says} == says
+
+
+@pytest.mark.parametrize(
+    ("throw", "says"),
+    [
+        pytest.param("", {"velocity": None, "vx": None, "vy": None, "speed": None, "rms_speed": None}, id="at-rest"),
+        pytest.param("velocity = [120, -60.5]", {"velocity": (120, -60.5)}, id="velocity"),
+        pytest.param("vx = { from = -1, to = 1 }", {"vx": (-1, 1, None), "vy": None}, id="vx"),
+        pytest.param("vy = { from = -120, to = -360, step = -120 }", {"vx": None, "vy": (-120, -360, -120)}, id="vy"),
+        pytest.param("speed = 200", {"speed": 200}, id="speed"),
+        pytest.param("rms_speed = 0.5", {"rms_speed": 0.5}, id="rms-speed"),
+        pytest.param("velocities = [[1, -2.5]]", {"velocities": ((1, -2.5),)}, id="velocities"),
+    ],
+)
+def test_every_way_to_throw(throw: str, says: dict[str, Any]) -> None:
+    read = scene_of(f"{BALL}\n{throw}").balls[0]
+    assert {key: _plain(getattr(read, key)) for key in says} == says
+
+
+def _plain(value: object) -> object:
+    """Write a range as from, to, step."""
+    return (value.start, value.to, value.step) if hasattr(value, "start") and hasattr(value, "to") else value  # type: ignore[attr-defined]
+
+
+def test_every_other_key_is_read() -> None:
+    scene = parse(
+        """
+        title = "All of it"
+        about = "Every key there is."
+        rate = 240
+        seconds = 2.5
+        seed = 7
+        gravity = [0.5, -900]
+        [arena]
+        size = [640, 480.5]
+        elasticity = 0.75
+        friction = 0.125
+        background = "#123456"
+        [[balls]]
+        radius = 12.5
+        mass = 3
+        elasticity = 0.5
+        friction = 2
+        colors = ["red", "#00ff00"]
+        position = [100, 100]
+        [[walls]]
+        from = [0, 0]
+        to = [640, 480]
+        thickness = 8
+        elasticity = 0.25
+        friction = 1
+        [pymunk]
+        iterations = 20
+        substeps = 4
+        collision_slop = 0.25
+        collision_bias = 0.125
+        collision_persistence = 0
+        [[expect]]
+        at = 1
+        ball = 0
+        position = [1, 2]
+        velocity = [3, 4]
+        energy_ratio = 1
+        momentum = [5, 6]
+        centre_of_mass = [7, 8]
+        tolerance = 1e-6
+        because = "a law"
+        """,
+        "all.toml",
+    )
+    assert json.loads(scene.model_dump_json(by_alias=True, exclude_unset=True)) == {
+        "title": "All of it",
+        "about": "Every key there is.",
+        "rate": 240,
+        "seconds": 2.5,
+        "seed": 7,
+        "gravity": [0.5, -900],
+        "arena": {"size": [640, 480.5], "elasticity": 0.75, "friction": 0.125, "background": "#123456"},
+        "balls": [
+            {
+                "radius": 12.5,
+                "mass": 3,
+                "elasticity": 0.5,
+                "friction": 2,
+                "colors": ["red", "#00ff00"],
+                "position": [100, 100],
+            }
+        ],
+        "walls": [{"from": [0, 0], "to": [640, 480], "thickness": 8, "elasticity": 0.25, "friction": 1}],
+        "pymunk": {
+            "iterations": 20,
+            "substeps": 4,
+            "collision_slop": 0.25,
+            "collision_bias": 0.125,
+            "collision_persistence": 0,
+        },
+        "expect": [
+            {
+                "at": 1,
+                "ball": 0,
+                "position": [1, 2],
+                "velocity": [3, 4],
+                "energy_ratio": 1,
+                "momentum": [5, 6],
+                "centre_of_mass": [7, 8],
+                "tolerance": 1e-6,
+                "because": "a law",
+            }
+        ],
+    }
+    assert scene.name == "all"
+    assert scene.steps == 600
+
+
+def test_what_is_left_out() -> None:
+    scene = parse(balls(BALL, more="[[walls]]\nfrom = [0, 0]\nto = [9, 9]\n"), "mine.toml")
+    assert (scene.rate, scene.seconds, scene.seed, scene.gravity, scene.expect) == (60, 20, 0, (0, 0), ())
+    assert (scene.arena.elasticity, scene.arena.friction, scene.arena.background) == (1, 0, "white")
+    ball, wall = scene.balls[0], scene.walls[0]
+    assert (ball.mass, ball.elasticity, ball.friction, ball.size) == (1, 1, 0, 1)
+    assert (wall.thickness, wall.elasticity, wall.friction) == (4, 1, 0)
+    assert scene.pymunk.model_dump(exclude_none=True) == {"substeps": 1}
+
+
+def test_bodies_and_colours_are_in_scene_order() -> None:
+    scene = scene_of(
+        'radius = 5\nmass = 2\ngrid = [3, 1]\nspacing = 20\ncolors = ["red", "blue"]',
+        "radius = 7\nelasticity = 0.5\nfriction = 0.25\nposition = [20, 20]",
+    )
+    assert scene.bodies.radius.tolist() == [5, 5, 5, 7]
+    assert scene.bodies.mass.tolist() == [2, 2, 2, 1]
+    assert scene.bodies.elasticity.tolist() == [1, 1, 1, 0.5]
+    assert scene.bodies.friction.tolist() == [0, 0, 0, 0.25]
+    assert scene.colors == ("red", "blue", "red", PALETTE[1])
+
+
+def test_touching_the_arena_is_inside_it() -> None:
+    scene = scene_of("radius = 20\nposition = [20, 580]", "radius = 20\nposition = [780, 20]")
+    assert spawn(scene).position.tolist() == [[20, 580], [780, 20]]
+
+
+def test_a_grid_that_fills_the_arena_is_inside_it() -> None:
+    spawned = spawn(scene_of("radius = 0.05\ngrid = [10, 10]\nspacing = 0.1", size="[1, 1]"))
+    assert spawned.position[-1].tolist() == pytest.approx([0.95, 0.95], abs=1e-12)
+
+
+# --- Mistakes --------------------------------------------------------------------------------------------------
+
+
+def test_all_mistakes_at_once_in_order_of_lines() -> None:
+    text = (
+        'title = 3\nsedd = 1\n[arena]\nsize = [800, 600]\nbackgruond = "white"\n'
+        "[[balls]]\nradius = -5\nposition = [nan, 100]\n"
+        "[[balls]]\nradius = 4\nvelocty = [1, 2]\nposition = [100, 100]\nmass = 0\ncount = 1.5\n"
+        "[[walls]]\nfrom = [1, 1]\nto = [1, 1]\n[pymunk]\nsubsteps = 0\n"
+    )
+    assert mistakes(text) == [
+        "1: title must be text in quotes, got 3",
+        f"2: sedd {NO_KEY}; did you mean seed?",
+        f"5: arena.backgruond {NO_KEY}; did you mean background?",
+        "7: balls[0].radius must be greater than 0, got -5",
+        "8: balls[0].position[0] must be a finite number, got nan",
+        f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
+        "13: balls[1].mass must be greater than 0, got 0",
+        "14: balls[1].count must be a whole number, got 1.5",
+        "17: walls[0].to is the same point as from; a wall needs a length",
+        "19: pymunk.substeps must be at least 1, got 0",
+    ]
+
+
+ALL_KEYS = {
+    "top": (
+        "radius = 1\n" + balls(BALL),
+        f"1: radius {NO_KEY}; known are {{}}".format(
+            "about, arena, balls, expect, gravity, pymunk, rate, seconds, seed, title, walls"
+        ),
+    ),
+    "wall": (
+        balls(BALL, more="[[walls]]\nfrom = [1, 1]\nto = [9, 9]\nstart = [1, 1]\n"),
+        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, thickness, to",
+    ),
+    "range": (
+        balls("radius = 5\nx = { from = 9, to = 9, width = 1 }\ny = { from = 9, to = 9 }"),
+        f"5: balls[0].x.width {NO_KEY}; known are from, step, to",
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), ALL_KEYS.values(), ids=ALL_KEYS)
+def test_an_unknown_key_like_no_other_is_told_the_known_ones(text: str, message: str) -> None:
+    assert mistakes(text) == [message]
+
+
+def test_a_key_of_a_newer_version_is_told_with_this_version(tmp_path: Path, command: Command) -> None:
+    """However like a known key it is: `angular_velocity` is more than a mistyped `velocity`."""
+    file = tmp_path / "newer.toml"
+    file.write_text(balls(f"{BALL}\nangular_velocity = 3"))
+    message = f"{file}:6: balls[0].angular_velocity {NO_KEY}; did you mean velocity?\n"
+    assert command("check", file) == (2, "", message)
+    assert f"sandbox {command('--version')[1].strip()} (" in message
+
+
+PLACED = {
+    "no-place": ("radius = 5", "3: balls[0] needs a place: position, positions, x and y, inside, or grid with spacing"),
+    "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x needs both x and y"),
+    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y needs both x and y"),
+    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid needs both grid and spacing"),
+    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing needs both grid and spacing"),
+    "two-places": (
+        f"{BALL}\ninside = [[0, 0], [50, 50]]",
+        "6: balls[0].inside is a second place beside position; keep one of them",
+    ),
+    "inside-a-grid": (
+        "radius = 5\ngrid = [2, 2]\nspacing = 20\ninside = [[0, 0], [50, 50]]",
+        "5: balls[0].grid is a second place beside inside; keep one of them",
+    ),
+    "two-throws": (
+        f"{BALL}\nspeed = 4\nvelocity = [1, 1]",
+        "6: balls[0].speed is a second way to throw beside velocity; keep one of them",
+    ),
+    "two-random-throws": (
+        f"{BALL}\nvy = {{ from = 1, to = 2 }}\nrms_speed = 3",
+        "7: balls[0].rms_speed is a second way to throw beside vy; keep one of them",
+    ),
+    "many-on-one-position": (
+        f"{BALL}\ncount = 2",
+        "6: balls[0].count puts 2 balls on one position; use positions, x and y, inside, or grid",
+    ),
+    "more-than-the-grid": (
+        "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
+        "7: balls[0].count is more than the 4 places of the grid",
+    ),
+    "outside-left": (
+        "radius = 5\nposition = [4.5, 100]",
+        "5: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 4.5",
+    ),
+    "outside-below": (
+        "radius = 5\nposition = [100, 596]",
+        "5: balls[0].position puts a ball outside the arena: y must be from 5 to 595, got 596",
+    ),
+    "range-reaches-outside": (
+        "radius = 5\nx = { from = 9, to = 796, step = 1 }\ny = { from = 9, to = 9 }",
+        "5: balls[0].x puts a ball outside the arena: x must be from 5 to 795, got 796",
+    ),
+    "grid-reaches-outside": (
+        "radius = 5\ngrid = [2, 61]\nspacing = 10",
+        "5: balls[0].grid puts a ball outside the arena: y must be from 5 to 595, got 0",
+    ),
+    "grid-from-a-position": (
+        "radius = 5\ngrid = [2, 1]\nspacing = 10\nposition = [786, 9]",
+        "7: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 796",
+    ),
+    "inside-reaches-outside": (
+        "radius = 5\ninside = [[-1, 0], [50, 50]]",
+        "5: balls[0].inside puts a ball outside the arena: x must be from 5 to 795, got 4",
+    ),
+    "inside-smaller-than-a-ball": (
+        "radius = 5\ninside = [[0, 0], [9, 50]]",
+        "5: balls[0].inside is smaller than one ball, which is 10 wide",
+    ),
+    "larger-than-the-arena": (
+        "radius = 301\nposition = [301, 301]",
+        "4: balls[0].radius 301 is too large for an arena of 800 x 600",
+    ),
+    "count-of-positions": (
+        "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
+        "6: balls[0].count is not how many positions there are, 2; leave it out",
+    ),
+    "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
+    "positions-outside": (
+        "radius = 5\npositions = [[9, 9], [99, 599]]",
+        "5: balls[0].positions puts a ball outside the arena: y must be from 5 to 595, got 599",
+    ),
+    "too-few-velocities": (
+        "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
+        "7: balls[0].velocities must be one a ball, 3, got 2",
+    ),
+    "range-backwards": (
+        f"{BALL}\nvx = {{ from = 2, to = 1 }}",
+        "6: balls[0].vx can produce nothing: from 2 is greater than to 1",
+    ),
+    "steps-the-wrong-way": (
+        f"{BALL}\nvx = {{ from = 1, to = 9, step = -2 }}",
+        "6: balls[0].vx can produce nothing: steps of -2 from 1 never reach 9",
+    ),
+    "steps-past-the-end": (
+        f"{BALL}\nvx = {{ from = 1, to = 9, step = 3 }}",
+        "6: balls[0].vx.to is not met in steps of 3 from 1; write 7",
+    ),
+    "step-of-0": (
+        f"{BALL}\nvx = {{ from = 1, to = 9, step = 0 }}",
+        "6: balls[0].vx.step must not be 0; leave it out for any number in the range",
+    ),
+    "step-not-whole": (
+        f"{BALL}\nvx = {{ from = 1, to = 2, step = 0.5 }}",
+        "6: balls[0].vx must have whole numbers as from, to and step",
+    ),
+    "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
+    "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
+    "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
+    "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must name one colour at least"),
+    "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
+    "three-coordinates": (
+        "radius = 5\nposition = [9, 9, 9]",
+        "5: balls[0].position must have at most 2 entries, got 3",
+    ),
+    "one-coordinate": ("radius = 5\nposition = [9]", "5: balls[0].position must be a list of two, got [9]"),
+}
+
+
+@pytest.mark.parametrize(("group", "message"), PLACED.values(), ids=PLACED)
+def test_mistakes_in_a_group(group: str, message: str) -> None:
+    assert mistakes(balls(group)) == [message]
+
+
+EXPECTED = {
+    "nothing": ("", "[0] expects nothing: give position, velocity, energy_ratio, momentum or centre_of_mass", 6),
+    "whose": ("position = [1, 1]", "[0].ball is missing: whose position or velocity?", 6),
+    "of-all-balls": (
+        "ball = 0\nenergy_ratio = 1",
+        "[0].ball goes with position or velocity; energy_ratio is of all balls",
+        10,
+    ),
+    "no-such-ball": ("ball = 1\nvelocity = [1, 1]", "[0].ball must be at most 0, got 1", 10),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("keys", "message", "line"), EXPECTED.values(), ids=EXPECTED)
+def test_mistakes_in_an_expectation(keys: str, message: str, line: int) -> None:
+    text = balls(BALL, more=f'[[expect]]\nat = 1\ntolerance = 1\nbecause = "a law"\n{keys}\n')
+    assert mistakes(text) == [f"{line}: expect{message}"]
+
+
+def test_both_entries_of_an_empty_pair_are_one_mistake() -> None:
+    assert mistakes("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
+
+
+def test_a_second_and_a_third_place_are_both_told() -> None:
+    found = mistakes(
+        balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
+    )
+    assert found == [
+        "6: balls[0].x is a second place beside position; keep one of them",
+        "8: balls[0].inside is a second place beside position; keep one of them",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("key", ["\\u001b[31m", "a\\nb"], ids=["escape", "newline"])
+def test_a_message_is_printable_and_on_one_line(key: str) -> None:
+    (message,) = mistakes(balls(f'{BALL}\n"{key}" = 1'))
+    assert message.isprintable()
+
+
+def test_a_long_key_is_cut_off_in_the_message() -> None:
+    (message,) = mistakes(balls(f"{BALL}\n{'radius' * 100_000} = 1"))
+    assert message.startswith(f'6: balls[0]."{"radius" * 6}... is not a key of ')
+
+
+@pytest.mark.parametrize(
+    ("value", "got"),
+    [
+        pytest.param("0x" + "f" * 5000, "0x" + "f" * 35 + "...", id="number-that-python-writes-no-decimals-of"),
+        pytest.param("9" * 4000, "9" * 37 + "...", id="4000-digits"),
+        pytest.param('"NaN Infinity"', '"NaN Infinity"', id="text-like-a-number"),
+        pytest.param("[nan, -inf, 0.5, true]", "[nan, -inf, 0.5, true]", id="list"),
+        pytest.param('{ a = { b = [] }, "c d" = "e" }', '{"a": {"b": []}, "c d": "e"}', id="table"),
+        pytest.param("1979-05-27", '"1979-05-27"', id="date"),
+    ],
+)
+def test_what_the_file_says_is_shown_short(value: str, got: str) -> None:
+    assert mistakes(balls(f"{BALL}\nmass = {value}")) == [f"6: balls[0].mass must be a number, got {got}"]
+
+
+DEEP = {
+    "brackets": "a = " + "[" * 1000,
+    "braces": "a = " + "{ a = " * 1000,
+    "dotted-key": "a" + ".a" * 1000 + " = 1",
+    "spaced-key": "a" + " . a" * 1000 + " = 1",
+    "quoted-key": "a" + '."=,#\\""' * 1000 + " = 1",
+    "header": "[a" + ".a" * 1000 + "]",
+}
+
+
+@pytest.mark.parametrize("line", DEEP.values(), ids=DEEP)
+def test_what_nests_too_deeply_is_told_with_its_line(line: str) -> None:
+    assert mistakes(f"# a\n{line}\n") == ["2: is nested too deeply"]
+
+
+def test_text_full_of_dots_and_brackets_nests_nothing() -> None:
+    dots = ".a" * 40 + "[{" * 40
+    scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
+    assert (scene.about, scene.title) == (dots, dots[60:])
+
+
+def test_of_very_many_mistakes_the_first_hundred_are_told() -> None:
+    found = mistakes(balls(BALL, *["radius = 0"] * 200))
+    assert found[:2] == [
+        "7: balls[1].radius must be greater than 0, got 0",
+        "9: balls[2].radius must be greater than 0, got 0",
+    ]
+    assert len(found) == 101
+    assert found[100] == " has more mistakes than these 100"
+
+
+def test_lines_that_end_in_two_carriage_returns_have_their_numbers() -> None:
+    text = balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\r\n")
+    assert mistakes(text) == ["4: balls[0].radius must be greater than 0, got -5"]
+
+
+def test_lines_of_a_file_from_windows() -> None:
+    assert mistakes(balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\n")) == [
+        "4: balls[0].radius must be greater than 0, got -5"
+    ]
+
+
+def test_line_of_every_kind_of_key() -> None:
+    text = (
+        'about = """one\n[[balls]]\ntwo"""  # [[balls]]\n'
+        "arena.size = [\n  800,  # ]\n  600,\n]\n"
+        "[[balls]]\n'radius' = 5\nx.from = 1\nx.to = 2\n"
+        '[[balls]]\n[balls.y]\nto = \'# not a comment\'\nfrom = "\\"["\n'
+    )
+    lines = lines_of_keys(text)
+    assert lines == {
+        ("about",): 1,
+        ("arena",): 4,
+        ("arena", "size"): 4,
+        ("balls", 0): 8,
+        ("balls", 0, "radius"): 9,
+        ("balls", 0, "x"): 10,
+        ("balls", 0, "x", "from"): 10,
+        ("balls", 0, "x", "to"): 11,
+        ("balls", 1): 12,
+        ("balls", 1, "y"): 13,
+        ("balls", 1, "y", "to"): 14,
+        ("balls", 1, "y", "from"): 15,
+    }
+    assert line_of(("balls", 1, "radius"), lines) == 12
+    assert line_of(("walls", 0), lines) is None
+
+
+# --- Limits ----------------------------------------------------------------------------------------------------
+
+ANYWHERE = "x = { from = 9, to = 9 }\ny = { from = 9, to = 9 }"
+
+
+def test_two_hundred_thousand_balls_are_allowed() -> None:
+    scene = parse(balls(*[f"radius = 1\ncount = {MAX_BALLS // 2}\n{ANYWHERE}"] * 2), "mine.toml")
+    assert MAX_BALLS == 200_000
+    assert len(scene.bodies) == MAX_BALLS
+
+
+def test_one_more_is_a_mistake() -> None:
+    one, rest = (f"radius = 1\ncount = {count}\n{ANYWHERE}" for count in (1, MAX_BALLS))
+    assert mistakes(balls(rest.replace("200000", "200001"))) == ["5: balls[0].count must be at most 200000, got 200001"]
+    (message,) = mistakes(balls(one, rest))
+    assert message.endswith("balls are 200001 in all; at most 200000 are allowed")
+
+
+@pytest.mark.parametrize(
+    "group",
+    [
+        pytest.param("radius = 1e-300\ncount = 2\ninside = [[0, 0], [800, 600]]", id="radius-whose-square-is-0"),
+        pytest.param(f"{BALL}\nvelocity = [1.7e308, 0]\n", id="velocity-times-rate"),
+        pytest.param(f"{BALL}\nvx = {{ from = -1e308, to = 1e308 }}", id="range-wider-than-a-number"),
+        pytest.param(f"{BALL}\nvx = {{ from = -1e308, to = 1e308, step = 1 }}", id="steps-beyond-a-number"),
+    ],
+)
+@pytest.mark.filterwarnings("default")
+def test_numbers_at_the_end_of_their_range_are_no_traceback(command: Command, tmp_path: Path, group: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(balls(group))
+    code, out, err = command("check", file)
+    assert code in (0, 2)
+    assert max(map(len, (out + err).splitlines())) < 300 + len(str(file))
+    assert not re.search(r"\b(nan|RuntimeWarning)\b", out + err)
+
+
+@pytest.mark.parametrize(
+    "line", [f"rate = {10**400}", "[pymunk]\niterations = 99999999999999999999", "seconds = 1e300"]
+)
+def test_a_run_that_no_machine_holds_is_a_mistake(command: Command, tmp_path: Path, line: str) -> None:
+    top, table = ("", line) if line.startswith("[") else (line, "")
+    file = tmp_path / "mine.toml"
+    file.write_text(f"{top}\n{balls(BALL)}{table}\n")
+    steps = [] if line.startswith("seconds") else ["--steps", 1]
+    code, _, err = command("trace", file, "--engine", "pymunk", *steps)
+    assert code == 2
+    assert str(file) in err
+
+
+# --- Broken files, through the command -------------------------------------------------------------------------
+
+BROKEN: dict[str, tuple[str | bytes, str]] = {
+    "syntax": (ARENA + "[[balls]\n", ":3: is not valid TOML: Expected ']]' at the end of an array declaration"),
+    "unknown-key": (balls(f"{BALL}\nmas = 2"), f":6: balls[0].mas {NO_KEY}; did you mean mass?"),
+    "wrong-type": (
+        balls('radius = "5"\nposition = [100, 100]'),
+        ':4: balls[0].radius must be a number, got "5"',
+    ),
+    "negative-radius": (
+        balls("radius = -5\nposition = [100, 100]"),
+        ":4: balls[0].radius must be greater than 0, got -5",
+    ),
+    "nan": (balls(f"{BALL}\nmass = nan"), ":6: balls[0].mass must be a finite number, got nan"),
+    "infinity": (
+        balls(f"{BALL}\nvelocity = [0, -inf]"),
+        ":6: balls[0].velocity[1] must be a finite number, got -inf",
+    ),
+    "outside": (
+        balls("radius = 5\nposition = [900, 100]"),
+        ":5: balls[0].position puts a ball outside the arena: x must be from 5 to 795, got 900",
+    ),
+    "too-many-to-fit": (
+        balls("radius = 50\ninside = [[0, 0], [800, 600]]\ncount = 60"),
+        ":6: balls[0].count is more than fit: 60 balls of radius 50 in 800 x 600",
+    ),
+    "too-many-to-place": (
+        balls(
+            "radius = 9\ninside = [[0, 0], [20, 20]]",
+            more="[[walls]]\nfrom = [0, 10]\nto = [20, 10]\n",
+        ),
+        ":3: balls[0].count is more than fit: 1 balls",
+    ),
+    "empty": ("", ": arena is missing\n{file}: balls is missing"),
+    "no-balls": (ARENA, ": balls is missing"),
+    "ten-megabytes": (b"#" * 10_000_000, ": is larger than 2,000,000 bytes"),
+    "not-utf-8": (b'[arena]\nsize = [8, 6]\ntitle = "\xff"\n', ":3: is not UTF-8 text: byte 0xff"),
+    "utf-16": ("t = 3".encode("utf-16-le"), ":1: is not valid TOML: Expected '=' after a key in a key/value pair"),
+    "million": (
+        balls("radius = 0.1\ncount = 1_000_000\ninside = [[0, 0], [800, 600]]"),
+        ":5: balls[0].count must be at most 200000, got 1000000",
+    ),
+    "impossible-range": (
+        balls("radius = 5\nx = { from = 90, to = 50 }\ny = { from = 50, to = 50 }"),
+        ":5: balls[0].x can produce nothing: from 90 is greater than to 50",
+    ),
+    "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: is not valid TOML: Cannot overwrite a value"),
+    "no-colour": (balls(f'{BALL}\ncolors = ["rde"]'), ':6: balls[0].colors[0] is no colour: "rde"; did you mean red?'),
+    "no-colour-number": (
+        ARENA + 'background = "#12345"\n[[balls]]\n' + BALL,
+        ':3: arena.background is no colour: "#12345"; write a CSS name or #rrggbb',
+    ),
+    "wall-of-no-length": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\n"),
+        ":8: walls[0].to is the same point as from; a wall needs a length",
+    ),
+    "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
+    "walls": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 1001),
+        ":6: walls must have at most 1000 entries, got 1001",
+    ),
+    "nul": (balls(BALL, more='title = "\0"\n'), ":6: is not valid TOML: Illegal character '\\x00'"),
+}
+
+
+@pytest.mark.parametrize(("content", "message"), BROKEN.values(), ids=BROKEN)
+def test_a_broken_scene_is_one_clear_message(
+    command: Command, tmp_path: Path, content: str | bytes, message: str
+) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    code, out, err = command("check", file)
+    assert (code, out, err) == (2, "", f"{file}{message.replace('{file}', str(file))}\n")
+
+
+def test_twenty_broken_scenes_are_told() -> None:
+    others = 5  # directory, missing file, no bundled scene, no permission, engine: below
+    assert len(BROKEN) + others >= 20
+
+
+def test_a_directory_is_no_scene(command: Command, tmp_path: Path) -> None:
+    assert command("check", tmp_path) == (2, "", f"{tmp_path}: cannot be read: Is a directory\n")
+
+
+def test_a_pipe_that_nobody_writes_to_is_empty_and_keeps_nobody_waiting(command: Command, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    assert command("check", pipe) == (2, "", f"{pipe}: arena is missing\n{pipe}: balls is missing\n")
+
+
+def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.toml"
+    os.mkfifo(pipe)
+    writer = os.open(pipe, os.O_RDWR)  # which waits for no reader
+    os.write(writer, balls(BALL).encode()[:20])
+
+    def write_the_rest() -> None:
+        os.write(writer, balls(BALL).encode()[20:])
+        os.close(writer)
+
+    later = threading.Timer(0.5, write_the_rest)
+    later.start()
+    assert command("check", pipe) == (0, f"{pipe}: 1 ball, no mistakes\n", "")
+    later.join()
+
+
+def test_a_file_without_an_end_is_too_large(command: Command) -> None:
+    assert command("check", "/dev/zero") == (2, "", "/dev/zero: is larger than 2,000,000 bytes\n")
+
+
+def test_a_link_to_itself(command: Command, tmp_path: Path) -> None:
+    link = tmp_path / "loop.toml"
+    link.symlink_to(link)
+    assert command("check", link) == (2, "", f"{link}: cannot be read: Too many levels of symbolic links\n")
+
+
+def test_a_missing_file(command: Command, tmp_path: Path) -> None:
+    file = tmp_path / "missing.toml"
+    assert command("check", file) == (2, "", f"{file}: cannot be read: No such file or directory\n")
+
+
+def test_a_name_that_is_none(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = "no scene 'articel': no such file, nor a bundled scene; did you mean article?\n"
+    assert command("check", "articel") == (2, "", said)
+
+
+def test_a_name_longer_than_a_file_can_have(command: Command) -> None:
+    code, _, err = command("check", "x" * 5000)
+    assert code == 2
+    assert len(err.splitlines()) == 1
+
+
+def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(balls(BALL))
+    file.chmod(0)
+    if os.geteuid() == 0:  # whom nothing is forbidden
+
+        def forbid(path: str, _: int) -> None:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+
+        monkeypatch.setattr("sandbox.errors._without_waiting", forbid)
+    assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
+
+
+def test_an_engine_that_is_none(command: Command) -> None:
+    said = "no engine 'pymnk'; did you mean pymunk?\n"
+    assert command("trace", "article", "--engine", "pymnk", "--steps", 1) == (2, "", said)
+
+
+def test_the_program_ends_with_2_and_no_traceback(tmp_path: Path) -> None:
+    file = tmp_path / "broken.toml"
+    file.write_text(balls("radius = -5\nposition = [100, 100]"))
+    ran = subprocess.run(
+        [sys.executable, "-m", "sandbox", "check", file], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (ran.returncode, ran.stdout) == (2, "")
+    assert ran.stderr == f"{file}:4: balls[0].radius must be greater than 0, got -5\n"
+
+
+def test_check_goes_on_after_a_mistake(command: Command, tmp_path: Path) -> None:
+    good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
+    good.write_text(balls(BALL, BALL))
+    bad.write_text("[arena\n")
+    code, out, err = command("check", bad, good, tmp_path)
+    assert code == 2
+    assert out == f"{good}: 2 balls, no mistakes\n{good}: warning: balls 0 and 1 overlap by 10 px at the start\n"
+    assert err == (
+        f"{bad}:1: is not valid TOML: Expected ']' at the end of a table declaration\n"
+        f"{tmp_path}: cannot be read: Is a directory\n"
+    )
+
+
+# --- Schema and bundled scenes ---------------------------------------------------------------------------------
+
+FOLDER = Path(__file__).parents[2] / "scenes"
+
+
+def test_the_schema_in_the_checkout_is_the_models(command: Command) -> None:
+    committed = (FOLDER / "scene.schema.json").read_text()
+    assert json.loads(committed) == schema()
+    assert command("schema") == (0, committed, "")
+
+
+def _taplo(*files: Path) -> subprocess.CompletedProcess[str]:
+    program = shutil.which("taplo", path=str(Path(sys.executable).parent)) or shutil.which("taplo")
+    if program is None:
+        need("taplo")
+    assert program is not None
+    return subprocess.run([program, "check", *files], capture_output=True, text=True, check=False, timeout=60)
+
+
+def test_taplo_accepts_the_bundled_scenes() -> None:
+    files = list(FOLDER.glob("*.toml"))
+    assert len(files) >= 10
+    ran = _taplo(*files)
+    assert ran.returncode == 0, ran.stderr
+    assert f"found files total={len(files)} " in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        pytest.param("radius = 20", "radios = 20", "('radios' was unexpected)", id="unknown-key"),
+        pytest.param("radius = 20", "radius = -20", "-20 is less than or equal to the minimum of 0", id="negative"),
+        pytest.param("rate = 60", 'rate = "60"', '"60" is not of type "integer"', id="type"),
+    ],
+)
+def test_taplo_rejects_a_broken_scene(tmp_path: Path, old: str, new: str, message: str) -> None:
+    shutil.copy(FOLDER / "scene.schema.json", tmp_path)
+    text = (FOLDER / "article.toml").read_text()
+    assert old in text
+    file = tmp_path / "broken.toml"
+    file.write_text(text.replace(old, new))
+    ran = _taplo(file)
+    assert ran.returncode != 0
+    assert message in ran.stderr
+
+
+def test_the_bundled_scenes_are_there() -> None:
+    assert set(bundled()) >= {*SCENES, "gas-100", "gas-1000"}
+
+
+@pytest.mark.parametrize("name", bundled() or [pytest.param("none", marks=pytest.mark.xfail(strict=True))])
+def test_a_bundled_scene(name: str) -> None:
+    scene = load(name)
+    assert scene.name == name
+    assert scene.title
+    assert scene.about.endswith(".")
+    assert bundled()[name].read_text().startswith("#:schema ./scene.schema.json\n")
+    initial = spawn(scene)
+    assert len(initial.position) == len(scene.bodies) == len(scene.colors)
+    assert list(warnings(scene, initial)) == []
+
+
+def test_every_key_of_a_group_is_explained() -> None:
+    properties = schema()["$defs"]["BallGroup"]["properties"]
+    assert set(properties) == set(BallGroup.model_fields)
+    assert [key for key, value in properties.items() if not value.get("description")] == []

@@ -1,0 +1,165 @@
+"""Scenes that are written: they load to the state that was, and read well."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sandbox.errors import SandboxError
+from sandbox.scene.files import bundled, load, parse, write
+from sandbox.scene.model import BallGroup, Scene
+from sandbox.scene.spawn import spawn
+from sandbox.session.session import Session
+from sandbox.state import State
+
+EVERY_KEY = """
+title = "Say \\"all\\""
+about = "Ü, 1 %"
+rate = 240
+seconds = 2.5
+seed = 7
+gravity = [0.1, -900]
+[arena]
+size = [640, 480.5]
+elasticity = 0.75
+friction = 0.125
+background = "#123456"
+[pymunk]
+iterations = 30
+collision_bias = 1e-7
+[[walls]]
+from = [10, 20]
+to = [30, 40.25]
+thickness = 0
+elasticity = 0.5
+[[walls]]
+from = [10, 400]
+to = [30, 440]
+[[balls]]
+radius = 12.5
+mass = 3
+elasticity = 0.1
+friction = 2
+position = [100, 100]
+[[balls]]
+count = 5
+radius = 5
+colors = ["red", "#00ff00"]
+inside = [[200, 100], [600, 400]]
+speed = 90
+[[expect]]
+at = 1
+energy_ratio = 1
+tolerance = 1
+because = "of the start"
+"""
+
+
+def reloaded(scene: Scene, state: State, folder: Path) -> Scene:
+    write(scene, state, folder / "saved.toml")
+    return load(folder / "saved.toml")
+
+
+def check_same(saved: Scene, scene: Scene, state: State) -> None:
+    """Hold a loaded scene to the one that was written, and its start to the state, bit for bit."""
+    start = spawn(saved)
+    assert start.position.tobytes() == state.position.tobytes()
+    assert start.velocity.tobytes() == state.velocity.tobytes()
+    for key in ("radius", "mass", "elasticity", "friction"):
+        assert getattr(saved.bodies, key).tobytes() == getattr(scene.bodies, key).tobytes()
+    assert saved.colors == scene.colors
+    kept = set(Scene.model_fields) - {"balls", "arena", "expect"}
+    for key in kept:
+        assert getattr(saved, key) == getattr(scene, key)
+    assert saved.arena.model_copy(update={"overlap": 0}) == scene.arena.model_copy(update={"overlap": 0})
+
+
+def test_everything_but_expectations_is_kept(tmp_path: Path) -> None:
+    scene = parse(EVERY_KEY, "every.toml")
+    state = spawn(scene)
+    saved = reloaded(scene, state, tmp_path)
+    check_same(saved, scene, state)
+    assert saved.expect == ()
+
+
+@pytest.mark.parametrize("name", [name for name in bundled() if name != "gas-1000"])
+def test_a_bundled_scene_in_flight_loads_to_the_state_of_each_engine(name: str, tmp_path: Path) -> None:
+    scene = load(name)
+    session = Session(scene, ["pymunk", "impulse", "exact"])
+    for _ in range(37):
+        session.advance()
+    for state in session.shown.states.values():
+        check_same(reloaded(scene, state, tmp_path), scene, state)
+
+
+@given(
+    st.lists(st.tuples(*[st.floats(20, 580)] * 2, *[st.floats(-1e9, 1e9)] * 2, st.sampled_from([1.0, 0.1])), min_size=1)
+)
+def test_any_numbers_are_kept_to_the_bit(rows: list[tuple[float, float, float, float, float]]) -> None:
+    groups = tuple(BallGroup(radius=20, mass=mass, position=(x, y), velocity=(vx, vy)) for x, y, vx, vy, mass in rows)
+    scene = scene_of("radius = 20\nposition = [100, 100]").changed(balls=groups)
+    state = State(0.0, *np.array(rows)[:, :4].reshape(-1, 2, 2).transpose(1, 0, 2).copy())
+    with TemporaryDirectory() as folder:
+        check_same(reloaded(scene, state, Path(folder)), scene, state)
+
+
+def test_balls_that_are_alike_are_one_group_and_the_file_reads_well(tmp_path: Path) -> None:
+    scene = scene_of(
+        'radius = 20\ngrid = [4, 1]\nspacing = 50\ncolors = ["red", "blue"]\nvelocity = [-0.0, 1e-7]',
+        "radius = 20\nmass = 2\nposition = [99.5, 30]",
+    )
+    write(scene, spawn(scene), tmp_path / "saved.toml")
+    assert (tmp_path / "saved.toml").read_text() == (
+        "[arena]\nsize = [800, 600]\n\n"
+        '[[balls]]\nradius = 20\ncolors = ["red", "blue"]\n'
+        "positions = [\n    [325, 300],\n    [375, 300],\n    [425, 300],\n    [475, 300],\n]\n"
+        "velocities = [\n    [-0.0, 1e-07],\n    [-0.0, 1e-07],\n    [-0.0, 1e-07],\n    [-0.0, 1e-07],\n]\n\n"
+        '[[balls]]\nradius = 20\nmass = 2\ncolors = ["#e69f00"]\nposition = [99.5, 30]\nvelocity = [0, 0]\n'
+    )
+
+
+@pytest.mark.parametrize(
+    ("colors", "written"),
+    [(["red", "green", "red", "blue"], 4), (["red", "green", "red", "green", "red"], 2), (["red", "red"], 1)],
+)
+def test_colours_are_written_as_the_shortest_cycle(colors: list[str], written: int, tmp_path: Path) -> None:
+    scene = scene_of(f"radius = 20\ngrid = [{len(colors)}, 1]\nspacing = 50\ncolors = {colors}".replace("'", '"'))
+    saved = reloaded(scene, spawn(scene), tmp_path)
+    assert saved.colors == tuple(colors)
+    assert saved.balls[0].colors == tuple(colors[:written])
+
+
+def test_a_ball_in_a_wall_is_allowed_as_deep_as_it_is(tmp_path: Path) -> None:
+    scene = scene_of("radius = 20\nposition = [100, 100]")
+    state = State(0.0, np.array([[14.7501, 100.0]]), np.zeros((1, 2)))
+    saved = reloaded(scene, state, tmp_path)
+    check_same(saved, scene, state)
+    assert saved.arena.overlap == 5.25
+    with pytest.raises(SandboxError, match="position puts a ball outside the arena"):
+        saved.changed(arena=saved.arena.model_copy(update={"overlap": 5.2}))
+    again = reloaded(saved, State(0.0, np.array([[20.0, 100.0]]), np.zeros((1, 2))), tmp_path)
+    assert again.arena.overlap == 0
+
+
+@pytest.mark.parametrize("most", [60, 150])
+def test_more_balls_than_a_file_has_room_for_are_not_written(
+    most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
+    monkeypatch.setattr("sandbox.scene.files.MAX_BYTES", most)
+    with pytest.raises(SandboxError, match=f"saved.toml: 4 balls are more than the {most} bytes of a scene file"):
+        write(scene, spawn(scene), tmp_path / "saved.toml")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_would_not_load_is_not_written(tmp_path: Path) -> None:
+    scene = scene_of("radius = 20\nposition = [100, 100]")
+    with pytest.raises(SandboxError, match=r"saved.toml:\d+: balls\[0\].velocity\[0\] must be at most 1e\+09"):
+        write(scene, State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])), tmp_path / "saved.toml")
+    with pytest.raises(SandboxError, match="cannot be written"):
+        write(scene, spawn(scene), tmp_path / "no-such-folder" / "saved.toml")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,379 @@
+"""From a scene and a seed to the initial state."""
+
+import math
+import random
+import re
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from sandbox.errors import SandboxError
+from sandbox.quantity import deepest_overlap
+from sandbox.scene import spawn as spawn_module
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn, warnings
+from sandbox.state import Floats
+
+ANYWHERE = "x = { from = 100, to = 700 }\ny = { from = 100, to = 500 }"
+
+
+def closest(position: Floats, radius: Floats) -> float:
+    """Return the smallest gap between two discs, px, by looking at every pair."""
+    return min(
+        (
+            math.dist(position[i], position[j]) - radius[i] - radius[j]
+            for i in range(len(radius))
+            for j in range(i + 1, len(radius))
+        ),
+        default=math.inf,
+    )
+
+
+def gap_to_wall(position: Floats, radius: float, start: tuple[float, float], end: tuple[float, float]) -> float:
+    """Return the smallest gap between a disc and a line, px, by walking along the line."""
+    along = np.linspace(start, end, 2001)
+    distance = np.hypot(*(position[:, None, :] - along[None, :, :]).transpose(2, 0, 1))
+    return float(distance.min()) - radius
+
+
+# --- Drawn one by one ------------------------------------------------------------------------------------------
+
+
+@settings(deadline=None)
+@given(seed=st.integers(0, 2**64), count=st.integers(1, 40))
+def test_seed_k_starts_as_the_article_does_after_seeding_with_k(seed: int, count: int) -> None:
+    article = load("article")
+    group = article.balls[0].model_copy(update={"count": count})
+    state = spawn(article.model_copy(update={"seed": seed, "balls": (group,)}))
+    rng = random.Random(seed)
+    for position, velocity in zip(state.position, state.velocity, strict=True):
+        assert position.tolist() == [rng.randint(20, 780), rng.randint(20, 580)]
+        assert velocity.tolist() == [rng.randint(1, 3) * 2 * 60, rng.randint(1, 3) * -2 * 60]
+    assert state.time == 0
+
+
+def test_the_articles_own_seed() -> None:
+    state = spawn(load("article"))
+    assert load("article").seed == 0
+    random.seed(0)
+    drawn = [[random.randint(*ends) for ends in ((20, 780), (20, 580), (1, 3), (1, 3))] for _ in range(3)]
+    assert state.position.tolist() == [[x, y] for x, y, _, _ in drawn]
+    assert state.velocity.tolist() == [[120 * vx, -120 * vy] for _, _, vx, vy in drawn]
+
+
+def test_one_generator_serves_all_groups_in_order() -> None:
+    scene = scene_of(
+        f"radius = 5\ncount = 2\n{ANYWHERE}\nvy = {{ from = -3, to = 4 }}",
+        "radius = 5\nposition = [50, 50]\nvx = { from = 5, to = 5 }\nvy = { from = 1, to = 9, step = 4 }",
+        f"radius = 5\n{ANYWHERE}",
+        more="seed = 12",
+    )
+    state = spawn(scene)
+    rng = random.Random(12)
+    expected = []
+    for _ in range(2):
+        x, y = rng.uniform(100, 700), rng.uniform(100, 500)
+        expected.append([x, y, 0, rng.uniform(-3, 4)])
+    expected.append([50, 50, rng.uniform(5, 5), rng.randrange(1, 13, 4)])
+    expected.append([rng.uniform(100, 700), rng.uniform(100, 500), 0, 0])
+    assert np.hstack([state.position, state.velocity]).tolist() == expected
+
+
+@pytest.mark.parametrize("name", ["article", "funnel", "gas-100"])
+def test_a_seed_is_one_state_and_another_seed_another(name: str) -> None:
+    scene = load(name)
+    first, again = spawn(scene), spawn(scene)
+    other = spawn(scene.model_copy(update={"seed": scene.seed + 1}))
+    assert first.position.tobytes() == again.position.tobytes()
+    assert first.velocity.tobytes() == again.velocity.tobytes()
+    assert (first.position != other.position).all(axis=1).any()
+
+
+# --- Grid ------------------------------------------------------------------------------------------------------
+
+
+def test_a_grid_stands_in_the_middle_and_is_filled_row_by_row() -> None:
+    state = spawn(scene_of("radius = 10\ngrid = [3, 2]\nspacing = 50"))
+    assert state.position.tolist() == [[350, 275], [400, 275], [450, 275], [350, 325], [400, 325], [450, 325]]
+    assert not state.velocity.any()
+
+
+@settings(deadline=None)
+@given(
+    columns=st.integers(1, 12),
+    rows=st.integers(1, 12),
+    spacing=st.floats(20, 40),
+    width=st.floats(500, 900),
+    height=st.floats(500, 900),
+)
+def test_a_grid_is_centred(columns: int, rows: int, spacing: float, width: float, height: float) -> None:
+    group = f"radius = 10\ngrid = [{columns}, {rows}]\nspacing = {spacing!r}"
+    position = spawn(scene_of(group, size=f"[{width!r}, {height!r}]")).position
+    assert position.mean(axis=0) == pytest.approx([width / 2, height / 2], rel=1e-12)
+    extent = position.max(axis=0) - position.min(axis=0)
+    assert extent == pytest.approx([(columns - 1) * spacing, (rows - 1) * spacing], abs=1e-9)
+
+
+def test_a_grid_from_a_position_and_not_filled() -> None:
+    state = spawn(scene_of("radius = 10\ngrid = [2, 2]\nspacing = 25.5\nposition = [60, 70]\ncount = 3"))
+    assert state.position.tolist() == [[60, 70], [85.5, 70], [60, 95.5]]
+
+
+# --- Inside ----------------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    radius=st.floats(3, 30),
+    count=st.integers(1, 60),
+    width=st.floats(61, 300),
+    height=st.floats(61, 300),
+    seed=st.integers(0, 1000),
+    wall=st.booleans(),
+)
+def test_inside_nothing_overlaps(radius: float, count: int, width: float, height: float, seed: int, wall: bool) -> None:
+    walls = f"[[walls]]\nfrom = [50, 50]\nto = [{50 + width!r}, {50 + height!r}]\nthickness = 6\n" if wall else ""
+    try:
+        scene = parse(
+            f"seed = {seed}\n[arena]\nsize = [400, 400]\n[[balls]]\nradius = {radius!r}\ncount = {count}\n"
+            f"inside = [[50, 50], [{50 + width!r}, {50 + height!r}]]\n{walls}",
+            "mine.toml",
+        )
+        position = spawn(scene).position
+    except SandboxError as mistake:
+        assert " is more than fit: " in str(mistake)  # noqa: PT017 - the only mistake there may be
+        assume(False)
+        return
+    assert position.shape == (count, 2)
+    assert (position.min(axis=0) >= 50 + radius).all()
+    assert (position.max(axis=0) <= np.array([50 + width, 50 + height]) - radius + 1e-9).all()
+    assert closest(position, scene.bodies.radius) >= -1e-9
+    if wall:
+        assert gap_to_wall(position, radius, (50, 50), (50 + width, 50 + height)) >= 3 - 1e-9
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.6, 0.7, 0.8])
+@pytest.mark.parametrize("seed", range(3))
+def test_inside_holds_up_to_four_fifths_of_the_area(share: float, seed: int) -> None:
+    count = int(share * 400**2 / (math.pi * 10**2))
+    state = spawn(scene_of(f"radius = 10\ncount = {count}\ninside = [[0, 0], [400, 400]]", more=f"seed = {seed}"))
+    assert len(state.position) == count
+    assert closest(state.position, np.full(count, 10.0)) >= 0
+    assert state.position.min() >= 10
+    assert state.position.max() <= 390 + 1e-9
+
+
+def test_a_crowd_beyond_jamming_is_put_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+    lattice = spawn_module._lattice
+
+    def watched(low: Floats, high: Floats, pitch: float) -> object:
+        asked.append(pitch)
+        return lattice(low, high, pitch)
+
+    monkeypatch.setattr(spawn_module, "_lattice", watched)
+    spawn(scene_of("radius = 10\ncount = 150\ninside = [[0, 0], [400, 400]]"))  # 0.29 of the area
+    assert asked == []
+    spawn(scene_of("radius = 10\ncount = 360\ninside = [[0, 0], [400, 400]]"))  # 0.71
+    assert asked
+    assert min(asked) >= 20
+
+
+def test_a_lattice_is_shuffled() -> None:
+    group = "radius = 10\ncount = 300\ninside = [[0, 0], [400, 400]]"
+    first, second = (spawn(scene_of(group, more=f"seed = {seed}")).position for seed in (1, 2))
+    in_order = first[np.lexsort((first[:, 0], first[:, 1]))]
+    assert not np.array_equal(first, in_order)
+    assert not np.array_equal(first, second)
+
+
+def test_inside_keeps_clear_of_groups_before_it_whatever_their_size() -> None:
+    scene = scene_of(
+        "radius = 100\nposition = [400, 300]",
+        "radius = 3\ncount = 100\ninside = [[250, 150], [550, 450]]",
+        "radius = 12\ncount = 8\ninside = [[250, 150], [550, 450]]",
+    )
+    state = spawn(scene)
+    assert closest(state.position, scene.bodies.radius) >= 0
+
+
+def test_a_row_of_balls_that_fits_exactly() -> None:
+    position = spawn(scene_of("radius = 5\ncount = 10\ninside = [[0, 0], [100, 10]]")).position
+    assert sorted(position[:, 0]) == pytest.approx([5 + 10 * ball for ball in range(10)], abs=1e-6)
+
+
+def test_one_ball_in_a_box_of_its_size() -> None:
+    state = spawn(scene_of("radius = 20\ninside = [[0, 0], [40, 40]]", size="[40, 40]"))
+    assert state.position.tolist() == [[20, 20]]
+
+
+def test_more_than_fit_for_the_walls_in_the_way_is_a_mistake() -> None:
+    scene = parse(
+        "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\ninside = [[0, 0], [100, 20]]\ncount = 5\n"
+        "[[walls]]\nfrom = [0, 10]\nto = [100, 10]\n",
+        "mine.toml",
+    )
+    message = "mine.toml:6: balls[0].count is more than fit: 5 balls"
+    with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
+        spawn(scene)
+
+
+def test_more_than_fit_for_the_balls_before_them_is_a_mistake_of_the_second_group() -> None:
+    scene = parse(
+        "[arena]\nsize = [100, 100]\n[[balls]]\nradius = 40\nposition = [50, 50]\n"
+        "[[balls]]\nradius = 10\ncount = 20\ninside = [[0, 0], [100, 100]]\n",
+        "mine.toml",
+    )
+    with pytest.raises(SandboxError, match=r"^mine\.toml:8: balls\[1\]\.count is more than fit: 20 balls$"):
+        spawn(scene)
+
+
+def test_where_no_ball_has_room_it_is_told_however_small_the_balls() -> None:
+    scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
+    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is more than fit: 1 balls$"):
+        spawn(scene)
+
+
+def test_in_a_row_that_is_taken_it_is_told_however_long_the_row() -> None:
+    scene = parse(
+        "[arena]\nsize = [1e9, 10]\n[[balls]]\nradius = 5\ninside = [[0, 0], [1e9, 10]]\n"
+        "[[walls]]\nfrom = [0, 5]\nto = [1e9, 5]\n",
+        "mine.toml",
+    )
+    with pytest.raises(SandboxError, match=r"balls\[0\]\.count is more than fit: 1 balls$"):
+        spawn(scene)
+
+
+def test_a_crowd_finds_room_among_larger_and_smaller_balls() -> None:
+    scene = scene_of(
+        "radius = 100\nposition = [400, 300]",
+        "radius = 0.001\ncount = 5000\ninside = [[0, 0], [800, 600]]",
+        "radius = 1\ncount = 20000\ninside = [[0, 0], [800, 600]]",
+        "radius = 3\ncount = 40\ninside = [[0, 0], [800, 600]]",
+    )
+    state = spawn(scene)
+    assert deepest_overlap(state.position, scene.bodies.radius) == (0.0, -1, -1)
+
+
+# --- Thrown at random ------------------------------------------------------------------------------------------
+
+
+def thrown(throw: str, seed: int, count: int = 2000) -> Floats:
+    return spawn(scene_of(f"radius = 1\ncount = {count}\n{ANYWHERE}\n{throw}", more=f"seed = {seed}")).velocity
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_speed_goes_in_every_direction_alike(seed: int) -> None:
+    velocity = thrown("speed = 250", seed)
+    assert np.hypot(*velocity.T) == pytest.approx(np.full(2000, 250), rel=1e-14)
+    # Kolmogorov: sqrt(n) sup |F - uniform| passes 1.95 once in a thousand
+    angle = np.sort(np.arctan2(velocity[:, 1], velocity[:, 0]) / (2 * math.pi) % 1)
+    assert math.sqrt(2000) * np.abs(angle - (np.arange(2000) + 0.5) / 2000).max() < 1.95
+    # a step of the generator between balls, not one direction again and again: serial correlation is ~1/sqrt(n)
+    assert abs(np.corrcoef(velocity[:-1, 0], velocity[1:, 0])[0, 1]) < 4 / math.sqrt(2000)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_rms_speed_is_maxwells_distribution_in_the_plane(seed: int) -> None:
+    velocity = thrown("rms_speed = 200", seed)
+    squared = (velocity**2).sum(axis=1) / 200**2  # exponential, mean 1, standard deviation 1
+    assert squared.mean() == pytest.approx(1, abs=4 / math.sqrt(2000))
+    assert (squared > 1).mean() == pytest.approx(math.exp(-1), abs=4 * math.sqrt(0.233 / 2000))
+    assert velocity.mean(axis=0) == pytest.approx([0, 0], abs=4 * 200 / math.sqrt(2 * 2000))
+    assert velocity.std(axis=0) == pytest.approx(np.full(2, 200 / math.sqrt(2)), rel=4 / math.sqrt(2 * 2000))
+    assert abs(np.corrcoef(*velocity.T)[0, 1]) < 4 / math.sqrt(2000)
+
+
+@pytest.mark.parametrize("throw", ["speed = 0", "rms_speed = 0", ""])
+def test_no_speed_is_at_rest(throw: str) -> None:
+    assert not thrown(throw, 0, count=5).any()
+
+
+# --- Warnings --------------------------------------------------------------------------------------------------
+
+
+def said(scene: Scene) -> list[str]:
+    return list(warnings(scene, spawn(scene)))
+
+
+def test_overlapping_balls_are_a_warning_of_the_deepest_pair() -> None:
+    scene = scene_of(
+        "radius = 5\nposition = [300, 100]",
+        "radius = 5\nposition = [309, 100]",
+        "radius = 20\nposition = [100, 100]",
+        "radius = 5\nposition = [100, 117.5]",
+    )
+    assert said(scene) == ["test.toml: warning: balls 2 and 3 overlap by 7.5 px at the start"]
+
+
+def test_touching_balls_are_no_overlap() -> None:
+    assert said(scene_of("radius = 5\ngrid = [20, 10]\nspacing = 10")) == []
+
+
+def test_balls_in_a_wall_are_a_warning_with_the_walls_line() -> None:
+    scene = parse(
+        "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\nposition = [100, 106]\n"
+        "[[balls]]\nradius = 5\nposition = [150, 104]\n"
+        "[[walls]]\nfrom = [0, 500]\nto = [200, 500]\n"
+        "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n",
+        "mine.toml",
+    )
+    assert said(scene) == ["mine.toml:12: walls[1] warning: overlaps ball 1 by 3 px at the start"]
+
+
+def test_touching_a_wall_is_no_overlap() -> None:
+    wall = "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n"
+    text = f"[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\nposition = [100, 107]\n{wall}"
+    assert said(parse(text, "mine.toml")) == []
+
+
+def test_a_ball_that_outruns_its_radius_is_a_warning() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 100]\nvelocity = [1500, 0]",
+        "radius = 4\nposition = [300, 300]\nvelocity = [0, 990]",
+    )
+    assert said(scene) == [
+        (
+            "test.toml: warning: ball 1 moves 16.5 px a step, more than its radius of 4, "
+            "so solvers that step may miss contacts; a rate of 248 would do"
+        )
+    ]
+
+
+def test_a_ball_that_moves_by_its_radius_does_not_outrun_it() -> None:
+    assert said(scene_of("radius = 4\nposition = [300, 300]\nvelocity = [240, 0]")) == []
+
+
+@settings(deadline=None)
+@given(radius=st.floats(0.5, 50), speed=st.floats(1, 1e5), rate=st.integers(1, 1000))
+@example(radius=0.5, speed=1.0000000000222042, rate=1)
+@example(radius=0.5, speed=1.0000002, rate=1)
+def test_the_rate_that_the_warning_names_would_do(radius: float, speed: float, rate: int) -> None:
+    group = f"radius = {radius!r}\nposition = [400, 300]\nvelocity = [0, {speed!r}]"
+    scene = scene_of(group, more=f"rate = {rate}")
+    told = said(scene)
+    assert told or speed / rate <= radius * (1 + 2e-9)
+    for warning in told:
+        match = re.search(r"a rate of (\d+) would do$", warning)
+        assert match
+        enough = int(match[1])
+        assert rate < enough
+        assert speed / enough <= radius * (1 + 2e-9)
+        assert enough == 1 or speed / (enough - 1) > radius
+
+
+def test_a_scene_is_spawned_once_however_long_it_runs_and_anew_where_its_balls_change() -> None:
+    scene = load("gas-1000")
+    first = spawn(scene)
+    drawn = scene._spawned
+    first.position[:] = 0  # the caller's own
+    again = spawn(scene.changed(seconds=1.0, rate=240, expect=()))
+    assert scene._spawned is drawn
+    assert np.array_equal(again.position, spawn(load("gas-1000")).position)
+    assert not np.array_equal(again.position, spawn(scene.changed(seed=1)).position)
+    fewer = scene.balls[0].model_copy(update={"count": 10})
+    assert len(spawn(scene.changed(balls=(fewer,), expect=())).position) == 10

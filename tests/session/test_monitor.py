@@ -1,0 +1,102 @@
+"""What stands out in a run that goes on is what a comparison of it tells."""
+
+import tracemalloc
+from collections.abc import Sequence
+
+import pytest
+from conftest import scene_of
+
+from sandbox.analysis.comparison import compare
+from sandbox.run.edits import SetVelocity
+from sandbox.run.inputs import Grab, Input, Release
+from sandbox.run.lockstep import Lockstep
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.session.monitor import Marks, Monitor
+from sandbox.session.session import Session
+
+
+class Watched:
+    """A session with a monitor."""
+
+    def __init__(self, scene: Scene, engines: list[str], inputs: Sequence[Input] = ()) -> None:
+        self.monitor = Monitor()
+        self.session = Session(scene, engines, inputs, self.monitor)
+
+    @property
+    def marks(self) -> Marks:
+        return self.monitor.marks
+
+
+def run(watched: Watched, steps: int) -> Watched:
+    for _ in range(steps):
+        watched.session.advance()
+    return watched
+
+
+@pytest.mark.parametrize(
+    ("name", "engines"),
+    [("article", ["pymunk", "article", "impulse", "exact"]), ("gas-100", ["impulse", "exact"]), ("head-on", ["exact"])],
+)
+def test_they_are_those_of_the_comparison(name: str, engines: list[str]) -> None:
+    marks = run(Watched(load(name), engines), 300).marks
+    comparison = compare(load(name).changed(seconds=5.0), engines)
+    firsts = {name: run.figures.first_difference for name, run in comparison.runs.items()}
+    assert marks.differences == {name: first.time for name, first in firsts.items() if first}
+    assert marks.horizon == comparison.horizon
+
+
+def test_they_come_when_the_run_gets_there() -> None:
+    """The first differences of `article` are at 0.82 and 0.83 s, and are known some steps later."""
+    watched = run(Watched(load("article"), ["pymunk", "article", "exact"]), 49)
+    assert watched.marks.differences == {}
+    assert set(run(watched, 20).marks.differences) == {"pymunk", "article"}
+
+
+def test_the_past_run_again_has_the_same_marks_and_another_course_its_own() -> None:
+    watched = run(Watched(load("article"), ["article", "exact"]), 80)
+    before = watched.marks
+    assert before.differences
+    watched.session.seek(10)
+    watched.session.catch_up()
+    assert watched.marks.differences == {}
+    assert run(watched, 70).marks == before
+    watched.session.seek(10)
+    watched.session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
+    assert run(watched, 70).marks != before
+
+
+def test_after_an_edit_the_time_is_that_of_the_run() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
+    )
+    watched = run(Watched(scene, ["impulse", "exact"]), 30)
+    watched.session.give(SetVelocity(step=30, ball=0, velocity=(240, 0)))
+    edited = compare(scene, ["impulse", "exact"], inputs=[SetVelocity(step=30, ball=0, velocity=(240, 0))])
+    first = edited.runs["impulse"].figures.first_difference
+    assert first is not None
+    assert run(watched, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
+
+
+def test_the_hand_is_no_difference() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]")
+    inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
+    assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}
+
+
+def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]", "radius = 20\nposition = [100, 100]")
+    lockstep = Lockstep(scene, ["impulse", "exact"])
+    for runner in lockstep.engines.values():
+        runner.contacts()
+    monitor = Monitor()
+    monitor.begin(lockstep)
+    sizes = []
+    tracemalloc.start()
+    for _ in range(3):
+        for _ in range(300):
+            lockstep.step()
+            monitor.look(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
+        sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert sizes[2] - sizes[1] < 3000  # ten bytes a step

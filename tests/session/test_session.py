@@ -1,0 +1,353 @@
+"""Going back in a run: what was is shown at once, run again bit for bit, and replaced by what is done there."""
+
+import pytest
+from conftest import scene_of
+
+from sandbox.errors import Refused, SandboxError
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.run.trajectory import simulate
+from sandbox.scene.model import Scene
+from sandbox.session.history import History, Moment
+from sandbox.session.session import Session
+
+ENGINES = ("pymunk", "impulse")
+THROW: list[Input] = [Grab(step=5, ball=2, at=(600, 300)), Move(step=9, at=(640, 200)), Release(step=14)]
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Three balls that meet each other and the walls within a second."""
+    return scene_of(
+        "radius = 20\nposition = [200, 300]\nvelocity = [240, 0]",
+        "radius = 20\nposition = [260, 310]\nmass = 3",
+        "radius = 10\nposition = [600, 100]\nvelocity = [70, -510]",
+    )
+
+
+@pytest.fixture
+def session(scene: Scene) -> Session:
+    return Session(scene, ENGINES)
+
+
+def run(session: Session, steps: int) -> None:
+    for _ in range(steps):
+        session.advance()
+
+
+def perform(session: Session, inputs: list[Input], until: int) -> None:
+    """Give each input at its step, as a person does."""
+    for given in inputs:
+        run(session, given.step - session.step)
+        session.give(given)
+    run(session, until - session.step)
+
+
+def flat(moment: Moment) -> list[object]:
+    """Return all of a moment, to the bit."""
+    arrays = [
+        (state.time, state.position.tobytes(), state.velocity.tobytes(), moment.contacts[name].tobytes())
+        for name, state in moment.states.items()
+    ]
+    scene = moment.scene.model_dump_json()
+    return [*arrays, scene, moment.step, moment.time, moment.counts, moment.balls, moment.held, moment.target]
+
+
+def is_replay(session: Session) -> bool:
+    """Tell whether what is shown has the bytes of a new run with the inputs up to here."""
+    moment = session.shown
+    for name, state in moment.states.items():
+        replay = simulate(session.start, name, steps=session.step, inputs=session.given())
+        if replay.position[-1, list(moment.balls)].tobytes() != state.position.tobytes():
+            return False
+        if replay.velocity[-1, list(moment.balls)].tobytes() != state.velocity.tobytes():
+            return False
+    return moment.step == session.step
+
+
+def test_ten_steps_back_and_ten_forward_are_the_same_bytes(session: Session) -> None:
+    run(session, 40)
+    before = [flat(session.shown)]
+    session.seek(session.step - 10)
+    before.append(flat(session.shown))
+    assert (session.shown.step, session.live, session.behind) == (30, False, 30)
+    run(session, 10)
+    assert session.live
+    assert flat(session.shown) == before[0]
+    session.seek(30)
+    assert flat(session.shown) == before[1]
+    assert is_replay(session)
+
+
+def test_what_is_remembered_is_shown_without_an_engine_and_the_end_is_as_it_was_left(session: Session) -> None:
+    run(session, 60)
+    lockstep, end = session.lockstep, flat(session.shown)
+    for step in (0, 59, 17, 33):
+        session.seek(step)
+        assert is_replay(session)
+    assert (session.lockstep, lockstep.steps) == (lockstep, 60)
+    session.seek(1000)
+    assert (session.step, session.live, flat(session.shown)) == (60, True, end)
+
+
+def test_engines_that_run_again_pass_the_same_moments(session: Session) -> None:
+    perform(session, [*THROW, SetGravity(step=20, gravity=(0, 500)), AddBall(step=20, position=(90, 90), radius=9)], 60)
+    passed = []
+    for step in range(61):
+        session.seek(step)
+        passed.append(flat(session.shown))
+    assert any(counts for *_, counts, _balls, _held, _target in passed)
+    session.seek(0)
+    session.catch_up()
+    for step in range(61):
+        assert flat(session.shown) == passed[step]
+        session.advance()
+
+
+def test_contacts_of_a_step_at_which_balls_were_deleted_are_not_shown_with_other_numbers(session: Session) -> None:
+    while not len(session.shown.contacts["impulse"]):
+        session.advance()
+    counts = session.shown.counts
+    session.give(DeleteBall(step=session.step, ball=0))
+    shown = flat(session.shown)
+    assert not len(session.shown.contacts["impulse"])
+    assert session.shown.counts == counts
+    step = session.step
+    session.seek(0)
+    run(session, step)
+    assert flat(session.shown) == shown
+
+
+def test_catching_up_can_be_done_a_few_steps_at_a_time(session: Session) -> None:
+    run(session, 50)
+    end = flat(session.shown)
+    session.seek(40)
+    left = []
+    while not session.live:
+        session.catch_up(15)
+        left.append(session.behind)
+    assert left == [25, 10, 0]
+    run(session, 10)
+    assert flat(session.shown) == end
+
+
+def test_going_on_from_the_past_repeats_what_was_done_until_something_else_is(session: Session) -> None:
+    perform(session, THROW, 40)
+    thrown = flat(session.shown)
+    session.seek(8)
+    run(session, 32)
+    assert flat(session.shown) == thrown
+    session.seek(8)
+    kick = SetVelocity(step=8, ball=0, velocity=(-60, 30))
+    session.give(kick)
+    assert (session.inputs, session.end) == ([THROW[0], kick, Release(step=8)], 8)
+    run(session, 32)
+    assert is_replay(session)
+    assert flat(session.shown) != thrown
+
+
+def test_in_the_midst_of_an_earlier_drag_the_hand_is_nobody_s_and_lets_go_when_something_else_is_done(
+    session: Session,
+) -> None:
+    perform(session, THROW[:2], 12)
+    assert session.held == 2
+    perform(session, THROW[2:], 40)
+    session.seek(8)
+    session.catch_up()
+    assert session.shown.held == 2
+    assert session.held is None
+    with pytest.raises(SandboxError):
+        session.give(DeleteBall(step=8, ball=7))
+    assert (session.inputs, session.shown.held) == (THROW, 2)
+    session.give(Grab(step=8, ball=0, at=(300, 300)))
+    assert session.inputs == [THROW[0], Release(step=8), Grab(step=8, ball=0, at=(300, 300))]
+    assert session.held == 0
+    session.give(SetVelocity(step=8, ball=1, velocity=(0, 0)))
+    assert session.held == 0
+    assert session.undo()
+    session.catch_up()
+    assert (session.shown.held, session.inputs) == (None, [THROW[0], Release(step=8)])
+    run(session, 20)
+    assert is_replay(session)
+
+
+def test_edits_to_come_of_a_step_are_done_there_though_another_is_refused(scene: Scene) -> None:
+    gravity, kick = SetGravity(step=3, gravity=(0, 900)), SetVelocity(step=3, ball=0, velocity=(0, 60))
+    session = Session(scene_of("radius = 20\nposition = [200, 300]"), ["article"], [gravity, kick, gravity])
+    run(session, 2)
+    with pytest.raises(SandboxError, match=r"gravity is not part .*\n.*gravity is not part"):
+        session.advance()
+    assert (session.step, session.inputs) == (3, [kick])
+    assert session.shown.states["article"].velocity.tolist() == [[0, 60]]
+    run(session, 10)
+    assert is_replay(session)
+
+
+def test_an_input_of_the_future_is_no_part_of_what_is_recorded_here(session: Session) -> None:
+    perform(session, THROW, 40)
+    session.seek(9)
+    assert session.given() == THROW[:2]
+    assert is_replay(session)
+
+
+DEEDS: dict[str, list[Input]] = {
+    "throw": THROW,
+    "edit": [SetElasticity(step=10, elasticity=0.5)],
+    "delete": [DeleteBall(step=10, ball=1)],
+    "edit-while-holding": [THROW[0], SetGravity(step=8, gravity=(0, 900)), *THROW[1:]],
+}
+
+
+@pytest.mark.parametrize("deed", DEEDS.values(), ids=DEEDS)
+def test_undo_goes_back_to_before_the_last_deed_and_redo_to_after_it(session: Session, deed: list[Input]) -> None:
+    earlier = SetVelocity(step=2, ball=0, velocity=(200, 40))
+    perform(session, [earlier], deed[0].step)
+    before = flat(session.shown)
+    perform(session, deed, deed[-1].step)
+    after = flat(session.shown)
+    run(session, 10)
+    assert session.undo()
+    assert session.shown.step < deed[0].step  # and not what is undone
+    session.catch_up()
+    assert flat(session.shown) == before
+    assert (session.inputs, session.end) == ([earlier], deed[0].step)
+    assert session.redo()
+    session.catch_up()
+    assert flat(session.shown) == after
+    assert session.inputs == [earlier, *deed]
+    assert session.end == session.step
+    run(session, 10)
+    assert is_replay(session)
+    assert not session.redo()
+
+
+def test_several_deeds_are_undone_one_by_one_down_to_the_start(session: Session) -> None:
+    first: list[Edit] = [AddBall(step=0, position=(400, 100), radius=5), SetRate(step=0, rate=120)]
+    perform(session, [*first, *THROW, SetGravity(step=14, gravity=(0, 100))], 30)
+    end = flat(session.shown)
+    for kept in ([*first, *THROW], first, first[:1], []):
+        assert session.undo()
+        assert session.inputs == kept
+    session.catch_up()
+    assert not session.undo()
+    assert is_replay(session)
+    assert len(session.shown.scene.bodies) == 3
+    for _ in range(4):
+        assert session.redo()
+    run(session, 30 - session.step)
+    assert flat(session.shown) == end
+
+
+def test_undo_in_the_past_takes_back_the_last_deed_there_and_redo_all_that_followed(session: Session) -> None:
+    script: list[Input] = [SetVelocity(step=3, ball=0, velocity=(9, 9)), *THROW]
+    perform(session, script, 40)
+    end = flat(session.shown)
+    session.seek(4)
+    assert session.undo()
+    assert session.inputs == []
+    run(session, 10)
+    assert session.redo()
+    assert (session.step, session.inputs) == (3, script)
+    run(session, 37)
+    assert flat(session.shown) == end
+
+
+def test_a_new_deed_leaves_nothing_to_redo(session: Session) -> None:
+    perform(session, THROW, 20)
+    session.undo()
+    session.give(SetGravity(step=session.step, gravity=(0, 50)))
+    assert not session.redo()
+
+
+def test_the_last_of_a_step_s_moves_counts(session: Session) -> None:
+    session.give(Grab(step=0, ball=2, at=(600, 200)))
+    for x in range(100):
+        session.give(Move(step=0, at=(500.0 + x, 300)))
+    assert [given.do for given in session.inputs] == ["grab", "move"]
+    run(session, 10)
+    assert session.shown.target == (599, 300)
+    assert is_replay(session)
+
+
+def test_a_refused_edit_changes_nothing_and_drops_nothing_to_come() -> None:
+    session = Session(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [240, 0]"), ["pymunk", "article"])
+    perform(session, [SetVelocity(step=6, ball=0, velocity=(0, 60))], 20)
+    end, inputs = flat(session.shown), list(session.inputs)
+    session.seek(3)
+    with pytest.raises(Refused, match="article: gravity is not part"):
+        session.give(SetGravity(step=3, gravity=(0, 900)))
+    assert session.inputs == inputs
+    run(session, 17)
+    assert flat(session.shown) == end
+
+
+def test_a_recorded_edit_that_is_refused_is_told_and_dropped(scene: Scene) -> None:
+    script: list[Input] = [SetVelocity(step=2, ball=0, velocity=(1, 2)), DeleteBall(step=3, ball=7), *THROW]
+    session = Session(scene, ENGINES, script)
+    run(session, 2)
+    with pytest.raises(SandboxError, match="ball must be at most 2, got 7"):
+        session.advance()
+    run(session, 20)
+    assert session.inputs == [script[0], *THROW]
+    assert is_replay(session)
+
+
+def test_a_time_is_a_step_also_where_the_rate_changed(session: Session) -> None:
+    perform(session, [SetRate(step=30, rate=120)], 60)
+    assert (session.shown.time, session.step_at(0.75), session.step_at(0.25)) == (0.75, 60, 15)
+
+
+def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = session.shown.size
+    monkeypatch.setattr("sandbox.session.history.RECENT", 50)
+    monkeypatch.setattr("sandbox.session.history.BYTES", 100 * size)
+    run(session, 2000)
+    end = flat(session.shown)
+    kept = []
+    for step in range(2001):
+        session.seek(step)
+        assert abs(session.shown.step - step) <= 16
+        kept += [step] if session.shown.step == step else []
+    assert kept[-50:] == list(range(1951, 2001))
+    assert kept[:-50] == list(range(0, 1951, 32))
+    session.seek(1001)
+    assert session.shown.step != 1001
+    session.catch_up()
+    assert is_replay(session)
+    run(session, 999)
+    assert flat(session.shown) == end
+
+
+def test_steps_that_are_run_again_and_again_are_remembered_once(
+    session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sandbox.session.history.BYTES", 10 * session.shown.size)
+    for _ in range(20):
+        session.seek(0)
+        run(session, 15)
+    for step in range(16):  # there is room for twenty
+        session.seek(step)
+        assert session.shown.step == step
+
+
+def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.session.history.BYTES", 3.5 * session.shown.size)
+    memory = History()
+    for step in range(100):
+        session.seek(0)
+        moment = session.shown
+        memory.keep(Moment(step, *(getattr(moment, key) for key in Moment.__slots__[1:])))
+    assert [step for step in range(100) if memory.nearest(step).step == step] == [0, 64, 97, 98, 99]
+
+
+def test_no_more_edits_are_taken_than_a_recording_may_have(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.session.session.MAX_EDITS", 2)
+    for strength in (1.0, 2.0):
+        session.give(SetGravity(step=0, gravity=(0, strength)))
+    given = session.given()
+    with pytest.raises(SandboxError, match=r"^there are 2 edits, and a recording may have no more$"):
+        session.give(SetGravity(step=0, gravity=(0, 3)))
+    assert session.given() == given
+    assert session.lockstep.scene.gravity == (0, 2)

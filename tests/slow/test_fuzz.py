@@ -1,0 +1,389 @@
+"""Whatever is in a file, it loads or is refused in one message: no traceback, never more than 1 GB or 5 s.
+
+    pytest -s tests/slow/test_fuzz.py --hypothesis-profile=thorough
+
+does so with 10,000 files of scenes and 10,000 of inputs, and prints what came of them.
+"""
+
+import contextlib
+import io
+import json
+import math
+import re
+import resource
+import signal
+import time
+import tomllib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import said
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from sandbox.cli import commands as cli
+from sandbox.engines import registry
+from sandbox.errors import MAX_BYTES, Refused, SandboxError
+from sandbox.quantity import length
+from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
+from sandbox.run.inputs import _ALL, Input, load_inputs
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import bundled, load, schema
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn, warnings
+
+MOST_MEMORY = 10**9  # bytes that a case may take
+MOST_TIME = 5.0  # s of the processor that it may take
+ENGINES = list(registry())
+FILES = [file.read_bytes() for folder in ("", "truths") for file in bundled(folder).values()]
+
+Strategy = st.SearchStrategy[Any]
+Document = dict[str, Any]
+
+# --- What a model allows, and what no model does ----------------------------------------------------------------
+
+TEXT = st.text(max_size=20) | st.sampled_from(
+    ["\x00", "\x1b[31m", "\u202e", "e\u0301", "\ufeff", "\u0085", "a.b", "=1"]
+)
+NUMBERS = [0, -1, 1e-300, 1e300, -0.0, 2**31, 2**63, 10**400, float("nan"), float("inf"), True]
+WILD = st.recursive(
+    st.sampled_from([*NUMBERS, date(1979, 5, 27), "\uff11\uff12"]) | st.floats() | TEXT,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXT, inner, max_size=3),
+    max_leaves=5,
+)
+
+
+def within(node: Document, of: Document) -> Strategy:
+    """Draw what a node of the JSON Schema `of` allows."""
+    node = resolved(node, of)
+    if "anyOf" in node:
+        return st.one_of([within(kind, of) for kind in node["anyOf"] if kind != {"type": "null"}])
+    if "const" in node:
+        return st.just(node["const"])
+    if node["type"] == "object":
+        keys = {key: within(inner, of) for key, inner in node["properties"].items()}
+        kinds = [key for key, inner in node["properties"].items() if "const" in inner]
+        required = {key: keys.pop(key) for key in [*node.get("required", ()), *kinds]}
+        return st.fixed_dictionaries(required, optional=keys)
+    if "prefixItems" in node:
+        return st.tuples(*[within(inner, of) for inner in node["prefixItems"]]).map(list)
+    if node["type"] == "array":
+        return st.lists(within(node["items"], of), min_size=node.get("minItems", 0), max_size=3)
+    return numbers(node) if node["type"] in ("integer", "number") else st.sampled_from(["red", "#0072b2"]) | TEXT
+
+
+def numbers(node: Document) -> Strategy:
+    """Draw a number that is allowed, small more often than large: so that most of a file's are right for it."""
+    low, high = int(node["minimum"]), int(node.get("maximum", 2**63 - 1))
+    if node["type"] == "integer":
+        few = st.integers(low, min(high, low + 3))
+        return st.one_of(few, few, few, few, st.integers(low, high))
+    few = st.one_of(st.integers(0, min(high, 600)), st.floats(0, min(high, 600)))
+    return st.one_of(few, few, few, few, st.floats(low, high))
+
+
+def resolved(node: Document, of: Document) -> Document:
+    return of["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+
+
+def tables(value: Any, node: Document, of: Document) -> Iterator[tuple[Document, Document]]:
+    """Yield each table in a document with the schema of its keys."""
+    node = resolved(node, of)
+    for kind in node.get("anyOf", ()):
+        yield from tables(value, kind, of)
+    if isinstance(value, dict) and "properties" in node:
+        yield value, node["properties"]
+        for key, inner in value.items():
+            if key in node["properties"]:
+                yield from tables(inner, node["properties"][key], of)
+    if isinstance(value, list) and "items" in node:
+        for inner in value:
+            yield from tables(inner, node["items"], of)
+
+
+@st.composite
+def changed(draw: st.DrawFn, documents: Strategy, of: Document) -> Document:
+    """Draw a document, and set or delete a few keys of it."""
+    document: Document = draw(documents)
+    for _ in range(draw(st.integers(0, 3))):
+        table, known = draw(st.sampled_from(list(tables(document, of, of))))
+        how = draw(st.sampled_from(["model", "model", "wild", "unknown", "delete"]))
+        key = draw(TEXT) if how == "unknown" else draw(st.sampled_from(sorted(known)))
+        if how == "delete":
+            table.pop(key, None)
+        else:
+            table[key] = draw(within(known[key], of) if how == "model" else WILD)
+    return document
+
+
+# --- What can happen to a file ----------------------------------------------------------------------------------
+
+SCRAPS = [
+    *("\ufeff", "\x00", "\u202e", "\u0301", "\uff11", "\u0085", "\u2028", "\ud800", "\\ud800", "\\U00110000"),
+    *("\r", "\r\n", "\r\r\n"),
+    *("9" * 5_000, "0x" + "f" * 5_000, "1e999", "-nan", "Infinity", "1979-05-27T07:32:00Z", "1_0", "true", "null"),
+    *("[" * 5_000, "{a=" * 5_000, '{"a":' * 5_000, "a" + ".a" * 5_000, "[[balls]]\n" * 20_000, "[[walls]]\n" * 20_000),
+    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_BYTES),
+]
+MUTILATED = [scrap.encode(errors="surrogatepass") for scrap in SCRAPS]
+
+
+@st.composite
+def mutilated(draw: st.DrawFn, contents: st.SearchStrategy[bytes]) -> bytes:
+    """Draw what a file holds, and flip, cut, double, splice and insert in it."""
+    content = draw(contents)
+    for _ in range(draw(st.sampled_from([0, 0, 0, 1, 2, 3]))):
+        at, to = sorted(draw(st.tuples(*[st.integers(0, len(content))] * 2)))
+        match draw(st.sampled_from(["flip", "cut", "double", "splice", "insert", "windows"])):
+            case "flip":
+                content = content[:at] + bytes([draw(st.integers(0, 255))]) + content[at + 1 :]
+            case "cut":
+                content = content[:at] + content[to:]
+            case "double":
+                part = content[at : min(to, at + 2_000)]
+                content = content[:at] + part * draw(st.sampled_from([2, 3, 1_000])) + content[at:]
+            case "splice":
+                content = content[:at] + draw(contents)[at:]
+            case "insert":
+                content = content[:at] + draw(st.sampled_from(MUTILATED)) + content[at:]
+            case "windows":
+                content = content.replace(b"\n", b"\r\n")
+    return content
+
+
+def toml(document: Document) -> bytes:
+    lines = (f"{toml_value(key)} = {toml_value(value)}\n" for key, value in document.items())
+    return "".join(lines).encode(errors="surrogatepass")
+
+
+def toml_value(value: Any) -> str:
+    match value:
+        case bool() | str():
+            return json.dumps(value, ensure_ascii=False)
+        case int():
+            return str(value) if abs(value) < 10**4000 else hex(value)
+        case dict():
+            return "{" + ", ".join(f"{toml_value(key)} = {toml_value(inner)}" for key, inner in value.items()) + "}"
+        case list():
+            return "[" + ", ".join(map(toml_value, value)) + "]"
+    return str(value)
+
+
+SCHEMA = schema()
+SCENES = st.sampled_from(FILES).map(lambda content: tomllib.loads(content.decode()))
+SCENE_FILES = mutilated(st.sampled_from(FILES) | changed(SCENES, SCHEMA).map(toml) | within(SCHEMA, SCHEMA).map(toml))
+
+KINDS = [kind.model_json_schema() for kind in _ALL]
+
+
+@st.composite
+def recordings(draw: st.DrawFn) -> bytes:
+    """Draw a file of inputs, most of them in order and some of them with a key that is none of theirs."""
+    kinds = draw(st.lists(st.sampled_from(KINDS), max_size=5))
+    lines = [draw(changed(within(kind, kind), kind) if draw(st.booleans()) else within(kind, kind)) for kind in kinds]
+    for step, line in enumerate(lines):
+        if "step" in line and line.get("do") != "start" and draw(st.booleans()):
+            line["step"] = step
+    return "".join(json.dumps(line, default=str) + "\n" for line in lines).encode()
+
+
+RECORDINGS = mutilated(recordings())
+
+# --- What a person does with a file ------------------------------------------------------------------------------
+
+
+@contextlib.contextmanager
+def bounded() -> Iterator[None]:
+    """Let a case take so much of the processor's time, and so much more memory than is taken already."""
+
+    def too_long(*_: object) -> None:
+        raise AssertionError(f"took more than {MOST_TIME:g} s")
+
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    handler = signal.signal(signal.SIGPROF, too_long)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MOST_MEMORY, limits[1]))
+    signal.setitimer(signal.ITIMER_PROF, MOST_TIME)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        resource.setrlimit(resource.RLIMIT_AS, limits)
+        signal.signal(signal.SIGPROF, handler)
+
+
+def memory(what: str) -> int:
+    """Return what Linux says of this process's memory, in bytes: VmRSS is what it has, VmHWM the most it had."""
+    return int(re.findall(rf"{what}:\s*(\d+) kB", Path("/proc/self/status").read_text())[0]) * 1000
+
+
+class Tally:
+    """What came of the cases of a test: how many loaded, how long the slowest took, and how much memory the largest."""
+
+    def __init__(self) -> None:
+        self.cases: Counter[str] = Counter()
+        self.slowest = 0.0  # s
+        self.largest = 0  # bytes
+
+    def run(self, case: Callable[[], object], files: tuple[Path, ...]) -> None:
+        """Run a case, which ends well or in a mistake that is told well."""
+        Path("/proc/self/clear_refs").write_text("5")  # the most it had counts from here
+        begun, had = time.process_time(), memory("VmRSS")
+        with bounded():
+            try:
+                case()
+                outcome = "loaded"
+            except SandboxError as mistake:
+                assert_clear(str(mistake), files)
+                outcome = "refused"
+        self.cases[outcome] += 1
+        self.slowest = max(self.slowest, time.process_time() - begun)
+        self.largest = max(self.largest, memory("VmHWM") - had)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.cases.total():,} cases: {self.cases['loaded']:,} loaded, {self.cases['refused']:,} refused; "
+            f"the slowest took {self.slowest:.2f} s, the largest {self.largest / 1e6:.0f} MB"
+        )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("fuzz")
+
+
+@pytest.fixture(scope="module")
+def compiled() -> None:
+    """Compile the engines before any case is measured."""
+    for name in ENGINES:
+        for scene in ("gas-100", "funnel"):
+            with contextlib.suppress(Refused):
+                simulate(load(scene), name, steps=10)  # in which balls meet
+
+
+@pytest.fixture
+def tally() -> Iterator[Tally]:
+    """Print at the end what came of the cases."""
+    tally = Tally()
+    yield tally
+    print(f"\n{tally}")
+
+
+def assert_clear(message: str, files: tuple[Path, ...]) -> None:
+    """Hold each line of a message to say in which file, or which engine, it is, and what; short and printable."""
+    for line in message.removesuffix("\n").split("\n") if message else ():
+        assert line.isprintable()
+        where = next((str(file) for file in files if line.startswith(f"{file}:")), "")
+        assert where or line.split(":")[0] in ENGINES, line
+        assert len(line.removeprefix(where)) < 300
+
+
+def check(file: Path) -> None:
+    """Do as `sandbox check` does, and run what is not too much for a test in all engines."""
+    scene = load(file)
+    initial = spawn(scene)
+    assert np.isfinite(initial.position).all()
+    assert np.isfinite(initial.velocity).all()
+    for warning in warnings(scene, initial):
+        assert_clear(warning, (file,))
+    replay(scene, [])
+
+
+def replay(scene: Scene, inputs: list[Input]) -> None:
+    """Run ten steps, or half a second, in every engine, each of which takes the scene or refuses it."""
+    if not gentle(scene, inputs):
+        return
+    steps = min(10, max(1, slowest_rate(scene, inputs) // 2))
+    for name in ENGINES:
+        with contextlib.suppress(Refused):
+            run = simulate(scene, name, steps=steps, inputs=inputs)
+            there = ~np.isnan(run.position[:, :, 0])
+            assert np.isfinite(run.position[there]).all()
+            assert np.isfinite(run.velocity[there]).all()
+
+
+def slowest_rate(scene: Scene, inputs: list[Input]) -> int:
+    return min(one.rate for one in [scene, *inputs] if isinstance(one, Scene | SetRate))
+
+
+def gentle(scene: Scene, inputs: list[Input]) -> bool:
+    """Tell whether no ball can cross the arena a thousand times in a step, and there are few balls and walls."""
+    edits = [one for one in inputs if isinstance(one, Edit)]
+    rate = slowest_rate(scene, inputs)
+    pull = max(math.hypot(*one.gravity) for one in [scene, *edits] if isinstance(one, Scene | SetGravity))
+    thrown = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
+    fastest = max([float(length(spawn(scene).velocity).max()), *thrown]) + 10 * pull / rate
+    few = len(scene.bodies) * (1 + len(scene.walls)) * (scene.pymunk.iterations or 10) * scene.pymunk.substeps < 10_000
+    return few and fastest < 1_000 * rate * min(scene.arena.size)
+
+
+FUZZ = settings(deadline=None, suppress_health_check=list(HealthCheck))
+
+
+def test_every_scene_file_loads_or_is_refused_in_one_message(folder: Path, compiled: None, tally: Tally) -> None:
+    @FUZZ
+    @given(SCENE_FILES)
+    def every_file(content: bytes) -> None:
+        file = folder / "mine.toml"
+        file.write_bytes(content)
+        tally.run(lambda: check(file), (file,))
+
+    every_file()
+
+
+def test_every_inputs_file_loads_or_is_refused_in_one_message(folder: Path, compiled: None, tally: Tally) -> None:
+    @FUZZ
+    @given(st.sampled_from(["article", "funnel", "newtons-cradle", "truths/chain-of-five"]), RECORDINGS)
+    def every_file(name: str, content: bytes) -> None:
+        file = folder / "mine.jsonl"
+        file.write_bytes(content)
+
+        def read_and_replay() -> None:
+            with contextlib.redirect_stderr(io.StringIO()) as told:
+                scene, inputs = cli._scene_and_inputs(name, file)
+            assert_clear(said(told.getvalue()), (file, scene.file))
+            replay(scene, list(inputs))
+
+        tally.run(read_and_replay, (file,))
+
+    every_file()
+
+
+# --- Files that are made to take long ----------------------------------------------------------------------------
+
+ARENA = "[arena]\nsize = [800, 600]\n"
+BALL = "[[balls]]\nradius = 5\nposition = [100, 100]\n"
+CROWD = "[[balls]]\nradius = {}\ncount = 100000\n{}"
+ANYWHERE = "x = {{ from = {0}, to = {0} }}\ny = {{ from = 300, to = 300 }}\n"
+TRAPS = {
+    "empty-groups": ARENA + "[[balls]]\n" * 20_000,
+    "unknown-keys": ARENA + BALL + "".join(f"radios{k} = 1\n" for k in range(20_000)),
+    "unknown-colours": ARENA + BALL + "colors = [" + '"redd", ' * 50_000 + "]",
+    "dotted-key": "a" + ".a" * 100_000 + " = 1",
+    "blank-lines": ARENA + "\n" * 1_000_000 + BALL,
+    "carriage-returns": "\r" * 1_000_000,
+    "quotes": 'a = """\n' + '\\"""\n' * 100_000,
+    "expectations": ARENA + BALL + '[[expect]]\nat = 1\nenergy_ratio = 1\ntolerance = 1\nbecause = "it"\n' * 5_000,
+    "crowd-at-random": ARENA + CROWD.format(0.5, "inside = [[0, 0], [800, 600]]\n"),
+    "crowd-on-one-spot": ARENA + CROWD.format(5, ANYWHERE.format(400)),
+    "crowd-beside-one": f"{ARENA}[[balls]]\nradius = 200\nposition = [400, 300]\n"
+    + CROWD.format(1e-6, "x = { from = 1, to = 799 }\ny = { from = 1, to = 99 }\n"),
+}
+
+
+@pytest.mark.parametrize("content", TRAPS.values(), ids=TRAPS)
+def test_a_file_that_is_made_to_take_long_does_not(folder: Path, compiled: None, tally: Tally, content: str) -> None:
+    file = folder / "mine.toml"
+    file.write_text(content, newline="")
+    tally.run(lambda: check(file), (file,))
+
+
+def test_a_million_mistakes_in_inputs_do_not_take_long(folder: Path, tally: Tally) -> None:
+    file = folder / "mine.jsonl"
+    file.write_text("x\n" * 900_000)
+    tally.run(lambda: load_inputs(file, load("article")), (file,))

@@ -1,0 +1,403 @@
+"""Many runs: the table is the same bytes whoever runs them, and whatever is killed on the way."""
+
+import csv
+import io
+import json
+import multiprocessing
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from conftest import NO_KEY, REQUIRED, Command, said, scene_of
+
+from sandbox.analysis.comparison import compare
+from sandbox.errors import SandboxError
+from sandbox.report.sweep import page
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.sweep import Row, Sweep, as_csv, in_order, journal, missing, plan, run, write
+from sandbox.sweep.jobs import SHARES, Job, speed_shares, table, tuned
+from sandbox.sweep.jobs import run as run_job
+from sandbox.sweep.journal import journal_of
+from sandbox.sweep.options import rates_of, seeds_of, settings_of
+from sandbox.sweep.workers import attempt
+
+ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
+TUNED = (*ARGUMENTS, "--set", "substeps=1,2")
+
+
+def small() -> Sweep:
+    """Plan what ARGUMENTS and TUNED ask for: 3 seeds, 2 rates, and 3 of article and Pymunk with 1 and 2 substeps."""
+    return plan(
+        load("article").changed(seconds=1.0), range(3, 6), [60, 120], ["pymunk", "article"], {"substeps": [1, 2]}
+    )
+
+
+def timeless(text: str) -> list[dict[str, str]]:
+    """Read a table but for its timings."""
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert all(float(row.pop("wall_s")) > 0 for row in rows)
+    return rows
+
+
+@pytest.fixture(scope="module")
+def expected() -> list[dict[str, str]]:
+    sweep = small()
+    return timeless(as_csv([run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]))
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def begun(*arguments: str, program: str = "", **environment: str) -> subprocess.Popen[str]:
+    start = f"if __name__ == '__main__':\n    {program or 'pass'}\n    from sandbox.cli import main\n    main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", start, "sweep", *arguments],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def done(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    out, error = process.communicate(timeout=120)
+    return process.returncode, out, said(error)
+
+
+# What a row is
+
+
+def test_a_row_is_what_compare_says_of_one_engine(expected: list[dict[str, str]]) -> None:
+    assert len(expected) == 3 * 2 * 3
+    assert [(row["seed"], row["rate"], row["engine"], row["settings"]) for row in expected[:4]] == [
+        ("3", "60", "pymunk", "substeps=1"),
+        ("3", "60", "pymunk", "substeps=2"),
+        ("3", "60", "article", ""),
+        ("3", "120", "pymunk", "substeps=1"),
+    ]
+    scene = load("article").changed(seconds=1.0, seed=5, rate=120, pymunk={"substeps": 2})
+    figures = compare(scene, ["pymunk", "article", "exact"]).runs["pymunk"].figures
+    row = expected[-2]
+    assert (row["seed"], row["rate"], row["settings"], row["against"]) == ("5", "120", "substeps=2", "exact")
+    assert float(row["gap_rms"]) == figures.gap_rms > 0
+    assert int(row["wall_contacts"]) == figures.wall_contacts
+    assert row["python"] == sys.version.split()[0]
+
+
+def test_settings_are_pymunk_s_and_each_combination_has_its_row() -> None:
+    settings = settings_of(["substeps=1,4", "collision_slop=0.25", "iterations=10,50"])
+    jobs = plan(load("article"), [0], [60], ["article", "pymunk"], settings).jobs
+    assert [job.settings for job in jobs] == [
+        "",
+        "collision_slop=0.25 iterations=10 substeps=1",
+        "collision_slop=0.25 iterations=10 substeps=4",
+        "collision_slop=0.25 iterations=50 substeps=1",
+        "collision_slop=0.25 iterations=50 substeps=4",
+    ]
+    pymunk = tuned(load("article"), jobs[2]).pymunk
+    assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
+
+
+def test_values_under_names_of_their_own_get_columns_and_unknown_ones_stay_empty() -> None:
+    rows: list[Row] = [
+        {"seed": 1},
+        {"seed": 2, "first_difference.time": 0.5, "first_difference.cause": "late", "ledger.a": [1]},
+    ]
+    columns, lines = table(rows)
+    place = columns.index("first_difference.cause")
+    assert columns[place : place + 3] == ["first_difference.cause", "first_difference.time", "ledger.a"]
+    assert "first_difference" not in columns
+    assert [line[place : place + 3] for line in lines] == [[None, None, None], ["late", 0.5, "[1]"]]
+    assert ",late,0.5,[1],," in as_csv(rows)
+    assert columns[-1] == "wall_s"
+
+
+def test_speeds_are_counted_by_their_law() -> None:
+    balls = "count = 400\nradius = 1\ninside = [[0, 0], [800, 600]]\nrms_speed = 100"
+    scene = scene_of(balls, more="seconds = 0.1")
+    comparison = compare(scene, ["exact"])
+    counts = speed_shares(comparison, comparison.runs["exact"])
+    assert (len(counts), sum(counts)) == (SHARES, 400)
+    assert max(counts) < 45  # 20 each, give or take 4.4
+    heavy = scene_of(balls, "radius = 20\nmass = 2\nposition = [770, 570]", more="seconds = 0.1")
+    other = compare(heavy, ["exact"])
+    assert speed_shares(other, other.runs["exact"]) == []
+
+
+# Whoever runs it
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_processes_make_the_table(command: Command, workers: str, expected: list[dict[str, str]]) -> None:
+    told = command("sweep", *TUNED, "--workers", workers, "--out", "f.csv", "--report", "f.html")
+    assert told == (0, "", "")
+    assert timeless(Path("f.csv").read_text()) == expected
+    assert not journal_of("f.csv").exists()
+    assert "Gap to the reference" in Path("f.html").read_text()
+    assert sorted(path.name for path in Path().iterdir()) == ["f.csv", "f.html"]
+
+
+def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -> None:
+    sweep = small()
+    with journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, workers=2)
+        next(outcomes)
+        worker = multiprocessing.active_children()[0].pid
+        assert worker
+        os.kill(worker, signal.SIGKILL)
+        assert not any(outcome.failure for outcome in outcomes)
+        assert len(kept.rows) == len(sweep.jobs)
+        write(sweep, in_order(sweep, kept.rows), "f.csv")
+    assert timeless(Path("f.csv").read_text()) == expected
+    assert not multiprocessing.active_children()
+
+
+def test_a_sweep_that_is_killed_goes_on_where_it_was(command: Command, expected: list[dict[str, str]]) -> None:
+    killed = begun(*TUNED, "--workers", "2", "--out", "f.csv")
+    path = journal_of("f.csv")
+    while not path.exists() or path.read_bytes().count(b"\n") < 6:
+        assert killed.poll() is None
+        time.sleep(0.01)
+    killed.kill()
+    killed.communicate()
+    assert not Path("f.csv").exists()
+    content = path.read_bytes()
+    path.write_bytes(content[: content.rindex(b"\n") - 5])  # as if it had been torn while the last row was written
+    with journal(small(), "f.csv") as kept:
+        assert len(missing(small(), kept)) == len(small().jobs) - content.count(b"\n") + 2
+    assert path.read_bytes() == b"".join(content.splitlines(keepends=True)[:-1])
+    assert command("sweep", *TUNED, "--workers", "2", "--out", "f.csv") == (0, "", "")
+    assert timeless(Path("f.csv").read_text()) == expected
+
+
+def test_rows_that_are_there_are_not_run_again() -> None:
+    sweep = small()
+    with journal(sweep, "f.csv") as kept:
+        for outcome in zip(range(4), run(sweep, kept, workers=1), strict=False):
+            assert outcome[1].row
+    before = journal_of("f.csv").read_bytes()
+    with journal(sweep, "f.csv") as kept:
+        assert missing(sweep, kept) == list(sweep.jobs[4:])
+        assert len(list(run(sweep, kept, workers=1))) == len(sweep.jobs) - 4
+    assert journal_of("f.csv").read_bytes().startswith(before)
+
+
+NO_ROWS = (
+    *("[1]", "null", "{}", "[" * 100_000, "1" * 9_999, '{"wall_s"'),
+    '{"seed": 0, "rate": 60, "engine": "article", "settings": ""}',
+    '{"seed": [0], "rate": 60, "engine": "article", "settings": "", "wall_s": 1}',
+)
+
+
+@pytest.mark.parametrize("line", NO_ROWS, ids=range(len(NO_ROWS)))
+def test_what_is_no_row_in_a_journal_is_run_again(line: str) -> None:
+    sweep = small()
+    with journal(sweep, "f.csv") as kept:
+        kept.add({**sweep.jobs[0]._asdict(), "wall_s": 0.1})
+    before = journal_of("f.csv").read_bytes()
+    journal_of("f.csv").write_bytes(before + line.encode() + b"\n" + before.splitlines(keepends=True)[1])
+    with journal(sweep, "f.csv") as kept:
+        assert missing(sweep, kept) == list(sweep.jobs[1:])
+    assert journal_of("f.csv").read_bytes() == before
+
+
+def test_a_journal_torn_in_its_first_line_begins_anew() -> None:
+    with journal(small(), "f.csv"):
+        whole = journal_of("f.csv").read_bytes()
+    for length in (0, 9, len(whole) - 1):
+        journal_of("f.csv").write_bytes(whole[:length])
+        with journal(small(), "f.csv") as kept:
+            assert kept.rows == []
+        assert journal_of("f.csv").read_bytes() == whole
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
+    """Start a Dask scheduler and two workers, as one would on three machines."""
+    if find_spec("distributed") is None:
+        (pytest.fail if REQUIRED else pytest.skip)("needs distributed")
+    place = tmp_path / "scheduler.json"
+
+    def start(*arguments: str) -> subprocess.Popen[str]:
+        program = [sys.executable, "-m", "dask", *arguments, "--scheduler-file", str(place), "--no-dashboard"]
+        return subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path)
+
+    processes = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
+    worker = ("worker", "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1")
+    try:
+        while not place.exists():
+            assert processes[0].poll() is None
+            time.sleep(0.02)
+        processes += [start(*worker), start(*worker)]
+        yield json.loads(place.read_text())["address"], processes
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+
+
+def test_a_cluster_makes_the_table_though_a_worker_is_killed(
+    cluster: tuple[str, list[subprocess.Popen[str]]], expected: list[dict[str, str]]
+) -> None:
+    address, [_, worker, _] = cluster
+    sweep = small()
+    with journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, scheduler=address)
+        next(outcomes)
+        worker.kill()
+        assert not any(outcome.failure for outcome in outcomes)
+        write(sweep, in_order(sweep, kept.rows), "f.csv")
+    assert timeless(Path("f.csv").read_text()) == expected
+    assert done(begun(*TUNED, "--scheduler", address))[0] == 0
+
+
+def test_a_scheduler_that_is_gone_is_told_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
+    address, [scheduler, *_] = cluster
+    sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
+    with journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, scheduler=address)
+        assert next(outcomes).row
+        scheduler.kill()
+        with pytest.raises(SandboxError, match=f"^--scheduler {address}: is gone; the same command goes on"):
+            list(outcomes)
+    with journal(sweep, "f.csv") as kept:
+        assert 1 <= len(kept.rows) < 50
+
+
+# What goes wrong
+
+
+@pytest.fixture
+def fragile(tmp_path: Path) -> str:
+    """Install an engine that fails at seed 1, and takes its process with it at seed 2; return where."""
+    place = tmp_path / "fragile"
+    info = place / "fragile-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: fragile\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[sandbox.engines]\nfragile = fragile:Fragile\n")
+    (place / "fragile.py").write_text(
+        "import os\nfrom sandbox.engines.impulse import ImpulseEngine\n"
+        "class Fragile(ImpulseEngine):\n    def __init__(self, scene, initial):\n"
+        "        super().__init__(scene, initial)\n        assert scene.seed != 1, 'no ones'\n"
+        "        if scene.seed == 2: os._exit(7)\n"
+    )
+    return str(place)
+
+
+def test_a_job_that_fails_or_kills_costs_its_row_and_is_told(fragile: str) -> None:
+    path = os.pathsep.join(filter(None, [fragile, os.environ.get("PYTHONPATH")]))
+    arguments = ("article", "--seeds", "0:4", "--engines", "fragile", "--seconds", "0.1", "--out", "f.csv")
+    code, _, error = done(begun(*arguments, "--workers", "2", PYTHONPATH=path))
+    assert code == 1
+    assert sorted(error.splitlines()) == [
+        "2 of 4 rows are missing; the same command tries again",
+        "seed 1, rate 60, fragile: AssertionError: no ones",
+        "seed 2, rate 60, fragile: 3 workers died at it",
+    ]
+    assert [row["seed"] for row in timeless(Path("f.csv").read_text())] == ["0", "3"]
+    assert journal_of("f.csv").exists()
+
+
+def test_a_full_disk_is_told_and_costs_no_row_that_is_there() -> None:
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))"
+    code, _, error = done(begun(*TUNED, "--workers", "1", "--out", "f.csv", program=limit))
+    assert (code, error) == (2, "f.csv.journal: cannot be written: File too large\n")
+    assert not Path("f.csv").exists()
+    with journal(small(), "f.csv") as kept:
+        assert 2 <= len(kept.rows) <= 8
+        assert missing(small(), kept) == list(small().jobs[len(kept.rows) :])
+
+
+def test_whatever_goes_wrong_in_a_job_is_its_outcome() -> None:
+    outcome = attempt(load("bouncing"), "article", Job(0, 60, "pymunk"))
+    assert outcome.row is None
+    assert outcome.failure.startswith("Refused: article: gravity and elasticity below 1 are not part of")
+
+
+def test_a_journal_of_another_sweep_or_of_one_at_work_is_left_alone() -> None:
+    with journal(small(), "f.csv"), pytest.raises(SandboxError, match="another sweep is at work on it"):  # noqa: SIM117
+        with journal(small(), "f.csv"):
+            pass
+    longer = plan(load("article").changed(seconds=2.0), [0], [60], ["article"])
+    with pytest.raises(SandboxError, match=r"f\.csv\.journal: has rows of another scene"), journal(longer, "f.csv"):
+        pass
+    for notes in ("my own notes\n", "my own notes"):
+        journal_of("mine").write_text(notes)
+        with pytest.raises(SandboxError, match=r"mine\.journal: has rows of another scene"), journal(longer, "mine"):
+            pass
+        assert journal_of("mine").read_text() == notes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("article", "--seeds", "5:5"), "--seeds 5:5: must be two numbers A:B"),
+        (("article", "--seeds", "x"), "--seeds x: must be two numbers A:B"),
+        (("article", "--seeds", "0:1000000", "--engines", "pymunk,article"), "a sweep of 2,000,000 rows is more than"),
+        (("article", "--rates", "60,,"), "--rates 60,,: must be whole numbers with commas"),
+        (("article", "--rates", "0"), "rate must be at least 1, got 0"),
+        (("article", "--set", "substeps"), "--set substeps: must be a setting of Pymunk and its values"),
+        (("article", "--set", "subteps=1"), f"pymunk.subteps {NO_KEY}; did you mean substeps?"),
+        (("article", "--set", "substeps=0"), "pymunk.substeps must be at least 1, got 0"),
+        (
+            ("article", "--engines", "article", "--set", "substeps=1"),
+            "settings are of pymunk, which does not take part",
+        ),
+        (("article", "--engines", "pymnk"), "no engine 'pymnk'; did you mean pymunk?"),
+        (("bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
+        (("article", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"), "--workers and --scheduler both say"),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
+)
+def test_a_mistake_is_one_message_before_anything_runs(
+    command: Command, arguments: tuple[str, ...], message: str
+) -> None:
+    code, out, error = command("sweep", *arguments)
+    assert (code, out) == (2, "")
+    assert error.startswith(message)
+    assert error.count("\n") == 1
+
+
+def test_options_are_read_as_they_are_written() -> None:
+    assert list(seeds_of("0:200")) == list(range(200))
+    assert rates_of("60,240") == [60, 240]
+    assert settings_of(["substeps=1,4", "collision_bias=0.5"]) == {"substeps": [1, 4], "collision_bias": [0.5]}
+    with pytest.raises(SandboxError, match="substeps is set twice"):
+        settings_of(["substeps=1", "substeps=2"])
+
+
+# What it shows
+
+
+def test_the_report_has_a_chart_for_what_rows_have_and_escapes_what_scenes_say() -> None:
+    balls = "count = 3\nradius = 5\ninside = [[0, 0], [300, 300]]\nspeed = 200"
+    scene = scene_of(balls, more='seconds = 0.5\ntitle = "</script><img src=x>"')
+    sweep = plan(scene, range(2), [60, 120], ["impulse"])
+    whole = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
+    rows = [{key: value for key, value in row.items() if not key.startswith("first_difference")} for row in whole]
+    plain = page(sweep, rows)
+    assert "<img src=x>" not in plain
+    assert "&amp;lt;img src=x&amp;gt;" in plain  # once for the page, once as text of the heading
+    assert "First difference" not in plain
+    assert "Speeds at the end" in plain
+    assert "Largest change of energy" in plain
+    assert not re.search(r"<(script|link)[^>]* (src|href)=", plain)
+    known = page(sweep, [row | {"first_difference.time": 0.1 * k, "horizon": 1.0 + k} for k, row in enumerate(rows)])
+    assert "First difference" in known
+    assert "Horizon, s" in known
+
+
+def test_a_scene_is_not_changed_by_its_sweep() -> None:
+    scene: Scene = load("article")
+    plan(scene, [1, 2], [30], ["article"])
+    assert (scene.seed, scene.rate) == (0, 60)

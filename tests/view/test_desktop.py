@@ -1,0 +1,328 @@
+"""The real window on a real X server, with a real mouse and keyboard."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+from conftest import need
+
+from sandbox.run.edits import AddBall
+from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene, rgb
+from sandbox.scene.spawn import spawn
+from sandbox.session.session import Session
+from sandbox.view.layout import Layout
+from sandbox.view.toolbar import Slider
+from sandbox.view.window import Window
+
+SCENE = """
+[arena]
+size = [800, 600]
+[[balls]]
+radius = 20
+position = [200, 300]
+colors = ["#d55e00"]
+[[balls]]
+radius = 20
+position = [600, 500]
+colors = ["#0072b2"]
+"""
+ENGINES = ("pymunk", "article")
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    need("Xvfb", "xdotool")
+    read, write = os.pipe()
+    server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
+    server.append("-noreset")  # or it begins anew when a client leaves, and a window that opens then finds none
+    with subprocess.Popen(server, pass_fds=[write], stderr=subprocess.DEVNULL) as xvfb:
+        os.close(write)
+        with os.fdopen(read) as pipe:
+            yield f":{pipe.readline().strip()}"
+        xvfb.terminate()
+
+
+@dataclass
+class Desktop:
+    """A running sandbox, and a hand on its mouse and keyboard."""
+
+    environment: dict[str, str]
+    process: subprocess.Popen[bytes]
+    folder: Path
+    scene: Scene
+    window: str = ""
+
+    def xdo(self, *arguments: object) -> str:
+        command = ["xdotool", *map(str, arguments)]
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
+
+    def wait_for(self, found: Callable[[], object], seconds: float = 30) -> object:
+        """Wait for something to be there, for as long as a slow machine may need."""
+        for _ in range(round(20 * seconds)):
+            result = found()
+            if result:
+                return result
+            assert self.process.poll() is None, "the sandbox stopped"
+            time.sleep(0.05)
+        raise TimeoutError("waited in vain")
+
+    def open(self) -> None:
+        """Wait until the first frame is there, and keys reach the window: they are lost before it is ready."""
+        for _ in range(10):
+            self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
+            self.xdo("windowfocus", "--sync", self.window, "key", "F12")
+            with suppress(TimeoutError):
+                self.wait_for(lambda: list(self.folder.glob("*.png")), seconds=3)
+                return
+        raise TimeoutError("no key reached the window")
+
+    def picture(self) -> pygame.Surface:
+        """Have the sandbox save a picture, and load it."""
+        for old in self.folder.glob("*.png"):
+            old.unlink()
+        self.xdo("key", "F12")
+        self.wait_for(lambda: list(self.folder.glob("*.png")))
+        [file] = self.folder.glob("*.png")
+        return pygame.image.load(file)
+
+    @property
+    def layout(self) -> Layout:
+        geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
+        size = int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            return Window(self.scene, None).layout_in(size)
+
+    def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
+        """Turn a place of the scene into one of the window."""
+        arena, scale = self.layout.arenas[pane], self.layout.scale
+        return round(arena.x + x * scale), round(arena.y + y * scale)
+
+    def move(self, x: float, y: float, pane: int = 0) -> None:
+        self.xdo("mousemove", "--window", self.window, *self.point(x, y, pane))
+
+    def press(self, x: float, y: float, pane: int = 0) -> None:
+        self.move(x, y, pane)
+        self.xdo("mousedown", 1)
+
+    def key(self, *keys: str) -> None:
+        self.xdo("key", "--delay", 30, *keys)
+
+    def has_title(self, title: str) -> bool:
+        return self.xdo("getwindowname", self.window) == title
+
+    def save(self) -> Path:
+        """Have the sandbox save the balls as a scene; return its file."""
+        before = set(self.folder.glob("*.toml"))
+        self.key("s")
+        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
+        [file] = set(self.folder.glob("*.toml")) - before
+        return file
+
+    def slide(self, name: str, share: float) -> None:
+        """Drag a slider of the toolbar to a share of its way."""
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            widgets = Window(self.scene, None).toolbar.widgets
+        number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
+        place = self.layout.toolbar[number]
+        pad = place.height // 3
+        x = place.x + pad + round(share * (place.width - 2 * pad))
+        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
+        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
+
+    def quit(self) -> list[Input]:
+        """Close the window; return the inputs it recorded."""
+        self.xdo("windowfocus", "--sync", self.window)
+        self.xdo("key", "Escape")
+        assert self.process.wait(30) == 0
+        return load_inputs(self.folder / "inputs.jsonl", self.scene)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiled() -> None:
+    """Compile what the window runs, or it would stand still while a ball is dragged in it."""
+    session = Session(parse(SCENE, "scene.toml"), ENGINES)
+    for _ in range(10):
+        session.advance()
+
+
+@contextmanager
+def running(display: str, folder: Path) -> Iterator[Desktop]:
+    (folder / "scene.toml").write_text(SCENE)
+    environment = {**os.environ, "DISPLAY": display}
+    command = [sys.executable, "-m", "sandbox", "run", "scene.toml", "--save-inputs", "inputs.jsonl"]
+    with subprocess.Popen(command, cwd=folder, env=environment) as process:
+        desktop = Desktop(environment, process, folder, load(folder / "scene.toml"))
+        try:
+            desktop.open()
+            yield desktop
+        finally:
+            process.kill()
+
+
+@pytest.fixture
+def desktop(display: str, tmp_path: Path) -> Iterator[Desktop]:
+    with running(display, tmp_path) as desktop:
+        yield desktop
+
+
+def steps_of(inputs: list[Input]) -> int:
+    assert isinstance(inputs[-1], End)
+    return inputs[-1].step
+
+
+def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    for x in range(200, 501, 50):
+        desktop.move(x, 150)
+        time.sleep(0.05)
+    time.sleep(1)
+    shown = desktop.picture()
+    for pane in (0, 1):
+        assert tuple(shown.get_at(desktop.point(500, 160, pane)))[:3] == rgb("#d55e00")
+        assert tuple(shown.get_at(desktop.point(200, 300, pane)))[:3] == (255, 255, 255)
+        assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")
+    desktop.xdo("mouseup", 1)
+    inputs = desktop.quit()
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert run.position[-1, 0] == pytest.approx([500, 150], abs=3)
+        assert run.position[-1, 1].tolist() == [600, 500]
+
+
+def test_a_ball_let_go_in_motion_keeps_flying(desktop: Desktop) -> None:
+    desktop.press(200, 300, pane=1)
+    for x in range(200, 401, 10):
+        desktop.move(x, 300, pane=1)
+        time.sleep(0.02)
+    desktop.xdo("mouseup", 1)
+    time.sleep(0.3)
+    inputs = desktop.quit()
+    [released] = [given.step for given in inputs if isinstance(given, Release)]
+    assert steps_of(inputs) > released + 5
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert run.velocity[released, 0, 0] > 30
+        assert run.velocity[-1, 0].tolist() == run.velocity[released, 0].tolist()
+
+
+def test_a_drag_far_outside_the_window_leaves_the_ball_in_the_arena_and_lets_go_there(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    for x, y in ((300, 300), (600, 200), (700, -200)):
+        desktop.move(x, y)
+        time.sleep(0.1)
+    desktop.xdo("mousemove", 1599, 0)  # the far corner of the screen
+    time.sleep(1)
+    desktop.xdo("mouseup", 1)
+    time.sleep(0.3)
+    inputs = desktop.quit()
+    assert sum(isinstance(given, Release) for given in inputs) == 1
+    for engine in ENGINES:
+        run = simulate(desktop.scene, engine, steps=steps_of(inputs), inputs=inputs)
+        assert (run.position[:, 0] > 19).all()
+        assert (run.position[:, 0] < [781, 581]).all()
+        assert run.position[-1, 0] == pytest.approx([780, 20], abs=1)
+
+
+def test_losing_the_focus_lets_go(desktop: Desktop) -> None:
+    desktop.press(200, 300)
+    desktop.move(300, 300)
+    time.sleep(0.2)
+    root = desktop.xdo("search", "--maxdepth", 0, "")
+    desktop.xdo("windowfocus", root)
+    time.sleep(0.3)
+    desktop.xdo("mouseup", 1)
+    inputs = desktop.quit()
+    assert [given.do for given in inputs if given.do != "move"] == ["start", "grab", "release", "end"]
+
+
+def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
+    desktop.xdo("key", "p")
+    for width, height in ((640, 700), (1500, 400)):
+        desktop.xdo("windowsize", "--sync", desktop.window, width, height)
+        time.sleep(0.3)
+        shown = desktop.picture()
+        assert shown.get_size() == (width, height)
+        for pane in (0, 1):
+            assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")
+
+
+def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -> None:
+    desktop.key("slash")
+    desktop.xdo("type", "--delay", 30, "bounci")
+    desktop.key("Return", "p")
+    desktop.wait_for(partial(desktop.has_title, "Bouncing under gravity - sandbox"))
+    desktop.scene = load("bouncing")
+    desktop.key("Home")
+    for _ in range(11):
+        desktop.key("minus")
+
+    # Ten steps on and ten back are the same bytes.
+    desktop.key(*["Right"] * 7)
+    paused_at = desktop.save()
+    desktop.key(*["Right"] * 10)
+    assert desktop.save().read_bytes() != paused_at.read_bytes()
+    desktop.key(*["Left"] * 10)
+    assert desktop.save().read_bytes() == paused_at.read_bytes()
+
+    # A ball is dragged and thrown; another is added; the elasticity is changed, and that undone.
+    x, y = load(paused_at).balls[0].position or (0, 0)
+    desktop.key("p")
+    desktop.press(x, y)
+    desktop.key(*["plus"] * 11)
+    desktop.move(x + 60, y - 50)
+    time.sleep(0.4)
+    desktop.move(x + 120, y - 30)
+    time.sleep(0.05)
+    desktop.xdo("mouseup", 1)
+    desktop.key("p")
+    desktop.move(700, 550)
+    desktop.key("a")
+    with_ball = desktop.save()
+    desktop.slide("elasticity", 0.9)
+    with_slider = desktop.save()
+    desktop.key("ctrl+z")
+    assert desktop.save().read_bytes() == with_ball.read_bytes()
+    assert load(with_slider).arena.elasticity == pytest.approx(0.9**0.5)
+    assert [len(load(file).bodies) for file in (paused_at, with_ball)] == [3, 4]
+
+    # The start is where it was, and so is the end; both load as they were shown, and the replay agrees.
+    strip = desktop.layout.strip
+    desktop.xdo("mousemove", "--window", desktop.window, strip.x + 2, strip.centery, "click", 1)
+    start = load(desktop.save())
+    desktop.key("End")
+    end = load(desktop.save())
+    assert (desktop.folder / f"{end.name}.toml").read_bytes() == with_ball.read_bytes()
+    inputs = desktop.quit()
+    assert [type(given) for given in inputs if isinstance(given, Grab | Release | AddBall)] == [Grab, Release, AddBall]
+    for saved, steps in ((start, 0), (end, steps_of(inputs))):
+        shown, replay = spawn(saved), simulate(desktop.scene, "pymunk", steps=steps, inputs=inputs)
+        there = ~np.isnan(replay.position[-1, :, 0])
+        assert shown.position.tobytes() == replay.position[-1, there].tobytes()
+        assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
+
+
+def test_an_edited_file_runs_at_once_and_a_mistake_leaves_what_runs(desktop: Desktop) -> None:
+    file = desktop.folder / "scene.toml"
+    for k in range(20):
+        broken = k % 4 == 1
+        file.write_text(f'title = "Edit {k}"\n' + SCENE.replace("20", "-20" if broken else "21", 1))
+        if broken:
+            time.sleep(0.3)
+            assert desktop.has_title(f"Edit {k - 1} - sandbox")
+        else:
+            desktop.wait_for(partial(desktop.has_title, f"Edit {k} - sandbox"))
+    desktop.quit()

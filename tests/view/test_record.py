@@ -1,0 +1,273 @@
+"""Recordings: their frames are decoded, and hold the balls where the trace has them."""
+
+import gc
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+from conftest import Command, scene_of
+from PIL import Image
+
+from sandbox.errors import SandboxError
+from sandbox.run.trajectory import simulate
+from sandbox.scene.model import Scene, rgb
+from sandbox.view.film import FILMS, Film, Gif, WebP
+from sandbox.view.layout import Layout
+from sandbox.view.record import record, steps_of_frames
+
+SIZE = (480, 300)
+COLOURS = ("#d55e00", "#0072b2")
+BALLS = (
+    f'radius = 20\nposition = [200, 310]\nvelocity = [180, 0]\ncolors = ["{COLOURS[0]}"]',
+    f'radius = 20\nposition = [600, 300]\ncolors = ["{COLOURS[1]}"]',
+)
+Frames = list[np.ndarray]
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return scene_of(*BALLS, more="seconds = 10")
+
+
+def frames_of(path: str) -> tuple[Frames, float]:
+    """Decode a film: every frame, (height, width, 3), and how long it lasts, s."""
+    if path.endswith(".mp4"):
+        av = pytest.importorskip("av")
+        with av.open(path) as container:
+            [stream] = container.streams.video
+            frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
+            return frames, float(stream.duration * stream.time_base)
+    frames, lasts = [], 0.0
+    with Image.open(path) as film:
+        for number in range(getattr(film, "n_frames", 1)):
+            film.seek(number)
+            frames.append(np.asarray(film.convert("RGB")))
+            lasts += film.info["duration"] / 1000
+    return frames, lasts
+
+
+def centre(frame: np.ndarray, place: pygame.Rect, colour: str) -> tuple[float, float]:
+    """Find the middle of a colour within an arena, px of the scene."""
+    arena = frame[place.y : place.bottom, place.x : place.right].astype(int)
+    y, x = np.nonzero((np.abs(arena - rgb(colour)) < 40).all(axis=2))
+    scale = place.width / 800
+    return float(x.mean() + 0.5) / scale, float(y.mean() + 0.5) / scale
+
+
+def check_frame(frame: np.ndarray, scene: Scene, step: int) -> None:
+    layout = Layout(SIZE, scene.arena.size, 2, charts=3)
+    for pane, engine in enumerate(("pymunk", "article")):
+        position = simulate(scene, engine, steps=step).position[-1]
+        for ball, colour in enumerate(COLOURS):
+            assert centre(frame, layout.arenas[pane], colour) == pytest.approx(position[ball], abs=1 / layout.scale)
+
+
+@pytest.mark.parametrize("ending", FILMS)
+def test_ten_seconds_play_at_the_scene_s_pace_from_its_start_to_its_end(scene: Scene, ending: str) -> None:
+    if ending == ".mp4":
+        pytest.importorskip("av")
+    record(scene, None, f"film{ending}", SIZE, ["charts"])
+    frames, lasts = frames_of(f"film{ending}")
+    fps = {".gif": 50, ".webp": 60, ".mp4": 60}[ending]
+    assert len(frames) == 10 * fps + 1
+    assert lasts == pytest.approx(10 + 1 / fps, abs=1e-3)
+    check_frame(frames[0], scene, 0)
+    check_frame(frames[fps], scene, 60)  # after one second
+    check_frame(frames[-1], scene, 600)
+    assert [entry.name for entry in Path().iterdir()] == [f"film{ending}"]
+
+
+def test_a_picture_is_the_end(scene: Scene) -> None:
+    record(scene, None, "end.png", SIZE, ["charts"])
+    with Image.open("end.png") as picture:
+        check_frame(np.asarray(picture.convert("RGB")), scene, 600)
+
+
+@pytest.mark.parametrize("ending", [".gif", ".webp", ".png"])
+def test_the_same_run_gives_the_same_bytes(scene: Scene, ending: str) -> None:
+    short = scene.changed(seconds=0.2)
+    for name in ("a", "b"):
+        record(short, ["pymunk"], f"{name}{ending}", SIZE, ["trails", "velocity"])
+    assert Path(f"a{ending}").read_bytes() == Path(f"b{ending}").read_bytes()
+
+
+def test_what_is_to_be_shown_is_and_charts_only_if_asked_for(scene: Scene) -> None:
+    pictures = {}
+    for show in ((), ("charts",), ("velocity",), ("ghosts", "grid")):
+        record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
+        pictures[Path("p.png").read_bytes()] = show
+    assert len(pictures) == 4
+
+
+@pytest.mark.parametrize(("rate", "fps"), [(60, 60), (60, 50), (240, 60), (30, 60), (1000, 50), (7, 60)])
+def test_a_frame_shows_the_latest_step_and_the_last_one_the_end(rate: int, fps: int) -> None:
+    scene = scene_of(*BALLS, more=f"rate = {rate}\nseconds = 3")
+    steps = steps_of_frames(scene, fps)
+    assert len(steps) == 3 * fps + 1
+    assert steps[0] == 0
+    assert steps[-1] == scene.steps
+    assert all(step / rate <= k / fps < (step + 1) / rate for k, step in enumerate(steps))
+
+
+def surfaces(count: int) -> Iterator[pygame.Surface]:
+    """Draw a square that moves on ground of many colours."""
+    ground = pygame.surfarray.make_surface(np.random.default_rng(0).integers(0, 8, (97, 61, 3)) * 32)
+    for k in range(count):
+        surface = ground.copy()
+        surface.fill("white", (0, 0, 97, 30))
+        surface.fill(COLOURS[0], (k + 1, 3, 5, 5))
+        yield surface
+
+
+def test_webp_is_without_loss_also_where_nothing_or_an_odd_place_changes() -> None:
+    drawn = [*surfaces(9)]
+    drawn.append(drawn[-1])
+    with WebP("f.webp", (97, 61)) as film:
+        for surface in drawn:
+            film.add(surface)
+    frames, lasts = frames_of("f.webp")
+    assert len(frames) == 10
+    assert lasts == pytest.approx(10 / 60, abs=1e-3)
+    for frame, surface in zip(frames, drawn, strict=True):
+        assert np.array_equal(frame, pygame.surfarray.array3d(surface).swapaxes(0, 1))
+
+
+def test_gif_has_the_colours_exactly_that_are_most_of_a_frame() -> None:
+    drawn = [*surfaces(9)]
+    drawn.append(drawn[-1])
+    with Gif("f.gif", (97, 61)) as film:
+        for surface in drawn:
+            film.add(surface)
+    with Image.open("f.gif") as gif:
+        assert gif.info["loop"] == 0
+        assert getattr(gif, "n_frames", 0) == 10
+        for number, surface in enumerate(drawn):
+            gif.seek(number)
+            frame, true = np.asarray(gif.convert("RGB")), pygame.surfarray.array3d(surface).swapaxes(0, 1)
+            assert np.array_equal(frame[:30], true[:30])
+            assert np.abs(frame[30:].astype(int) - true[30:]).mean() < 30  # half of 512 colours, the nearest
+
+
+def test_a_gif_s_frame_has_nothing_of_the_palette_before() -> None:
+    first, second = pygame.Surface((64, 64)), pygame.Surface((64, 64))
+    first.fill("#808080")
+    first.fill("black", (0, 40, 1, 1))
+    for k in range(256):  # of each shade more than of the grey, so that this is not in the palette
+        second.fill((130 + k % 2, k, 128), (k % 64, k // 64 * 8, 1, 8))
+    second.fill("#808080", (0, 40, 1, 1))
+    with Gif("f.gif", (64, 64)) as film:
+        film.add(first)
+        film.add(second)
+    with Image.open("f.gif") as gif:
+        gif.seek(1)
+        assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=8)
+
+
+def test_a_frame_in_which_nothing_changed_costs_next_to_nothing() -> None:
+    sizes = []
+    for again in (0, 10):
+        with WebP("f.webp", (97, 61)) as film:
+            surface = next(surfaces(1))
+            for _ in range(1 + again):
+                film.add(surface)
+        sizes.append(Path("f.webp").stat().st_size)
+    assert sizes[1] - sizes[0] < 10 * 64
+
+
+@pytest.mark.parametrize("kind", [Gif, WebP])
+def test_a_film_that_is_given_up_leaves_nothing_and_what_was_there(kind: type[Film]) -> None:
+    Path("old").write_text("old")
+    film = kind("old", (97, 61))
+    film.add(next(surfaces(1)))
+    film.discard()
+    assert Path("old").read_text() == "old"
+    assert [entry.name for entry in Path().iterdir()] == ["old"]
+
+
+@pytest.mark.parametrize("kind", [Gif, WebP])
+def test_frames_are_not_held_in_memory(kind: type[Film]) -> None:
+    with kind("film", (97, 61)) as film:
+        for surface in surfaces(40):
+            film.add(surface)
+        gc.collect()
+        assert sum(isinstance(thing, Image.Image) for thing in gc.get_objects()) <= 2
+
+
+def test_the_command_records_without_a_display_and_says_nothing(command: Command) -> None:
+    arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "film.gif")
+    assert command("record", *arguments) == (0, "", "")
+    with Image.open("film.gif") as film:
+        assert (film.size, getattr(film, "n_frames", 0)) == ((320, 200), 26)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("article", "--out", "f.avi"), "f.avi: a recording must end in one of .png, .gif, .webp, .mp4"),
+        (("article", "--out", "f.gif", "--size", "big"), "--size big: write width x height in px, as in 1280x720"),
+        (("article", "--out", "f.gif", "--size", "10x9999"), "--size 10x9999: must be from 64x64 to 8192x8192"),
+        (("article", "--out", "f.gif", "--show", "trail"), "--show trail: nothing of that name can be shown; did you"),
+        (("article", "--out", "f.gif", "--engines", "pymonk"), "no engine 'pymonk'; did you mean pymunk?"),
+        (("article", "--out", "f.gif", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
+    ],
+    ids=lambda value: "-".join(value[1:]) if isinstance(value, tuple) else "",
+)
+def test_a_mistake_is_one_message_and_leaves_nothing(
+    command: Command, arguments: tuple[str, ...], message: str
+) -> None:
+    code, out, err = command("record", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(message)
+    assert err.count("\n") == 1
+    assert list(Path().iterdir()) == []
+
+
+def test_mp4_wants_even_sides_and_av(monkeypatch: pytest.MonkeyPatch) -> None:
+    if find_spec("av"):
+        with pytest.raises(SandboxError, match=r"f\.mp4: must have an even width and height as MP4, got 321x200"):
+            FILMS[".mp4"]("f.mp4", (321, 200))
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(
+        SandboxError, match=r"f\.mp4: needs av, which is not installed; pip install 'pymunk-sandbox\[video\]'"
+    ):
+        FILMS[".mp4"]("f.mp4", (320, 200))
+    assert list(Path().iterdir()) == []
+
+
+def is_writing(process: int) -> bool:
+    """Tell whether a process has a file without a name open in this folder."""
+    for entry in Path(f"/proc/{process}/fd").iterdir():
+        with suppress(FileNotFoundError):  # it was closed since
+            if str(Path.cwd()) in str(entry.readlink()):
+                return True
+    return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_a_recording_that_is_killed_leaves_nothing(how: signal.Signals) -> None:
+    command = [sys.executable, "-m", "sandbox", "record", "gas-100", "--seconds", "600", "--out", "film.gif"]
+    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
+        try:
+            while process.poll() is None and not is_writing(process.pid):
+                time.sleep(0.02)
+            time.sleep(0.1)  # some frames
+            assert process.poll() is None
+            process.send_signal(how)
+            process.wait(30)
+        finally:
+            process.kill()
+    assert list(Path().iterdir()) == []
