@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import NO_KEY, Command, need, scene_of
+from conftest import NO_KEY, Command, require, scene_of
 
 from sandbox.errors import SandboxError
 from sandbox.scene.files import bundled, load, parse, schema
@@ -748,7 +748,7 @@ def test_the_schema_in_the_checkout_is_the_models(command: Command) -> None:
 def _taplo(*files: Path) -> subprocess.CompletedProcess[str]:
     program = shutil.which("taplo", path=str(Path(sys.executable).parent)) or shutil.which("taplo")
     if program is None:
-        need("taplo")
+        require("taplo")
     assert program is not None
     return subprocess.run([program, "check", *files], capture_output=True, text=True, check=False, timeout=60)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
-from conftest import need
+from conftest import require
 
 from sandbox.run.edits import AddBall
 from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
@@ -43,7 +43,7 @@ ENGINES = ("pymunk", "article")
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    need("Xvfb", "xdotool")
+    require("Xvfb", "xdotool")
     read, write = os.pipe()
     server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
     server.append("-noreset")  # or it begins anew when a client leaves, and a window that opens then finds none
