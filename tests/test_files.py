@@ -1,7 +1,6 @@
 """Files are replaced atomically: whole, or not at all."""
 
 import errno
-import io
 from pathlib import Path
 
 import pytest
@@ -59,11 +58,3 @@ def test_a_path_that_cannot_be_written_is_rejected(tmp_path: Path, name: str, wh
         fail_halfway(path, AssertionError("opened"))
     assert str(caught.value) == f"{path}: cannot be written: {why}"
     assert {file.name for file in tmp_path.iterdir()} == {"file", "folder.csv"}
-
-
-def test_bytes_are_written_to_a_pipe_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
-    raw = io.BytesIO()
-    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(raw))
-    with whole_file("-") as file:
-        file.write(b"\xff\n")
-    assert raw.getvalue() == b"\xff\n"

@@ -112,18 +112,6 @@ def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("ending", ["csv", "xyz"])
-def test_a_writer_that_fails_leaves_the_old_file(tmp_path: Path, ending: str) -> None:
-    path = tmp_path / f"trace.{ending}"
-    path.write_text("old content")
-    good = awkward()
-    torn = Trajectory(good.time, good.position[:2], good.velocity, good.radius, good.mass, good.size)
-    with pytest.raises(ValueError, match="zip"):
-        write_trace(torn, path)
-    assert list(tmp_path.iterdir()) == [path]
-    assert path.read_text() == "old content"
-
-
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
 
 
