@@ -29,8 +29,8 @@ ELEMENTS = """(() => {
 })()"""
 
 
-@pytest.mark.parametrize("of", ["comparison", "sweep"])
-def test_the_page_of_a_hostile_scene_has_the_usual_elements_and_runs_nothing(browser: Browser, of: str) -> None:
+@pytest.mark.parametrize("kind", ["comparison", "sweep"])
+def test_the_page_of_a_hostile_scene_has_the_usual_elements_and_runs_nothing(browser: Browser, kind: str) -> None:
     found = []
     for title, name in [
         ("A scene", "mine"),
@@ -39,7 +39,7 @@ def test_the_page_of_a_hostile_scene_has_the_usual_elements_and_runs_nothing(bro
         ("W" * 100, "mine"),
     ]:
         scene = hostile_scene(title, " ".join(PAGE_TEXTS), " ".join(PAGE_TEXTS), name)
-        if of == "comparison":
+        if kind == "comparison":
             text = page(compare(scene, ["exact"]))
         else:
             sweep = plan(scene, [0], [60], ["article"])

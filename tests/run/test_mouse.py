@@ -17,11 +17,11 @@ from sandbox.state import Floats
 
 def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
     """Pull a ball along x with no other force; return its positions and velocities, including the start."""
-    hand = Hand(scene)
-    hand.obey(Grab(step=0, ball=0, at=(to, 300)))
+    mouse = Hand(scene)
+    mouse.obey(Grab(step=0, ball=0, at=(to, 300)))
     path, speeds = [x], [v]
     for _ in range(steps):
-        dv = hand.pull((path[-1], 300), (speeds[-1], 0))
+        dv = mouse.pull((path[-1], 300), (speeds[-1], 0))
         assert dv[1] == 0
         speeds.append(speeds[-1] + dv[0])
         path.append(path[-1] + speeds[-1] / scene.rate)
@@ -79,9 +79,9 @@ def test_a_held_ball_arrives_within_half_a_second_across_the_arena() -> None:
 def test_acceleration_and_displacement_per_step_are_bounded(
     rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
 ) -> None:
-    hand = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
-    hand.obey(Grab(step=0, ball=0, at=at))
-    dv = hand.pull(where, v)
+    mouse = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
+    mouse.obey(Grab(step=0, ball=0, at=at))
+    dv = mouse.pull(where, v)
     assert MOST_PULL == 40_000
     assert math.hypot(*dv) * rate <= 40_000 * (1 + 1e-12)
     if math.hypot(*v) <= radius * rate:  # the disc of allowed velocities is convex
@@ -99,30 +99,30 @@ def test_the_pull_does_not_scale_with_gravity() -> None:
 @settings(deadline=None)
 @given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
 def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool) -> None:
-    hand = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
-    hand.obey(Grab(step=0, ball=1, at=(400, 300) if move else at))
+    mouse = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
+    mouse.obey(Grab(step=0, ball=1, at=(400, 300) if move else at))
     if move:
-        hand.obey(Move(step=1, at=at))
-    x, y = hand.target
+        mouse.obey(Move(step=1, at=at))
+    x, y = mouse.target
     assert (x, y) == (sorted((30, at[0], 770))[1], sorted((30, at[1], 570))[1])
 
 
 def test_the_mouse_grabs_moves_and_releases() -> None:
-    hand = Hand(scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100"))
+    mouse = Hand(scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100"))
 
     def held() -> int | None:
-        return hand.ball
+        return mouse.ball
 
-    hand.obey(Move(step=0, at=(100, 100)))  # ignored, as no ball is held
+    mouse.obey(Move(step=0, at=(100, 100)))  # ignored, as no ball is held
     assert held() is None
-    hand.obey(Grab(step=0, ball=1, at=(100, 110)))
-    assert (held(), hand.target) == (1, (100, 110))
-    hand.obey(Move(step=1, at=(200, 210)))
-    assert (held(), hand.target) == (1, (200, 210))
-    hand.obey(Release(step=2))
+    mouse.obey(Grab(step=0, ball=1, at=(100, 110)))
+    assert (held(), mouse.target) == (1, (100, 110))
+    mouse.obey(Move(step=1, at=(200, 210)))
+    assert (held(), mouse.target) == (1, (200, 210))
+    mouse.obey(Release(step=2))
     assert held() is None
-    hand.obey(Grab(step=3, ball=0, at=(1, 1)))
-    hand.obey(End(step=4))
+    mouse.obey(Grab(step=3, ball=0, at=(1, 1)))
+    mouse.obey(End(step=4))
     assert held() is None
 
 

@@ -56,22 +56,22 @@ WILD = st.recursive(
 )
 
 
-def within(node: Document, of: Document) -> Strategy:
-    """Draw a value that a node of the JSON Schema `of` allows."""
-    node = resolved(node, of)
+def within(node: Document, root: Document) -> Strategy:
+    """Draw a value that a node of the JSON Schema `root` allows."""
+    node = resolved(node, root)
     if "anyOf" in node:
-        return st.one_of([within(kind, of) for kind in node["anyOf"] if kind != {"type": "null"}])
+        return st.one_of([within(kind, root) for kind in node["anyOf"] if kind != {"type": "null"}])
     if "const" in node:
         return st.just(node["const"])
     if node["type"] == "object":
-        keys = {key: within(inner, of) for key, inner in node["properties"].items()}
+        keys = {key: within(inner, root) for key, inner in node["properties"].items()}
         kinds = [key for key, inner in node["properties"].items() if "const" in inner]
         required = {key: keys.pop(key) for key in [*node.get("required", ()), *kinds]}
         return st.fixed_dictionaries(required, optional=keys)
     if "prefixItems" in node:
-        return st.tuples(*[within(inner, of) for inner in node["prefixItems"]]).map(list)
+        return st.tuples(*[within(inner, root) for inner in node["prefixItems"]]).map(list)
     if node["type"] == "array":
-        return st.lists(within(node["items"], of), min_size=node.get("minItems", 0), max_size=3)
+        return st.lists(within(node["items"], root), min_size=node.get("minItems", 0), max_size=3)
     return numbers(node) if node["type"] in ("integer", "number") else st.sampled_from(["red", "#0072b2"]) | TEXT
 
 
@@ -85,37 +85,37 @@ def numbers(node: Document) -> Strategy:
     return st.one_of(small, small, small, small, st.floats(low, high))
 
 
-def resolved(node: Document, of: Document) -> Document:
-    return of["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+def resolved(node: Document, root: Document) -> Document:
+    return root["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
 
 
-def tables(value: Any, node: Document, of: Document) -> Iterator[tuple[Document, Document]]:
+def tables(value: Any, node: Document, root: Document) -> Iterator[tuple[Document, Document]]:
     """Yield each table of a document with the schemas of its keys."""
-    node = resolved(node, of)
+    node = resolved(node, root)
     for kind in node.get("anyOf", ()):
-        yield from tables(value, kind, of)
+        yield from tables(value, kind, root)
     if isinstance(value, dict) and "properties" in node:
         yield value, node["properties"]
         for key, inner in value.items():
             if key in node["properties"]:
-                yield from tables(inner, node["properties"][key], of)
+                yield from tables(inner, node["properties"][key], root)
     if isinstance(value, list) and "items" in node:
         for inner in value:
-            yield from tables(inner, node["items"], of)
+            yield from tables(inner, node["items"], root)
 
 
 @st.composite
-def changed(draw: st.DrawFn, documents: Strategy, of: Document) -> Document:
+def changed(draw: st.DrawFn, documents: Strategy, root: Document) -> Document:
     """Draw a document, and set or delete up to three of its keys."""
     document: Document = draw(documents)
     for _ in range(draw(st.integers(0, 3))):
-        table, known = draw(st.sampled_from(list(tables(document, of, of))))
+        table, known = draw(st.sampled_from(list(tables(document, root, root))))
         how = draw(st.sampled_from(["model", "model", "wild", "unknown", "delete"]))
         key = draw(TEXT) if how == "unknown" else draw(st.sampled_from(sorted(known)))
         if how == "delete":
             table.pop(key, None)
         else:
-            table[key] = draw(within(known[key], of) if how == "model" else WILD)
+            table[key] = draw(within(known[key], root) if how == "model" else WILD)
     return document
 
 

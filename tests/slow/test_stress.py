@@ -1,4 +1,7 @@
-"""Every engine at its limits: nothing is NaN, and every ball outside the arena is reported."""
+"""Every engine at its limits: nothing is NaN, and every ball outside the arena is reported.
+
+`pytest -m slow -s tests/slow/test_stress.py` runs a gas for a million steps, and prints its energy and memory.
+"""
 
 import json
 import math
