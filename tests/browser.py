@@ -12,6 +12,8 @@ from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
 
+from conftest import require
+
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -151,6 +153,7 @@ class Browser:
 @contextmanager
 def chromium(folder: Path) -> Iterator[Browser]:
     """Start Chromium with its profile in a folder."""
+    require("chromium", "bash")
     ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in (*os.pipe(), *os.pipe())]
     read_commands, commands, answers, write_answers = ends
     script = f'exec 3<&{read_commands} 4>&{write_answers}; exec chromium "$@"'

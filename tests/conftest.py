@@ -6,14 +6,16 @@ import sys
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
-from browser import Browser, chromium
 
 from sandbox.cli import commands as cli
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
+
+if TYPE_CHECKING:
+    from browser import Browser
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
@@ -46,16 +48,11 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture
-def memory_screen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let pygame draw to memory, without a display."""
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-
-
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+def browser(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Browser]":
     """Start a Chromium that has no network."""
-    require("chromium", "bash")
+    from browser import chromium
+
     with chromium(tmp_path_factory.mktemp("profile")) as browser:
         yield browser
 

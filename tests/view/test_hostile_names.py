@@ -12,8 +12,8 @@ from sandbox.scene.files import load
 from sandbox.view.window import Window
 
 
-@pytest.mark.usefixtures("memory_screen")
 def test_the_window_shows_any_name_and_saves_into_its_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     inside = tmp_path / "inside"
     inside.mkdir()
     monkeypatch.chdir(inside)
