@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 
-from sandbox.cli import commands as cli
+from sandbox.cli import main
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 
@@ -70,7 +70,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[
     def run(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
-            cli.main()
+            main()
         out, err = capfdbinary.readouterr()
         return int(ended.value.code or 0), out.decode(), without_notice(err.decode())
 
