@@ -26,7 +26,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pydantic": ("scene", "run", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
-    "PIL": ("scene.model", "view"),
+    "PIL": ("scene", "view"),
     "llvmlite": ("engines.compiled",),
     "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
     "pyb2d3": ("engines.box2d",),
