@@ -165,7 +165,7 @@ def test_the_picture_of_the_report_is_written(tmp_path: Path, command: Command) 
     command("compare", "article", "--engines", "pymunk,article,impulse,exact", "--report", page)
     with chromium(tmp_path) as browser:
         browser.visit(page, width=1200, height=900)
-        browser.click("#time", x=0.6)
+        browser.click("#scrubber", x=0.05)
         browser.picture(picture)
     with Image.open(picture) as whole:
         top = whole.convert("RGB").crop((0, 0, 1200, 900)).quantize(64)
