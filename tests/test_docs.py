@@ -12,6 +12,7 @@ A first line such as `# mine.toml` makes a block a file, which is there for all 
 import json
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import tomllib
@@ -27,9 +28,9 @@ from browser import chromium
 from conftest import REQUIRED, Command
 from PIL import Image, ImageSequence
 
-from sandbox.analysis.causes import CAUSES
-from sandbox.run.inputs import Start, write_inputs
-from sandbox.scene.files import parse
+from sandbox.analysis import causes
+from sandbox.run.inputs import Start, load_inputs, write_inputs
+from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.view.controls import HELP
 
@@ -40,8 +41,10 @@ PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
 NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip install", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
+PACKAGE = "pyproject.toml"
 MISTAKEN = "broken.toml"  # its errors are what a page shows
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
+LABELS = vars(causes).get("CAUSES") or {cause.key: cause.label for cause in vars(causes)["Cause"]}
 NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
 
 
@@ -109,8 +112,17 @@ def put_files(page: Path, folder: Path) -> None:
     """Put into a folder what a page's commands and examples read."""
     (folder / "docs").mkdir()
     write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
-    for name, text in files(page).items():
+    shown = files(page)
+    for name, text in shown.items():
         (folder / name).write_text(text)
+    if PACKAGE in shown:  # is found as if it were installed
+        project = tomllib.loads(shown[PACKAGE])["project"]
+        installed = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+        installed.mkdir()
+        (installed / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
+        for group, engines in project["entry-points"].items():
+            points = (f"{name} = {place}\n" for name, place in engines.items())
+            (installed / "entry_points.txt").write_text(f"[{group}]\n{''.join(points)}")
 
 
 def test_there_are_documents() -> None:
@@ -131,6 +143,7 @@ def test_every_command_prints_what_stands_there(
             pytest.skip(f"needs {library}")
     monkeypatch.setattr("sandbox.bench.figure.ROUNDS", 1)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     put_files(block.page, tmp_path)
     line, _, expected = block.text.strip().partition("  # exit code ")
     program, *arguments = line.partition(" | ")[0].split()
@@ -184,14 +197,17 @@ def test_the_python_examples_run(
         if block.page == page:
             exec(compile(block.text, str(block), "exec"), names)
             block.check_output(capfd.readouterr().out)
+    for file in tmp_path.glob("test_*.py"):
+        tests = runpy.run_path(str(file))
+        [test() for name, test in tests.items() if name.startswith("test_")]
 
 
 @pytest.mark.parametrize("block", blocks("toml"), ids=str)
 def test_every_scene_is_valid(block: Block) -> None:
     found = FILE.match(block.text)
-    if found and found[1] != MISTAKEN:
+    if found and found[1] not in (MISTAKEN, PACKAGE):
         parse(block.text, found[1])
-    elif not found and "[project" not in block.text:
+    elif not found:
         Scene.model_validate(FRAGMENT | tomllib.loads(block.text))
 
 
@@ -207,6 +223,12 @@ def test_every_link_resolves(page: Path) -> None:
             target = page.parent / place if place else page
             assert target.exists(), link
             assert not anchor or anchor in anchors(target), link
+
+
+def test_the_example_of_inputs_loads(tmp_path: Path) -> None:
+    (example,) = blocks("jsonl")
+    (tmp_path / "mouse.jsonl").write_text(example.text)
+    assert len(load_inputs(tmp_path / "mouse.jsonl", load("article"))) == example.text.count("\n")
 
 
 def anchors(page: Path) -> set[str]:
@@ -237,10 +259,10 @@ def test_every_cause_is_explained() -> None:
     page = ROOT / "docs" / "comparing.md"
     explained = dict(re.findall(r"^\| `(\w+)` \| ([^|]*) \|", page.read_text(), re.MULTILINE))
     if WRITE:
-        for cause, label in CAUSES.items():
+        for cause, label in LABELS.items():
             rewrite(page, "| key | label |", f"| `{cause}` | {explained[cause]} |", f"| `{cause}` | {label} |")
     else:
-        assert explained == CAUSES
+        assert explained == LABELS
 
 
 def check_table(name: str, head: str, rows: list[str]) -> None:
