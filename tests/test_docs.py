@@ -1,12 +1,12 @@
-"""The documents are true: their commands run and print what stands below them, their examples run, their links resolve.
+"""The documents are true: their commands print the output below them, their examples run, their links resolve.
 
     SANDBOX_WRITE_DOCS=1 .venv/bin/pytest -q tests/test_docs.py
 
-writes into the documents what their commands print, the tables of keys and causes, and the pictures.
+writes into the documents what their commands print, the keys of the window, the labels of causes, and the pictures.
 
 A ```text block directly after a ```sh block of one command is its output, and after a ```python block what that prints.
-A first line such as `# mine.toml` makes a block a file, which is there for all commands and examples of the page.
-`# exit code 1` after a command is the exit code that it must end with.
+A block whose first line is a comment such as `# mine.toml` is a file for all commands and examples of its page.
+A comment `# exit code 1` after a command is the exit code that it must have; without one it is 0.
 """
 
 import json
@@ -55,7 +55,6 @@ class Block(NamedTuple):
     language: str
     text: str
     output: str | None
-    end: int
 
     def __str__(self) -> str:
         """Name it in a test's id."""
@@ -74,7 +73,7 @@ class Block(NamedTuple):
 def blocks(language: str) -> list[Block]:
     """Return all blocks of a language in all pages."""
     return [
-        Block(page, found[1], found[2], found[3], found.end())
+        Block(page, found[1], found[2], found[3])
         for page in PAGES
         for found in BLOCK.finditer(page.read_text())
         if found[1] == language
@@ -90,11 +89,11 @@ def rewrite(page: Path, after: str, old: str, new: str) -> None:
 
 
 def commands() -> Iterator[Block]:
-    """Yield each command of each page, with its output if it is alone in its block."""
+    """Yield each command of each page, with the output that stands below it."""
     for block in blocks("sh"):
-        for line in block.text.splitlines():
-            if line and not line.startswith(NOT_RUN):
-                yield block._replace(text=line + "\n")
+        lines = block.text.splitlines(keepends=True)
+        assert len(lines) == 1 or block.output is None, f"{block}: which command printed that?"
+        yield from (block._replace(text=line) for line in lines if not line.startswith(NOT_RUN))
 
 
 def files(page: Path) -> dict[str, str]:
