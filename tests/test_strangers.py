@@ -331,7 +331,7 @@ def test_the_window_shows_any_name_and_saves_beside_itself(monkeypatch: pytest.M
 def test_a_colour_is_a_name_or_a_number(colour: str) -> None:
     for line in ("background = ", "\n[[balls]]\nradius = 1\nposition = [9, 9]\ncolors = "):
         value = json.dumps(colour) if "back" in line else json.dumps([colour])
-        with pytest.raises(SandboxError, match="is no colour"):
+        with pytest.raises(SandboxError, match="is not a valid colour"):
             parse(
                 SCENE.replace("[[expect]]", "").split("at = 0")[0].replace("[[balls]]", f"{line}{value}\n[[balls]]", 1),
                 "mine.toml",

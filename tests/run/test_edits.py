@@ -46,7 +46,7 @@ def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene
     for _ in range(7):
         lockstep.step()
     before = {name: state.position.copy() for name, state in lockstep.states().items()}
-    lockstep.obey(edit)
+    lockstep.apply(edit)
     for name, state in lockstep.states().items():
         kept = np.delete(before[name], 1, axis=0) if isinstance(edit, DeleteBall) else before[name]
         assert state.position[: len(kept)].tobytes() == kept.tobytes()
@@ -152,9 +152,9 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     ]
     for edit, message in refused:
         with pytest.raises(Refused, match=message):
-            lockstep.obey(edit)
+            lockstep.apply(edit)
     impossible: list[tuple[Edit, str]] = [
-        (DeleteBall(step=1, ball=0), "balls are none"),
+        (DeleteBall(step=1, ball=0), "balls must contain at least one ball"),
         (DeleteBall(step=1, ball=1), "ball must be at most 0, got 1"),
         (SetVelocity(step=1, ball=1, velocity=(0, 0)), "ball must be at most 0, got 1"),
         (AddBall(step=1, position=(795, 100), radius=20), r"balls\[1\].position puts a ball outside the arena"),
@@ -162,23 +162,23 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     ]
     for edit, message in impossible:
         with pytest.raises(SandboxError, match=message):
-            lockstep.obey(edit)
+            lockstep.apply(edit)
     assert {name: runner.engine for name, runner in lockstep.engines.items()} == engines
     assert (lockstep.scene, lockstep.given, lockstep.balls) == (scene, [], [0])
 
 
 def test_the_hand_keeps_its_ball_when_another_is_deleted_and_lets_go_when_its_own_is(scene: Scene) -> None:
     lockstep = Lockstep(scene, ["pymunk"])
-    lockstep.obey(Grab(step=0, ball=2, at=(700, 500)))
-    lockstep.obey(DeleteBall(step=0, ball=2 - 2))
+    lockstep.apply(Grab(step=0, ball=2, at=(700, 500)))
+    lockstep.apply(DeleteBall(step=0, ball=2 - 2))
     assert lockstep.hand.ball == 1
-    lockstep.obey(SetRate(step=0, rate=1000))
-    lockstep.obey(Move(step=0, at=(1e6, 500)))
+    lockstep.apply(SetRate(step=0, rate=1000))
+    lockstep.apply(Move(step=0, at=(1e6, 500)))
     assert lockstep.hand.target == (790, 500)
     for _ in range(1000):
         lockstep.step()
     assert lockstep.states()["pymunk"].position[1] == pytest.approx([790, 500], abs=0.5)
-    lockstep.obey(DeleteBall(step=1000, ball=1))
+    lockstep.apply(DeleteBall(step=1000, ball=1))
     assert lockstep.hand.ball is None
     lockstep.step()
 

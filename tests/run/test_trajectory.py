@@ -19,7 +19,7 @@ from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.run.inputs import End, Grab, Input, Move, Release, Start, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.mouse import MOST_PULL, PULL, Hand
+from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Hand
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
@@ -283,7 +283,7 @@ BAD_INPUTS = {
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
     ),
-    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "has a number of too many digits"),
+    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "contains a number with too many digits"),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
         "step must be 0, got 3",
@@ -342,7 +342,7 @@ def test_a_line_of_inputs_ends_only_where_json_lines_do(tmp_path: Path) -> None:
 def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
     """Pull a ball along x with nothing else acting: positions and velocities, the start among them."""
     hand = Hand(scene)
-    hand.obey(Grab(step=0, ball=0, at=(to, 300)))
+    hand.apply(Grab(step=0, ball=0, at=(to, 300)))
     path, speeds = [x], [v]
     for _ in range(steps):
         dv = hand.pull((path[-1], 300), (speeds[-1], 0))
@@ -359,7 +359,7 @@ def test_the_pull_is_backward_eulers_critically_damped_one(rate: int, away: floa
     scene = scene_of("radius = 250\nposition = [400, 300]", more=f"rate = {rate}")
     position, _ = pulled(scene, 400, 400 + away, v, 50)
     h, w = 1 / rate, 25.0
-    assert w == PULL
+    assert w == PULL_RATE
     n = np.arange(51)
     expected = (away + n * (h * w * away + h * v) / (1 + h * w)) / (1 + h * w) ** n
     assert position - 400 == pytest.approx(expected, abs=1e-9)
@@ -404,9 +404,9 @@ def test_acceleration_and_step_are_bounded(
     rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
 ) -> None:
     hand = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
-    hand.obey(Grab(step=0, ball=0, at=at))
+    hand.apply(Grab(step=0, ball=0, at=at))
     dv = hand.pull(where, v)
-    assert MOST_PULL == 40_000
+    assert MAX_PULL_ACCELERATION == 40_000
     assert math.hypot(*dv) * rate <= 40_000 * (1 + 1e-12)
     if math.hypot(*v) <= radius * rate:  # slower than the bound before, so after: the disc of speeds is convex
         assert math.hypot(v[0] + dv[0], v[1] + dv[1]) <= radius * rate * (1 + 1e-12)
@@ -424,9 +424,9 @@ def test_the_pull_does_not_scale_with_gravity() -> None:
 @given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
 def test_the_target_is_held_inside_the_arena(at: tuple[float, float], move: bool) -> None:
     hand = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
-    hand.obey(Grab(step=0, ball=1, at=(400, 300) if move else at))
+    hand.apply(Grab(step=0, ball=1, at=(400, 300) if move else at))
     if move:
-        hand.obey(Move(step=1, at=at))
+        hand.apply(Move(step=1, at=at))
     x, y = hand.target
     assert (x, y) == (sorted((30, at[0], 770))[1], sorted((30, at[1], 570))[1])
 
@@ -437,16 +437,16 @@ def test_the_hand_takes_moves_and_lets_go() -> None:
     def held() -> int | None:
         return hand.ball
 
-    hand.obey(Move(step=0, at=(100, 100)))  # of nothing
+    hand.apply(Move(step=0, at=(100, 100)))  # of nothing
     assert held() is None
-    hand.obey(Grab(step=0, ball=1, at=(100, 110)))
+    hand.apply(Grab(step=0, ball=1, at=(100, 110)))
     assert (held(), hand.target) == (1, (100, 110))
-    hand.obey(Move(step=1, at=(200, 210)))
+    hand.apply(Move(step=1, at=(200, 210)))
     assert (held(), hand.target) == (1, (200, 210))
-    hand.obey(Release(step=2))
+    hand.apply(Release(step=2))
     assert held() is None
-    hand.obey(Grab(step=3, ball=0, at=(1, 1)))
-    hand.obey(End(step=4))
+    hand.apply(Grab(step=3, ball=0, at=(1, 1)))
+    hand.apply(End(step=4))
     assert held() is None
 
 

@@ -15,8 +15,9 @@ import pytest
 from conftest import NO_KEY, Command, need, scene_of
 
 from sandbox.errors import SandboxError
+from sandbox.scene.balls import MAX_BALLS, BallGroup
+from sandbox.scene.fields import PALETTE
 from sandbox.scene.files import bundled, load, parse, schema
-from sandbox.scene.model import MAX_BALLS, PALETTE, BallGroup
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.scene.toml_lines import line_of, lines_of_keys
 
@@ -234,7 +235,7 @@ def test_all_mistakes_at_once_in_order_of_lines() -> None:
         f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
         "13: balls[1].mass must be greater than 0, got 0",
         "14: balls[1].count must be a whole number, got 1.5",
-        "17: walls[0].to is the same point as from; a wall needs a length",
+        "17: walls[0].to is the same point as from; a wall must have a length",
         "19: pymunk.substeps must be at least 1, got 0",
     ]
 
@@ -272,26 +273,29 @@ def test_a_key_of_a_newer_version_is_told_with_this_version(tmp_path: Path, comm
 
 
 PLACED = {
-    "no-place": ("radius = 5", "3: balls[0] needs a place: position, positions, x and y, inside, or grid with spacing"),
-    "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x needs both x and y"),
-    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y needs both x and y"),
-    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid needs both grid and spacing"),
-    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing needs both grid and spacing"),
+    "no-place": (
+        "radius = 5",
+        "3: balls[0] needs a placement: position, positions, x and y, inside, or grid with spacing",
+    ),
+    "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x must be given together with y"),
+    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y must be given together with x"),
+    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid must be given together with spacing"),
+    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing must be given together with grid"),
     "two-places": (
         f"{BALL}\ninside = [[0, 0], [50, 50]]",
-        "6: balls[0].inside is a second place beside position; keep one of them",
+        "6: balls[0].inside cannot be combined with position; keep one of them",
     ),
     "inside-a-grid": (
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ninside = [[0, 0], [50, 50]]",
-        "5: balls[0].grid is a second place beside inside; keep one of them",
+        "5: balls[0].grid cannot be combined with inside; keep one of them",
     ),
     "two-throws": (
         f"{BALL}\nspeed = 4\nvelocity = [1, 1]",
-        "6: balls[0].speed is a second way to throw beside velocity; keep one of them",
+        "6: balls[0].speed cannot be combined with velocity; keep one of them",
     ),
     "two-random-throws": (
         f"{BALL}\nvy = {{ from = 1, to = 2 }}\nrms_speed = 3",
-        "7: balls[0].rms_speed is a second way to throw beside vy; keep one of them",
+        "7: balls[0].rms_speed cannot be combined with vy; keep one of them",
     ),
     "many-on-one-position": (
         f"{BALL}\ncount = 2",
@@ -299,7 +303,7 @@ PLACED = {
     ),
     "more-than-the-grid": (
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
-        "7: balls[0].count is more than the 4 places of the grid",
+        "7: balls[0].count must be at most 4, the places of the grid, got 5",
     ),
     "outside-left": (
         "radius = 5\nposition = [4.5, 100]",
@@ -335,7 +339,7 @@ PLACED = {
     ),
     "count-of-positions": (
         "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
-        "6: balls[0].count is not how many positions there are, 2; leave it out",
+        "6: balls[0].count must be the number of positions, 2, got 3; leave it out",
     ),
     "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
     "positions-outside": (
@@ -344,19 +348,19 @@ PLACED = {
     ),
     "too-few-velocities": (
         "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
-        "7: balls[0].velocities must be one a ball, 3, got 2",
+        "7: balls[0].velocities must have one entry per ball, 3, got 2",
     ),
     "range-backwards": (
         f"{BALL}\nvx = {{ from = 2, to = 1 }}",
-        "6: balls[0].vx can produce nothing: from 2 is greater than to 1",
+        "6: balls[0].vx is empty: from 2 is greater than to 1",
     ),
     "steps-the-wrong-way": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = -2 }}",
-        "6: balls[0].vx can produce nothing: steps of -2 from 1 never reach 9",
+        "6: balls[0].vx is empty: steps of -2 from 1 never reach 9",
     ),
     "steps-past-the-end": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 3 }}",
-        "6: balls[0].vx.to is not met in steps of 3 from 1; write 7",
+        "6: balls[0].vx.to is not reached in steps of 3 from 1; write 7",
     ),
     "step-of-0": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 0 }}",
@@ -369,7 +373,7 @@ PLACED = {
     "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
     "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
     "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
-    "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must name one colour at least"),
+    "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
     "three-coordinates": (
         "radius = 5\nposition = [9, 9, 9]",
@@ -385,11 +389,11 @@ def test_mistakes_in_a_group(group: str, message: str) -> None:
 
 
 EXPECTED = {
-    "nothing": ("", "[0] expects nothing: give position, velocity, energy_ratio, momentum or centre_of_mass", 6),
-    "whose": ("position = [1, 1]", "[0].ball is missing: whose position or velocity?", 6),
+    "nothing": ("", "[0] must contain position, velocity, energy_ratio, momentum or centre_of_mass", 6),
+    "whose": ("position = [1, 1]", "[0].ball is missing; position and velocity are those of one ball", 6),
     "of-all-balls": (
         "ball = 0\nenergy_ratio = 1",
-        "[0].ball goes with position or velocity; energy_ratio is of all balls",
+        "[0].ball requires position or velocity; energy_ratio is of all balls",
         10,
     ),
     "no-such-ball": ("ball = 1\nvelocity = [1, 1]", "[0].ball must be at most 0, got 1", 10),
@@ -411,8 +415,8 @@ def test_a_second_and_a_third_place_are_both_told() -> None:
         balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
     )
     assert found == [
-        "6: balls[0].x is a second place beside position; keep one of them",
-        "8: balls[0].inside is a second place beside position; keep one of them",
+        "6: balls[0].x cannot be combined with position; keep one of them",
+        "8: balls[0].inside cannot be combined with position; keep one of them",
     ]  # fmt: skip
 
 
@@ -525,7 +529,7 @@ def test_one_more_is_a_mistake() -> None:
     one, rest = (f"radius = 1\ncount = {count}\n{ANYWHERE}" for count in (1, MAX_BALLS))
     assert mistakes(balls(rest.replace("200000", "200001"))) == ["5: balls[0].count must be at most 200000, got 200001"]
     (message,) = mistakes(balls(one, rest))
-    assert message.endswith("balls are 200001 in all; at most 200000 are allowed")
+    assert message.endswith("balls must contain at most 200000 balls in all, got 200001")
 
 
 @pytest.mark.parametrize(
@@ -584,14 +588,14 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "too-many-to-fit": (
         balls("radius = 50\ninside = [[0, 0], [800, 600]]\ncount = 60"),
-        ":6: balls[0].count is more than fit: 60 balls of radius 50 in 800 x 600",
+        ":6: balls[0].count is too large: 60 balls of radius 50 do not fit in 800 x 600",
     ),
     "too-many-to-place": (
         balls(
             "radius = 9\ninside = [[0, 0], [20, 20]]",
             more="[[walls]]\nfrom = [0, 10]\nto = [20, 10]\n",
         ),
-        ":3: balls[0].count is more than fit: 1 balls",
+        ":3: balls[0].count is too large: 1 balls do not fit",
     ),
     "empty": ("", ": arena is missing\n{file}: balls is missing"),
     "no-balls": (ARENA, ": balls is missing"),
@@ -604,17 +608,20 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "impossible-range": (
         balls("radius = 5\nx = { from = 90, to = 50 }\ny = { from = 50, to = 50 }"),
-        ":5: balls[0].x can produce nothing: from 90 is greater than to 50",
+        ":5: balls[0].x is empty: from 90 is greater than to 50",
     ),
     "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: is not valid TOML: Cannot overwrite a value"),
-    "no-colour": (balls(f'{BALL}\ncolors = ["rde"]'), ':6: balls[0].colors[0] is no colour: "rde"; did you mean red?'),
+    "no-colour": (
+        balls(f'{BALL}\ncolors = ["rde"]'),
+        ':6: balls[0].colors[0] is not a valid colour: "rde"; did you mean red?',
+    ),
     "no-colour-number": (
         ARENA + 'background = "#12345"\n[[balls]]\n' + BALL,
-        ':3: arena.background is no colour: "#12345"; write a CSS name or #rrggbb',
+        ':3: arena.background is not a valid colour: "#12345"; write a CSS name or #rrggbb',
     ),
     "wall-of-no-length": (
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\n"),
-        ":8: walls[0].to is the same point as from; a wall needs a length",
+        ":8: walls[0].to is the same point as from; a wall must have a length",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
     "walls": (
@@ -683,7 +690,7 @@ def test_a_missing_file(command: Command, tmp_path: Path) -> None:
 
 def test_a_name_that_is_none(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    said = "no scene 'articel': no such file, nor a bundled scene; did you mean article?\n"
+    said = "no scene 'articel': neither a file nor a bundled scene; did you mean article?\n"
     assert command("check", "articel") == (2, "", said)
 
 

@@ -151,7 +151,7 @@ def test_more_balls_than_a_file_has_room_for_are_not_written(
 ) -> None:
     scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
     monkeypatch.setattr("sandbox.scene.files.MAX_BYTES", most)
-    with pytest.raises(SandboxError, match=f"saved.toml: 4 balls are more than the {most} bytes of a scene file"):
+    with pytest.raises(SandboxError, match=f"saved.toml: 4 balls do not fit in the {most} bytes of a scene file"):
         write(scene, spawn(scene), tmp_path / "saved.toml")
     assert list(tmp_path.iterdir()) == []
 

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from sandbox.errors import SandboxError
 from sandbox.quantity import deepest_overlap
 from sandbox.scene import spawn as spawn_module
+from sandbox.scene.fields import Vector
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Scene
+from sandbox.scene.model import BallGroup, Scene, Wall
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.state import Floats
+from sandbox.state import Floats, State
 
 ANYWHERE = "x = { from = 100, to = 700 }\ny = { from = 100, to = 500 }"
 
@@ -145,7 +146,7 @@ def test_inside_nothing_overlaps(radius: float, count: int, width: float, height
         )
         position = spawn(scene).position
     except SandboxError as mistake:
-        assert " is more than fit: " in str(mistake)  # noqa: PT017 - the only mistake there may be
+        assert " do not fit" in str(mistake)  # noqa: PT017 - the only mistake there may be
         assume(False)
         return
     assert position.shape == (count, 2)
@@ -171,7 +172,7 @@ def test_a_crowd_beyond_jamming_is_put_on_a_lattice(monkeypatch: pytest.MonkeyPa
     asked: list[float] = []
     lattice = spawn_module._lattice
 
-    def watched(low: Floats, high: Floats, pitch: float) -> object:
+    def watched(low: Vector, high: Vector, pitch: float) -> object:
         asked.append(pitch)
         return lattice(low, high, pitch)
 
@@ -217,7 +218,7 @@ def test_more_than_fit_for_the_walls_in_the_way_is_a_mistake() -> None:
         "[[walls]]\nfrom = [0, 10]\nto = [100, 10]\n",
         "mine.toml",
     )
-    message = "mine.toml:6: balls[0].count is more than fit: 5 balls"
+    message = "mine.toml:6: balls[0].count is too large: 5 balls do not fit"
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         spawn(scene)
 
@@ -228,13 +229,13 @@ def test_more_than_fit_for_the_balls_before_them_is_a_mistake_of_the_second_grou
         "[[balls]]\nradius = 10\ncount = 20\ninside = [[0, 0], [100, 100]]\n",
         "mine.toml",
     )
-    with pytest.raises(SandboxError, match=r"^mine\.toml:8: balls\[1\]\.count is more than fit: 20 balls$"):
+    with pytest.raises(SandboxError, match=r"^mine\.toml:8: balls\[1\]\.count is too large: 20 balls do not fit$"):
         spawn(scene)
 
 
 def test_where_no_ball_has_room_it_is_told_however_small_the_balls() -> None:
     scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
-    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is more than fit: 1 balls$"):
+    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is too large: 1 balls do not fit$"):
         spawn(scene)
 
 
@@ -244,7 +245,7 @@ def test_in_a_row_that_is_taken_it_is_told_however_long_the_row() -> None:
         "[[walls]]\nfrom = [0, 5]\nto = [1e9, 5]\n",
         "mine.toml",
     )
-    with pytest.raises(SandboxError, match=r"balls\[0\]\.count is more than fit: 1 balls$"):
+    with pytest.raises(SandboxError, match=r"balls\[0\]\.count is too large: 1 balls do not fit$"):
         spawn(scene)
 
 
@@ -338,8 +339,9 @@ def test_a_ball_that_outruns_its_radius_is_a_warning() -> None:
     )
     assert said(scene) == [
         (
-            "test.toml: warning: ball 1 moves 16.5 px a step, more than its radius of 4, "
-            "so solvers that step may miss contacts; a rate of 248 would do"
+            "test.toml: warning: ball 1 moves 16.5 px per step, more than its radius of 4: "
+            "time-stepped engines may miss contacts; a rate of 248 would do"
+            ""
         )
     ]
 
@@ -366,14 +368,56 @@ def test_the_rate_that_the_warning_names_would_do(radius: float, speed: float, r
         assert enough == 1 or speed / (enough - 1) > radius
 
 
-def test_a_scene_is_spawned_once_however_long_it_runs_and_anew_where_its_balls_change() -> None:
+def count_draws(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
+    """Return a list that each scene whose balls are really drawn is appended to."""
+    drawn: list[Scene] = []
+    draw = spawn_module._spawn
+
+    def watched(scene: Scene) -> State:
+        drawn.append(scene)
+        return draw(scene)
+
+    monkeypatch.setattr(spawn_module, "_spawn", watched)
+    spawn_module._recent.clear()
+    return drawn
+
+
+def test_a_scene_is_drawn_once_and_again_only_if_what_is_drawn_from_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = count_draws(monkeypatch)
     scene = load("gas-1000")
     first = spawn(scene)
-    drawn = scene._spawned
-    first.position[:] = 0  # the caller's own
-    again = spawn(scene.changed(seconds=1.0, rate=240, expect=()))
-    assert scene._spawned is drawn
-    assert np.array_equal(again.position, spawn(load("gas-1000")).position)
-    assert not np.array_equal(again.position, spawn(scene.changed(seed=1)).position)
-    fewer = scene.balls[0].model_copy(update={"count": 10})
-    assert len(spawn(scene.changed(balls=(fewer,), expect=())).position) == 10
+    expected = first.position.copy()
+    first.position[:] = first.velocity[:] = 0  # the caller's own
+    for same in (scene, scene.changed(seconds=1.0, rate=240, gravity=(0, 9), expect=())):
+        assert spawn(same).position.tobytes() == expected.tobytes()
+    assert drawn == [scene]
+    group = scene.balls[0]
+    wall = Wall(start=(400, 100), to=(400, 500))
+    for changes in (
+        {"seed": 1},
+        {"balls": (group.model_copy(update={"count": 10}),)},
+        {"balls": (group, group.model_copy(update={"count": 1}))},
+        {"walls": (wall,)},
+        {"arena": scene.arena.model_copy(update={"size": (900.0, 600.0)}), "balls": (ON_GRID,)},
+    ):
+        other = scene.changed(expect=(), **changes)
+        fresh = spawn_module._spawn(other)
+        assert spawn(other).position.tobytes() == fresh.position.tobytes()
+        assert spawn(other).velocity.tobytes() == fresh.velocity.tobytes()
+    assert len(drawn) == 1 + 2 * 5
+    assert spawn(scene).position.tobytes() == expected.tobytes()
+
+
+ON_GRID = BallGroup(radius=1, grid=(2, 2), spacing=4)  # in the middle of the arena, whatever its size
+
+
+def test_equal_scenes_are_drawn_each_to_its_own_bits() -> None:
+    scenes = [scene_of(f"radius = 1\nposition = [9, 9]\nvelocity = [{zero}, 1]") for zero in ("0.0", "-0.0")]
+    assert scenes[0].balls == scenes[1].balls
+    assert [math.copysign(1, spawn(scene).velocity[0, 0]) for scene in scenes] == [1, -1]
+
+
+def test_few_drawn_states_are_kept() -> None:
+    for seed in range(20):
+        spawn(load("head-on").changed(seed=seed))
+    assert len(spawn_module._recent) <= 4

@@ -31,7 +31,8 @@ from sandbox.engines import registry
 from sandbox.errors import MAX_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
-from sandbox.run.inputs import _ALL, Input, load_inputs
+from sandbox.run.inputs import KINDS as INPUT_KINDS
+from sandbox.run.inputs import Input, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
@@ -178,7 +179,7 @@ SCHEMA = schema()
 SCENES = st.sampled_from(FILES).map(lambda content: tomllib.loads(content.decode()))
 SCENE_FILES = mutilated(st.sampled_from(FILES) | changed(SCENES, SCHEMA).map(toml) | within(SCHEMA, SCHEMA).map(toml))
 
-KINDS = [kind.model_json_schema() for kind in _ALL]
+KINDS = [kind.model_json_schema() for kind in INPUT_KINDS.values()]
 
 
 @st.composite
