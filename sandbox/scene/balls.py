@@ -101,7 +101,7 @@ class BallGroup(Model):
         return self
 
     def _errors(self) -> Iterator[Problem]:
-        given = {key for key in type(self).model_fields if getattr(self, key) is not None}
+        given = {key for key, value in self if value is not None}
         placements = [key for key in PLACEMENT_KEYS if key in given and not (key == "position" and "grid" in given)]
         throws = [key for key in THROW_KEYS if key in given and not (key == "vy" and "vx" in given)]
         for keys in (placements, throws):

@@ -150,4 +150,5 @@ def _plain(value: Any) -> Any:
 
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of a scene file, for editors."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scene.model_json_schema()}
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return head | Scene.model_json_schema() | {"description": "Balls, walls and gravity, which several engines run."}

@@ -136,9 +136,12 @@ def _check_in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
 class Scene(Model):
     """Balls, walls and gravity, which several engines run side by side.
 
-    Tables may be dictionaries or the classes of this module: `Scene(arena={"size": (800, 600)}, balls=[BallGroup(
-    radius=20, position=(400, 300))])`. Lengths are in px, times in s, masses in kg, and y points down.
+    Lengths are in px, times in s, masses in kg; y points down. Tables may be dictionaries, as in a file, or models.
     Raises SandboxError with every error, a line each.
+
+    >>> scene = Scene(arena={"size": (800, 600)}, balls=[BallGroup(radius=20, position=(400, 300))], gravity=(0, 900))
+    >>> len(scene.bodies), scene.steps
+    (1, 1200)
     """
 
     title: Title = ""
