@@ -194,7 +194,7 @@ class Scene(Model):
             most = f"{MAX_STEPS / self.rate:g} at this rate"
             raise invalid((("seconds",), f"must be at most {most}, got {self.seconds:g}"))
         if self.steps < 1:
-            raise invalid((("seconds",), f"must be at least one step, {1 / self.rate:g}, got {self.seconds:g}"))
+            raise invalid((("seconds",), f"must be at least one step, {1 / self.rate:g} s, got {self.seconds:g}"))
         return self
 
     @classmethod

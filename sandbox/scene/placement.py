@@ -101,7 +101,7 @@ class Packed(Placement):
             yield ("inside",), f"is smaller than one ball, which is {2 * self.radius:g} wide"
         elif count > _max_discs(width, height, self.radius):
             balls = f"{count} balls of radius {self.radius:g}"
-            yield ("count",), f"is too large: {balls} do not fit in {width:g} x {height:g}"
+            yield ("count",), f"is too large: there is no room for {balls} in {width:g} x {height:g}"
 
     def span(self, axis: int, count: int, arena: Vector) -> tuple[float, float, str]:
         low, high = sorted(corner[axis] for corner in self.corners)

@@ -101,7 +101,7 @@ def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: V
         forget(packing, placed(packing) - len(places))
         free = _free_sites(packing, radius, count, low, high)
         if len(free) < count:
-            raise SandboxError(scene.at(("balls", index, "count"), f"is too large: {count} balls do not fit"))
+            raise SandboxError(scene.at(("balls", index, "count"), f"is too large: there is no room for {count}"))
         places = free[rng.sample(range(len(free)), count)]
         place_all(packing, places, radius)
     found: list[Vector] = places.tolist()

@@ -81,7 +81,7 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
         (("compare", "article", "--engines", "pymunk,"), "--engines pymunk,: has a comma without a name"),
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
-        (("compare", "article", "--seconds", "0.001"), "seconds must be at least a step of 0.0166667, got 0.001"),
+        (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
         (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
         (("compare", "oblique", "--engines", "pymunk", "--advise"), "--advise cannot measure pymunk against itself"),
         (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
@@ -119,5 +119,5 @@ def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs(comma
     code, _, err = command("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
     assert code == 2
     assert err.splitlines()[0] == (
-        "inputs.jsonl:1: expect[0].at is not on a step, of which there are 1 a second, got 1.5"
+        "inputs.jsonl:1: expect[0].at must be a multiple of 1/1 s, got 1.5"
     )

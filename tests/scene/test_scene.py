@@ -588,14 +588,14 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "too-many-to-fit": (
         balls("radius = 50\ninside = [[0, 0], [800, 600]]\ncount = 60"),
-        ":6: balls[0].count is too large: 60 balls of radius 50 do not fit in 800 x 600",
+        ":6: balls[0].count is too large: there is no room for 60 balls of radius 50 in 800 x 600",
     ),
     "too-many-to-place": (
         balls(
             "radius = 9\ninside = [[0, 0], [20, 20]]",
             more="[[walls]]\nfrom = [0, 10]\nto = [20, 10]\n",
         ),
-        ":3: balls[0].count is too large: 1 balls do not fit",
+        ":3: balls[0].count is too large: there is no room for 1",
     ),
     "empty": ("", ": arena is missing\n{file}: balls is missing"),
     "no-balls": (ARENA, ": balls is missing"),
