@@ -81,9 +81,9 @@ class End(Model):
 
 
 Input = Start | Grab | Move | Release | Edit | End
-_AnyInput = Start | Grab | Move | Release | AnyEdit | End
+_AnyInput = Start | Grab | Move | Release | AnyEdit | End  # with each kind of edit, for pydantic to choose from
 _READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
-KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
+INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
 
 def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
@@ -134,9 +134,9 @@ def _parse(line: str) -> Input:
     except ValidationError as error:
         kind = error.errors()[0]["loc"][:1]  # the value of "do", if it is valid
         if not kind:
-            kinds = ", ".join(KINDS)
+            kinds = ", ".join(INPUT_KINDS)
             raise SandboxError(f'must be an object with "do" as one of {kinds}, got {shown(document)}') from None
-        raise sandbox_error(error, KINDS[str(kind[0])], within=kind) from None
+        raise sandbox_error(error, INPUT_KINDS[str(kind[0])], within=kind) from None
 
 
 def _document(line: str) -> Any:

@@ -28,7 +28,7 @@ class Hand:
         self.target: Vector = (0.0, 0.0)
 
     def apply(self, given: Input) -> None:
-        """Grab, move or release as an input says; other inputs change nothing, but for a deleted ball."""
+        """Grab, move or release a ball as an input says; follow its number if a ball is deleted."""
         match given:
             case Grab(ball=ball, at=at):
                 self.ball = ball

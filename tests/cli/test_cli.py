@@ -118,6 +118,4 @@ def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs(comma
     write_inputs([Start(scene="newtons-cradle", seed=0, rate=1)], Path("inputs.jsonl"))
     code, _, err = command("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
     assert code == 2
-    assert err.splitlines()[0] == (
-        "inputs.jsonl:1: expect[0].at must be a multiple of 1/1 s, got 1.5"
-    )
+    assert err.splitlines()[0] == ("inputs.jsonl:1: expect[0].at must be a multiple of 1/1 s, got 1.5")

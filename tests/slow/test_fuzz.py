@@ -31,8 +31,7 @@ from sandbox.engines import registry
 from sandbox.errors import MAX_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
-from sandbox.run.inputs import KINDS as INPUT_KINDS
-from sandbox.run.inputs import Input, load_inputs
+from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
