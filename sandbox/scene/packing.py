@@ -40,23 +40,6 @@ class Packing(NamedTuple):
     entry: NDArray[np.int32]
 
 
-def empty_packing(scene: Scene) -> Packing:
-    """Return a packing of the walls of a scene, with room for its balls."""
-    balls = len(scene.bodies)
-    random = np.zeros(LEVELS, bool)
-    random[[_level(group.radius) for group in scene.balls if group.inside]] = True
-    wall = np.array([(*wall.start, *wall.to, wall.thickness / 2) for wall in scene.walls], float).reshape(-1, 5)
-    entries = balls * (1 + int(random.sum()))
-    first = np.full(1 << entries.bit_length(), END_OF_LIST, np.int32)
-    counts = np.zeros(LEVELS, np.int64), np.zeros(2, np.int64)
-    return Packing(np.empty((balls, 3)), wall, random, *counts, first, np.empty((entries, 2), np.int32))
-
-
-def placed(packing: Packing) -> int:
-    """Return the number of balls placed so far."""
-    return int(packing.total[0])
-
-
 @njit(cache=True)
 def _level(radius):  # type: ignore[no-untyped-def]
     return max(0, math.ceil(math.log2(radius)) - LOWEST_EXPONENT)
@@ -167,3 +150,20 @@ def have_room(packing, place, radius):  # type: ignore[no-untyped-def]
     for k in range(len(place)):
         room[k] = _has_room(packing, place[k, 0], place[k, 1], radius)
     return room
+
+
+def empty_packing(scene: Scene) -> Packing:
+    """Return a packing of the walls of a scene, with room for its balls."""
+    balls = len(scene.bodies)
+    random = np.zeros(LEVELS, bool)
+    random[[_level(group.radius) for group in scene.balls if group.inside]] = True
+    wall = np.array([(*wall.start, *wall.to, wall.thickness / 2) for wall in scene.walls], float).reshape(-1, 5)
+    entries = balls * (1 + int(random.sum()))
+    first = np.full(1 << entries.bit_length(), END_OF_LIST, np.int32)
+    counts = np.zeros(LEVELS, np.int64), np.zeros(2, np.int64)
+    return Packing(np.empty((balls, 3)), wall, random, *counts, first, np.empty((entries, 2), np.int32))
+
+
+def placed(packing: Packing) -> int:
+    """Return the number of balls placed so far."""
+    return int(packing.total[0])
