@@ -198,7 +198,7 @@ def compare(
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     stretch = _Stretch(lockstep, names, against, steps)
     for step in range(steps):
-        lockstep.obey_due()
+        lockstep.apply_due()
         if lockstep.edited:
             stretch = _Stretch(lockstep, names, against, steps - step)
         lockstep.step()

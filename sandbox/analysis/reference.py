@@ -29,14 +29,14 @@ class Twin:
         state = lockstep.engines[engine].state()
         position = state.position.copy()
         position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.along[:] = [lockstep.runner(engine, replace(state, position=position))]
+        lockstep.hidden[:] = [lockstep.runner(engine, replace(state, position=position))]
         self.apart: float | None = None
         self._lockstep = lockstep
 
     def look(self, right: State) -> None:
         """Look at where it is, while it runs. right: the engine that it is the twin of."""
-        if self._lockstep.along:
-            gap = length(self._lockstep.along[0].engine.state().position - right.position)
+        if self._lockstep.hidden:
+            gap = length(self._lockstep.hidden[0].engine.state().position - right.position)
             if np.any(gap > self._lockstep.scene.bodies.radius):
                 self.apart = right.time
-                self._lockstep.along.clear()
+                self._lockstep.hidden.clear()

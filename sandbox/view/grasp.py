@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 import pygame
-from pydantic import ValidationError
 from pygame import Surface
 
 from sandbox.errors import SandboxError
@@ -13,7 +12,6 @@ from sandbox.quantity import length, segment_distance
 from sandbox.run.edits import AddBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.model import PALETTE, Vector
-from sandbox.scene.validation import error_of
 from sandbox.session.history import Moment
 from sandbox.view.draw import arrow
 from sandbox.view.layout import Layout
@@ -87,7 +85,7 @@ class Grasp:
         if aim is None or ball is None:
             return None
         vx, vy = ((aim - stage.panes[self._pane].state.position[ball]) / ARROW).tolist()
-        return _throw(stage, ball, vx, vy)
+        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
 
     def take_back(self) -> None:
         """Leave a velocity as it was."""
@@ -112,7 +110,7 @@ class Grasp:
         if ball is None:
             return None
         vx, vy = stage.panes[0].state.velocity[ball].tolist()
-        return _throw(stage, ball, vx + PUSH * x, vy + PUSH * y)
+        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx + PUSH * x, vy + PUSH * y))
 
     def add(self, moment: Moment, at: Vector | None) -> Input:
         """Add a ball like the chosen one, or else the last, at a place; or where there is room near the middle.
@@ -161,13 +159,6 @@ class Grasp:
         if over is not None and pointer:
             radius = scene.bodies.radius[self._like(stage.moment)] * scale
             pygame.draw.circle(surface, colours.ink, pointer, radius, width)
-
-
-def _throw(stage: Stage, ball: int, vx: float, vy: float) -> SetVelocity:
-    try:
-        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
-    except ValidationError as error:
-        raise error_of(error, SetVelocity) from None
 
 
 def _has_room(moment: Moment, at: Vector, radius: float) -> bool:

@@ -66,7 +66,7 @@ BAD_INPUTS = {
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
     ),
-    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "has a number of too many digits"),
+    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "contains a number with too many digits"),
     "a-start-later-on": (
         '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
         "step must be 0, got 3",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.mouse import MOST_PULL, PULL, Hand
+from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Hand
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
@@ -18,7 +18,7 @@ from sandbox.state import Floats
 def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
     """Pull a ball along x with no other force; return its positions and velocities, including the start."""
     mouse = Hand(scene)
-    mouse.obey(Grab(step=0, ball=0, at=(to, 300)))
+    mouse.apply(Grab(step=0, ball=0, at=(to, 300)))
     path, speeds = [x], [v]
     for _ in range(steps):
         dv = mouse.pull((path[-1], 300), (speeds[-1], 0))
@@ -35,7 +35,7 @@ def test_the_pull_is_critically_damped_and_integrated_by_backward_euler(rate: in
     scene = scene_of("radius = 250\nposition = [400, 300]", more=f"rate = {rate}")
     position, _ = pulled(scene, 400, 400 + away, v, 50)
     h, w = 1 / rate, 25.0
-    assert w == PULL
+    assert w == PULL_RATE
     n = np.arange(51)
     expected = (away + n * (h * w * away + h * v) / (1 + h * w)) / (1 + h * w) ** n
     assert position - 400 == pytest.approx(expected, abs=1e-9)
@@ -80,9 +80,9 @@ def test_acceleration_and_displacement_per_step_are_bounded(
     rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
 ) -> None:
     mouse = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
-    mouse.obey(Grab(step=0, ball=0, at=at))
+    mouse.apply(Grab(step=0, ball=0, at=at))
     dv = mouse.pull(where, v)
-    assert MOST_PULL == 40_000
+    assert MAX_PULL_ACCELERATION == 40_000
     assert math.hypot(*dv) * rate <= 40_000 * (1 + 1e-12)
     if math.hypot(*v) <= radius * rate:  # the disc of allowed velocities is convex
         assert math.hypot(v[0] + dv[0], v[1] + dv[1]) <= radius * rate * (1 + 1e-12)
@@ -100,9 +100,9 @@ def test_the_pull_does_not_scale_with_gravity() -> None:
 @given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
 def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool) -> None:
     mouse = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
-    mouse.obey(Grab(step=0, ball=1, at=(400, 300) if move else at))
+    mouse.apply(Grab(step=0, ball=1, at=(400, 300) if move else at))
     if move:
-        mouse.obey(Move(step=1, at=at))
+        mouse.apply(Move(step=1, at=at))
     x, y = mouse.target
     assert (x, y) == (sorted((30, at[0], 770))[1], sorted((30, at[1], 570))[1])
 
@@ -113,16 +113,16 @@ def test_the_mouse_grabs_moves_and_releases() -> None:
     def held() -> int | None:
         return mouse.ball
 
-    mouse.obey(Move(step=0, at=(100, 100)))  # ignored, as no ball is held
+    mouse.apply(Move(step=0, at=(100, 100)))  # ignored, as no ball is held
     assert held() is None
-    mouse.obey(Grab(step=0, ball=1, at=(100, 110)))
+    mouse.apply(Grab(step=0, ball=1, at=(100, 110)))
     assert (held(), mouse.target) == (1, (100, 110))
-    mouse.obey(Move(step=1, at=(200, 210)))
+    mouse.apply(Move(step=1, at=(200, 210)))
     assert (held(), mouse.target) == (1, (200, 210))
-    mouse.obey(Release(step=2))
+    mouse.apply(Release(step=2))
     assert held() is None
-    mouse.obey(Grab(step=3, ball=0, at=(1, 1)))
-    mouse.obey(End(step=4))
+    mouse.apply(Grab(step=3, ball=0, at=(1, 1)))
+    mouse.apply(End(step=4))
     assert held() is None
 
 

@@ -29,7 +29,7 @@ from sandbox.engines import registry
 from sandbox.errors import MAX_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
-from sandbox.run.inputs import _ALL, Input, load_inputs
+from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
@@ -176,7 +176,7 @@ SCHEMA = schema()
 SCENES = st.sampled_from(FILES).map(lambda content: tomllib.loads(content.decode()))
 SCENE_FILES = damaged(st.sampled_from(FILES) | changed(SCENES, SCHEMA).map(toml) | within(SCHEMA, SCHEMA).map(toml))
 
-KINDS = [kind.model_json_schema() for kind in _ALL]
+KINDS = [kind.model_json_schema() for kind in INPUT_KINDS.values()]
 
 
 @st.composite

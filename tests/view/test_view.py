@@ -329,12 +329,12 @@ def test_an_engine_that_refuses_the_next_scene_says_so_and_the_scene_s_own_run()
 
 def test_a_seed_whose_balls_do_not_fit_is_told_while_the_old_one_runs_on(window: Window) -> None:
     tight = "radius = 99\ncount = 4\ninside = [[0, 0], [400, 400]]"  # a lattice at best, and that is too wide
-    with pytest.raises(SandboxError, match="is more than fit"):
+    with pytest.raises(SandboxError, match="there is no room for"):
         Window(scene_of(tight), None)
     window.player.one_step()
     window.shelf.try_to_begin(scene_of(tight))
     assert window.lockstep.steps == 1
-    assert "is more than fit" in window.status
+    assert "there is no room for" in window.status
 
 
 def test_help_lists_every_key(window: Window) -> None:
