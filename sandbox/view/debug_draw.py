@@ -13,7 +13,7 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.view.draw import blit_discs, capsule, disc
+from sandbox.view.primitives import blit_discs, capsule, disc
 
 TURNS: Final = 64  # directions that a disc's line may have: at most 3 degrees off
 

@@ -3,9 +3,9 @@
 from pygame import Rect, Surface
 
 from sandbox.view.controls import HELP
-from sandbox.view.draw import panel, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, INK
+from sandbox.view.primitives import panel, text_width, write
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:

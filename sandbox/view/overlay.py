@@ -12,8 +12,8 @@ from sandbox.quantity import length
 from sandbox.run.mouse import Hand
 from sandbox.scene.model import Scene, rgb
 from sandbox.state import Contacts, Floats, State
-from sandbox.view.draw import arrow, lettering
 from sandbox.view.palette import contrast, palette
+from sandbox.view.primitives import arrow, lettering
 
 ARROW: Final = 0.2  # s; a velocity's arrow ends where the ball would be after so long
 TRAIL: Final = 90  # places of a ball that are kept
@@ -44,7 +44,7 @@ class Trail:
         return np.array([position for _, position in self._places])
 
 
-class Sparks:
+class RecentContacts:
     """The latest contacts of an engine, with where they were.
 
     An engine does not say where two balls met: a contact is put where the first ball touched then, which at its speed

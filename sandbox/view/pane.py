@@ -12,10 +12,10 @@ from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.layout import Layout
-from sandbox.view.overlay import Overlay, Sparks, Trail
+from sandbox.view.overlay import Overlay, RecentContacts, Trail
 from sandbox.view.palette import INK, contrast, palette, paper
+from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
 
 
 class Pane:
@@ -38,7 +38,7 @@ class Pane:
         moment = moments[-1]
         if afresh or moment.balls != self._balls:
             moments = [one for one in moments if one.balls == moment.balls]
-            self.trail, self.sparks = Trail(len(moment.balls)), Sparks(moment.scene.bodies.radius)
+            self.trail, self.sparks = Trail(len(moment.balls)), RecentContacts(moment.scene.bodies.radius)
         for one in moments:
             self.sparks.add(one.contacts[self.name], one.states[self.name])
         for one in moments if afresh else moments[-1:]:

@@ -11,10 +11,10 @@ from sandbox.files import whole_file
 from sandbox.run.mouse import Hand
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
-from sandbox.view.draw import write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.primitives import write
 
 SIZE = (1280, 560)  # px
 

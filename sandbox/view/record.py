@@ -10,12 +10,12 @@ from sandbox.errors import SandboxError, nearest
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.controls import CONTROLS
-from sandbox.view.draw import write
 from sandbox.view.film import FILMS
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.picture import save_picture
-from sandbox.view.stage import Stage
+from sandbox.view.primitives import write
+from sandbox.view.session_view import SessionView
 
 SHOWN: Final = tuple(control.shows for control in CONTROLS if control.group == "see")
 LEAST: Final = 64  # px of a film's sides
@@ -36,7 +36,7 @@ class Camera:
     ) -> None:
         self.scene = scene
         self.showing = showing
-        self.stage = Stage(scene, engines, inputs)
+        self.stage = SessionView(scene, engines, inputs)
         self.surface = Surface(size)
         charts = len(self.stage.charts.history.quantities) if "charts" in showing else 0
         self.layout = Layout(size, scene.arena.size, len(self.stage.panes), charts=charts)

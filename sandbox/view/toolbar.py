@@ -10,9 +10,9 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.controls import Control
-from sandbox.view.draw import card, lettering
-from sandbox.view.icon import icon
+from sandbox.view.icons import icon
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED, SKY
+from sandbox.view.primitives import card, lettering
 
 SLIDER: Final = 5.0  # width of a slider, in heights of the toolbar
 ON: Final = pygame.Color(SKY)

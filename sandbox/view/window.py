@@ -20,23 +20,23 @@ from sandbox.run.inputs import Input
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import write
 from sandbox.scene.model import Scene
-from sandbox.view.chart import Charts
+from sandbox.view.charts import Charts
 from sandbox.view.controls import CONTROLS, Control, control_of
-from sandbox.view.draw import card
-from sandbox.view.draw import write as write_text
+from sandbox.view.error_card import draw_error_card
 from sandbox.view.film import Film, Gif
-from sandbox.view.grasp import Grasp, Point
 from sandbox.view.help import draw_help
 from sandbox.view.layout import LEAST, Layout, natural_size
-from sandbox.view.notice import draw_mistake
+from sandbox.view.mouse_tool import MouseTool, Point
 from sandbox.view.overlay import ball_at
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, facts
 from sandbox.view.picture import save_picture
-from sandbox.view.player import SPEEDS, Player
-from sandbox.view.shelf import Shelf
-from sandbox.view.stage import Stage
-from sandbox.view.timebar import draw_bar, step_at
+from sandbox.view.playback import SPEEDS, Playback
+from sandbox.view.primitives import card
+from sandbox.view.primitives import write as write_text
+from sandbox.view.scene_loader import SceneLoader
+from sandbox.view.session_view import SessionView
+from sandbox.view.time_bar import draw_time_bar, step_at
 from sandbox.view.toolbar import Button, Slider, Toolbar, Widget
 
 FRAMES: Final = 60  # a second, of the screen
@@ -69,9 +69,9 @@ class Window:
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self.notice = ("", 0.0)  # a line, and until when it is shown, s
-        self.player = Player(Stage(scene, engines, inputs), self.tell, self.show_progress)
-        self.shelf = Shelf(scene, engines, self.begin, self.tell)
-        self.grasp = Grasp()
+        self.player = Playback(SessionView(scene, engines, inputs), self.tell, self.show_progress)
+        self.shelf = SceneLoader(scene, engines, self.begin, self.tell)
+        self.grasp = MouseTool()
         pygame.display.init()
         desktop = pygame.display.get_desktop_sizes()[0]
         size = natural_size(scene.arena.size, len(self.panes), desktop)
@@ -104,7 +104,7 @@ class Window:
     # What runs
 
     @property
-    def stage(self) -> Stage:
+    def stage(self) -> SessionView:
         """What runs, and is shown."""
         return self.player.stage
 
@@ -135,8 +135,8 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, where it cannot be."""
-        self.player.put_on(Stage(scene, engines))
-        self.grasp = Grasp()
+        self.player.put_on(SessionView(scene, engines))
+        self.grasp = MouseTool()
         self.notice = ("", 0.0)
 
     def restart(self) -> None:
@@ -459,12 +459,12 @@ class Window:
         surface.fill(FRAME)
         self.stage.draw(surface, layout, self.showing)
         self.grasp.draw(surface, layout, self.stage, self.pointer)
-        draw_bar(surface, layout.bar, self.stage.moment.step, self.stage.session.end)
+        draw_time_bar(surface, layout.bar, self.stage.moment.step, self.stage.session.end)
         write_text(surface, self.status, layout.status, FAINT, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
         self.draw_facts(surface, layout)
         if self.shelf.mistake:
-            draw_mistake(surface, layout, self.shelf.mistake)
+            draw_error_card(surface, layout, self.shelf.mistake)
         if "help" in self.showing:
             draw_help(surface, layout)
         if self.shelf.picker:

@@ -77,7 +77,7 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
-        self.patch.setattr("sandbox.view.player.BUDGET", -1.0)  # a step a frame, on any machine
+        self.patch.setattr("sandbox.view.playback.BUDGET", -1.0)  # a step a frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse

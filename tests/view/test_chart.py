@@ -14,7 +14,7 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.monitor import Marks
 from sandbox.state import Floats, State
-from sandbox.view.chart import CAPACITY, HEADROOM, ChartData, Charts, Series
+from sandbox.view.charts import CAPACITY, HEADROOM, ChartData, Charts, Series
 from sandbox.view.palette import Line, palette
 
 PLACE = Rect(0, 0, 900, 300)

@@ -11,9 +11,9 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, State
-from sandbox.view.draw import lettering
-from sandbox.view.overlay import ARROW, SPARK, SPARKS, TRAIL, Overlay, Sparks, Trail, ball_at, round_up
+from sandbox.view.overlay import ARROW, SPARK, SPARKS, TRAIL, Overlay, RecentContacts, Trail, ball_at, round_up
 from sandbox.view.palette import palette, paper
+from sandbox.view.primitives import lettering
 
 BLUE = "#0072b2"
 GREY = (128, 128, 128)
@@ -107,7 +107,7 @@ def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np
 
 
 def test_a_contact_is_where_the_ball_touched_when_it_did() -> None:
-    sparks = Sparks(np.array([20.0]))
+    sparks = RecentContacts(np.array([20.0]))
     state = State(1.0, np.array([[90.0, 300.0]]), np.array([[-100.0, 0.0]]))  # it has flown 0.1 s since
     sparks.add(contacts_of((0.9, 0, -3, (1.0, 0.0), 5.0)), state)
     assert sparks.latest()["point"].tolist() == [[120.0, 300.0]]
@@ -120,14 +120,14 @@ def test_a_contact_without_an_impulse_is_a_dot() -> None:
     surface = pygame.Surface((800, 600))
     overlay = Overlay(surface, scene_of("radius = 20\nposition = [200, 300]"), 1.0, 20)
     surface.fill("white")
-    sparks = Sparks(overlay.scene.bodies.radius)
+    sparks = RecentContacts(overlay.scene.bodies.radius)
     sparks.add(contacts_of((0.0, 0, -1, (0.0, 1.0), -0.0)), State(0.0, np.array([[200.0, 300.0]]), np.zeros((1, 2))))
     overlay.contacts(sparks.latest(), 0.0)
     assert surface.get_at((200, 320)) == overlay.palette.contact
 
 
 def test_contacts_after_a_step_back_are_forgotten_and_many_are_not_kept() -> None:
-    sparks = Sparks(np.array([20.0]))
+    sparks = RecentContacts(np.array([20.0]))
     state = State(1.0, np.zeros((1, 2)), np.zeros((1, 2)))
     sparks.add(contacts_of(*[(1.0, 0, -1, (1.0, 0.0), float(k)) for k in range(3 * SPARKS)]), state)
     assert sparks.latest()["impulse"].tolist() == list(range(2 * SPARKS, 3 * SPARKS))
@@ -140,7 +140,7 @@ def test_the_contact_of_a_head_on_collision_is_between_the_balls(engine: str) ->
     scene = load("head-on")
     lockstep = Lockstep(scene, [engine])
     lockstep.engines[engine].contacts()
-    sparks = Sparks(scene.bodies.radius)
+    sparks = RecentContacts(scene.bodies.radius)
     while not len(sparks.latest()):
         lockstep.step()
         sparks.add(lockstep.engines[engine].contacts(), lockstep.states()[engine])
@@ -156,7 +156,7 @@ def test_the_contact_of_a_head_on_collision_is_between_the_balls(engine: str) ->
 def test_a_contact_is_drawn_along_its_normal_with_its_impulse() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
     overlay = overlay_of(scene)
-    sparks = Sparks(np.array([20.0]))
+    sparks = RecentContacts(np.array([20.0]))
     sparks.add(contacts_of((0.0, 0, -1, (0.0, 1.0), 250.0)), State(0.0, np.array([[200.0, 300.0]]), np.zeros((1, 2))))
     overlay.contacts(sparks.latest(), 0.0)
     colour = palette("white").contact

@@ -10,7 +10,7 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.controls import CONTROLS, Control
-from sandbox.view.icon import ICONS, icon
+from sandbox.view.icons import ICONS, icon
 from sandbox.view.toolbar import ON, Button, Slider, Toolbar
 
 STOPS = (0.0, 0.25, 0.5, 1.0)

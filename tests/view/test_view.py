@@ -25,13 +25,13 @@ from sandbox.scene.model import Scene, rgb
 from sandbox.state import CONTACT, Bools, Floats
 from sandbox.view.controls import CONTROLS, Control, control_of
 from sandbox.view.debug_draw import turned
-from sandbox.view.draw import capsule, disc
 from sandbox.view.layout import LEAST, Layout, natural_size
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import facts
 from sandbox.view.picture import draw_picture
-from sandbox.view.player import Player
-from sandbox.view.shelf import Shelf
+from sandbox.view.playback import Playback
+from sandbox.view.primitives import capsule, disc
+from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.toolbar import Button, Slider
 from sandbox.view.window import Window, has_display
 
@@ -248,7 +248,7 @@ def test_of_many_mistakes_the_first_are_shown_and_how_many_more(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown: list[str] = []
-    monkeypatch.setattr("sandbox.view.notice.card", lambda _, lines, *__: shown.extend(line for [line] in lines))
+    monkeypatch.setattr("sandbox.view.error_card.card", lambda _, lines, *__: shown.extend(line for [line] in lines))
     window.shelf.mistake = "\n".join(f"mine.toml:{k}: {'k' * 500_000 if k == 3 else 'is wrong'}" for k in range(100))
     window.draw()
     assert len(shown) == 9
@@ -278,7 +278,7 @@ def test_walls_that_reach_far_out_of_the_arena_are_drawn_where_they_are_seen(
 
 
 def test_a_slow_frame_slows_time_and_never_enlarges_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)  # every frame is too slow
+    monkeypatch.setattr("sandbox.view.playback.BUDGET", -1.0)  # every frame is too slow
     window.advance(10.0)
     assert window.lockstep.steps == 1
     window.advance(0.0)
@@ -371,7 +371,7 @@ def test_escape_and_the_close_button_quit(window: Window) -> None:
 
 def test_every_control_is_a_method_with_a_key() -> None:
     for control in CONTROLS:
-        assert any(callable(getattr(part, control.action, None)) for part in (Window, Player, Shelf))
+        assert any(callable(getattr(part, control.action, None)) for part in (Window, Playback, SceneLoader))
         for key in control.keys:
             mod = pygame.KMOD_LSHIFT if control.shift else 0
             assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control

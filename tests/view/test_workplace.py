@@ -16,9 +16,9 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
+from sandbox.view.file_watcher import FileWatcher
 from sandbox.view.palette import RAISED
 from sandbox.view.toolbar import Slider
-from sandbox.view.watch import Watch
 from sandbox.view.window import Window
 
 CODES = {
@@ -158,7 +158,7 @@ def test_time_that_passes_goes_on_from_the_past_once_the_engines_are_there(
 ) -> None:
     run(window, 60)
     end = shown(window)
-    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)  # every frame has time for one slice
+    monkeypatch.setattr("sandbox.view.playback.BUDGET", -1.0)  # every frame has time for one slice
     window.player.seek(25)
     window.player.paused = False
     window.frame(1 / 60)
@@ -175,7 +175,7 @@ def test_a_step_that_is_not_remembered_is_shown_as_soon_as_it_has_been_run_again
     monkeypatch.setattr("sandbox.session.history.RECENT", 8)
     monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.stage.moment.size)
     run(window, 100)
-    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)
+    monkeypatch.setattr("sandbox.view.playback.BUDGET", -1.0)
     window.player.seek(37)
     frames = 0
     while not window.player.exact:
@@ -481,7 +481,7 @@ def test_what_is_done_at_a_step_that_is_not_remembered_is_done_to_the_balls_as_t
 ) -> None:
     monkeypatch.setattr("sandbox.session.history.RECENT", 8)
     monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.stage.moment.size)
-    monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)
+    monkeypatch.setattr("sandbox.view.playback.BUDGET", -1.0)
     run(window, 100)
     press(window, ".")
     for there, key, kind in ((37, "a", AddBall), (21, "Right", SetVelocity), (11, "Delete", DeleteBall)):
@@ -713,7 +713,7 @@ def test_of_twenty_edits_of_the_open_file_five_broken_none_loses_the_running_sce
 def test_a_watched_file_that_is_touched_or_away_for_a_moment_has_not_changed(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text("one")
-    watch = Watch(file)
+    watch = FileWatcher(file)
     os.utime(file, ns=(1, 1))
     assert not watch.changed()
     file.unlink()

@@ -8,7 +8,7 @@ from sandbox.errors import MAX_BYTES
 EVERY: Final = 0.2  # s between two looks
 
 
-class Watch:
+class FileWatcher:
     """Tells when a file says something else than it did. One that is missing or not to be read says what it said."""
 
     def __init__(self, file: Path) -> None:

@@ -7,11 +7,11 @@ from time import monotonic
 from sandbox.errors import Refused, SandboxError
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.view.picker import Picker
-from sandbox.view.watch import EVERY, Watch
+from sandbox.view.file_watcher import EVERY, FileWatcher
+from sandbox.view.scene_picker import ScenePicker
 
 
-class Shelf:
+class SceneLoader:
     """Opens scenes.
 
     named: the engines that a person asked for, which run every scene that they can honour. begin: runs a scene in
@@ -28,13 +28,13 @@ class Shelf:
         self._named = named
         self._begin = begin
         self._tell = tell
-        self.picker: Picker | None = None  # while it is open
+        self.picker: ScenePicker | None = None  # while it is open
         self._opened(scene)
 
     def _opened(self, scene: Scene) -> None:
         self._scene = scene
         self.mistake = ""  # in a file that was to be opened
-        self._watch = Watch(scene.file)
+        self._watch = FileWatcher(scene.file)
         self._looks_at = monotonic() + EVERY  # s, when the file is looked at next
 
     def try_to_begin(self, scene: Scene) -> None:
@@ -94,7 +94,7 @@ class Shelf:
 
     def pick(self) -> None:
         """Open the picker of scenes."""
-        self.picker = Picker(self.open, self.close_picker)
+        self.picker = ScenePicker(self.open, self.close_picker)
 
     def close_picker(self) -> None:
         """Close the picker of scenes."""

@@ -15,11 +15,11 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.model import PALETTE, Vector
 from sandbox.scene.validation import error_of
 from sandbox.session.history import Moment
-from sandbox.view.draw import arrow
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ARROW, ball_at
 from sandbox.view.palette import palette
-from sandbox.view.stage import Stage
+from sandbox.view.primitives import arrow
+from sandbox.view.session_view import SessionView
 
 REACH: Final = 8  # px of the screen between the pointer and the edge of a ball it takes
 STILL: Final = 4  # px of the screen that the mouse may move in a click
@@ -27,7 +27,7 @@ PUSH: Final = 30.0  # px/s that a key adds to a velocity
 Point = tuple[int, int]
 
 
-class Grasp:
+class MouseTool:
     """A ball in the hand while time passes; the tip of its velocity while it is paused; a new ball to be placed.
 
     Its methods return the input that is to be given, if there is one. A ball that is chosen, which keys are for,
@@ -48,7 +48,7 @@ class Grasp:
 
     # The mouse
 
-    def press(self, stage: Stage, layout: Layout, point: Point, *, paused: bool) -> Input | None:
+    def press(self, stage: SessionView, layout: Layout, point: Point, *, paused: bool) -> Input | None:
         """Take the ball nearest to a point of the screen, if it is near enough; or place a new one.
 
         Raises SandboxError where there is no room for that.
@@ -68,7 +68,7 @@ class Grasp:
         self._pressed = point if near else None
         return None
 
-    def drag(self, stage: Stage, layout: Layout, point: Point) -> Input | None:
+    def drag(self, stage: SessionView, layout: Layout, point: Point) -> Input | None:
         """Pull what is held to a point of the screen."""
         at = layout.to_scene(self._pane, point)
         if stage.session.held is not None:
@@ -78,7 +78,7 @@ class Grasp:
             self.aim = at
         return None
 
-    def let_go(self, stage: Stage) -> Input | None:
+    def let_go(self, stage: SessionView) -> Input | None:
         """Let go of what is held. Raises SandboxError for a velocity that may not be."""
         aim, self.aim, self._pressed = self.aim, None, None
         if stage.session.held is not None:
@@ -100,13 +100,13 @@ class Grasp:
 
     # The keyboard
 
-    def choose(self, stage: Stage, by: int) -> None:
+    def choose(self, stage: SessionView, by: int) -> None:
         """Choose the ball so many further on."""
         balls, here = stage.moment.balls, self.ball(stage.moment)
         self._chosen = balls[0 if by > 0 else -1] if here is None else balls[(here + by) % len(balls)]
         self.by_key = True
 
-    def push(self, stage: Stage, x: int, y: int) -> Input | None:
+    def push(self, stage: SessionView, x: int, y: int) -> Input | None:
         """Let the chosen ball go more to the right and down. Raises SandboxError for a velocity that may not be."""
         ball = self.ball(stage.moment)
         if ball is None:
@@ -144,7 +144,7 @@ class Grasp:
         chosen = self.ball(moment)
         return len(moment.balls) - 1 if chosen is None else chosen
 
-    def draw(self, surface: Surface, layout: Layout, stage: Stage, pointer: Point | None) -> None:
+    def draw(self, surface: Surface, layout: Layout, stage: SessionView, pointer: Point | None) -> None:
         """Mark the chosen ball in every pane, and draw what is held."""
         scene, scale, ball = stage.moment.scene, layout.scale, self.ball(stage.moment)
         colours = palette(scene.arena.background)
@@ -163,7 +163,7 @@ class Grasp:
             pygame.draw.circle(surface, colours.ink, pointer, radius, width)
 
 
-def _throw(stage: Stage, ball: int, vx: float, vy: float) -> SetVelocity:
+def _throw(stage: SessionView, ball: int, vx: float, vy: float) -> SetVelocity:
     try:
         return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
     except ValidationError as error:

@@ -8,27 +8,27 @@ from typing import Final
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
-from sandbox.view.stage import Stage
+from sandbox.view.session_view import SessionView
 
 BUDGET: Final = 0.025  # s of a frame that may go into physics; what does not fit slows time
 SLICE: Final = 10  # steps that are run again between two looks at the clock
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 
 
-class Player:
+class Playback:
     """Lets the time of a stage pass.
 
     tell: shows a person what went wrong; progress: is called while the engines run again before something can be done.
     """
 
-    def __init__(self, stage: Stage, tell: Callable[[str], None], progress: Callable[[], None]) -> None:
+    def __init__(self, stage: SessionView, tell: Callable[[str], None], progress: Callable[[], None]) -> None:
         self._tell = tell
         self._progress = progress
         self.paused = False
         self.speed = 1.0
         self.put_on(stage)
 
-    def put_on(self, stage: Stage) -> None:
+    def put_on(self, stage: SessionView) -> None:
         """Go on with another stage."""
         self.stage = stage
         self._owed = 0.0  # steps that time has passed for

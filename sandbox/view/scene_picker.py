@@ -15,9 +15,9 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
-from sandbox.view.draw import panel, text_width, write
 from sandbox.view.palette import FAINT, INK, RAISED, SKY
 from sandbox.view.pane import draw_scene
+from sandbox.view.primitives import panel, text_width, write
 
 TILE: Final = 12  # width of a preview with its name, in heights of the text
 SHAPE: Final = 0.65  # of a preview: its height, as a share of its width
@@ -51,7 +51,7 @@ def entries(folder: Path) -> list[Entry]:
     return [entry for entry in own if "[[balls]]" in entry.words] + come_with
 
 
-class Picker:
+class ScenePicker:
     """A grid of scenes over the whole window, while it is open."""
 
     def __init__(self, choose: Callable[[Path], None], close: Callable[[], None]) -> None:

@@ -17,9 +17,9 @@ from sandbox.quantity import energy, length, momentum
 from sandbox.scene.model import Scene
 from sandbox.session.monitor import Marks
 from sandbox.state import Floats, State
-from sandbox.view.draw import dashes, lettering
 from sandbox.view.overlay import round_up
 from sandbox.view.palette import Line, Palette, palette, paper
+from sandbox.view.primitives import dashes, lettering
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 LEAST_GAP: Final = 1e-14  # px, the least that the chart's axis reaches down to

@@ -12,16 +12,16 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
-from sandbox.view.chart import ChartData, Charts
+from sandbox.view.charts import ChartData, Charts
 from sandbox.view.debug_draw import turned
-from sandbox.view.draw import disc
 from sandbox.view.layout import Layout
 from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.primitives import disc
 
 BEHIND: Final = 120  # steps that trails and contacts reach back, where they are shown afresh
 
 
-class Stage:
+class SessionView:
     """A session, and what is shown of it. Where no engines are named: Pymunk and its reference."""
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:

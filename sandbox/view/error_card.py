@@ -4,13 +4,13 @@ import textwrap
 
 from pygame import Surface
 
-from sandbox.view.draw import card, drawable, text_width
 from sandbox.view.layout import Layout
+from sandbox.view.primitives import card, drawable, text_width
 
 LINES = 8  # of what is wrong, that are shown at once
 
 
-def draw_mistake(surface: Surface, layout: Layout, mistake: str) -> None:
+def draw_error_card(surface: Surface, layout: Layout, mistake: str) -> None:
     """Draw what is wrong with a file, as many lines as there is room for, above the status line."""
     height, window = layout.text_height, surface.get_rect()
     letters = max(20, int((window.width - 4 * height) / (text_width("abcdefghij klmnopqrst", height) / 21)))

@@ -6,7 +6,7 @@ from pygame import Rect, Surface
 from sandbox.view.palette import FAINT, INK, RAISED
 
 
-def draw_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
+def draw_time_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
     """Draw how far a step is on the way to the furthest that was reached."""
     if not place.height:
         return

@@ -7,7 +7,7 @@ from typing import Final
 import pygame
 from pygame import Color, Surface
 
-from sandbox.view.draw import capsule, font
+from sandbox.view.primitives import capsule, font
 
 GRID: Final = 24
 SMOOTH: Final = 4  # an icon is drawn this many times as large and scaled down
