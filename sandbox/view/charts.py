@@ -1,10 +1,9 @@
 """Charts of a run on one axis of time: energy, gap to the reference, momentum.
 
-A chart is drawn once and then gone on with: what is new is drawn to what is there, and all of it again only where an
-axis has to reach further or the window has changed.
+New samples are added to the picture that is there. All of it is drawn again only if an axis must become longer or the
+window has changed.
 """
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,152 +11,49 @@ import numpy as np
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.analysis.reference import reference_of
-from sandbox.quantity import energy, length, momentum
-from sandbox.scene.model import Scene
 from sandbox.session.monitor import Marks
-from sandbox.state import Floats, State
-from sandbox.view.overlay import round_up
+from sandbox.state import Floats
+from sandbox.view.chart_data import ChartData, Quantity
 from sandbox.view.palette import Line, Palette, palette, paper
-from sandbox.view.primitives import dashes, lettering
+from sandbox.view.primitives import dashes, lettering, round_up
 
-CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
-LEAST_GAP: Final = 1e-14  # px, the least that the chart's axis reaches down to
-LONGEST_START: Final = 60.0  # s that the axis of time has at first, where the scene does not say fewer
-HEADROOM: Final = 1.1  # of an axis, over its last number
-FITS: Final = 1.08  # of an axis, what is still shown over its last number
-
-
-class Series:
-    """Samples of some values over time in bounded memory: when it is full, every other sample is dropped.
-
-    columns: how many values. Samples belong to steps. A step that has one keeps it, so that a run that is stepped
-    back and gone on with is the same; where it is to take another course, `cut` forgets what is not to come.
-    """
-
-    def __init__(self, columns: int) -> None:
-        self._rows = np.empty((CAPACITY, columns))
-        self._steps = np.empty(CAPACITY, int)
-        self._count = 0
-        self._every = 1  # steps at least between two samples
-        self.drops = 0  # how often samples have been dropped
-
-    def __len__(self) -> int:
-        return self._count
-
-    def wants(self, step: int) -> bool:
-        """Tell whether a sample at a step would be kept."""
-        return not self._count or step >= self._steps[self._count - 1] + self._every
-
-    def add(self, step: int, values: Sequence[float]) -> None:
-        """Keep a sample, which is wanted."""
-        if self._count == CAPACITY:
-            half = CAPACITY // 2
-            self._rows[:half], self._steps[:half] = self._rows[::2].copy(), self._steps[::2].copy()
-            self._count, self._every = half, 2 * self._every
-            self.drops += 1
-        self._steps[self._count], self._rows[self._count] = step, values
-        self._count += 1
-
-    def cut(self, step: int) -> None:
-        """Forget what came after a step."""
-        count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
-        if count < self._count:
-            self._count = count
-            self.drops += 1
-
-    @property
-    def steps(self) -> np.ndarray[tuple[int], np.dtype[np.int_]]:
-        """The step of each sample: (samples,)."""
-        return self._steps[: self._count]
-
-    @property
-    def rows(self) -> Floats:
-        """The values: (samples, columns)."""
-        return self._rows[: self._count]
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """What a chart is of. logarithmic: over powers of ten."""
-
-    title: str
-    unit: str
-    logarithmic: bool = False
-
-
-class ChartData:
-    """What the charts show of a run: each quantity in each engine, over time."""
-
-    def __init__(self, scene: Scene, states: Mapping[str, State]) -> None:
-        self.scene = scene
-        self.engines = list(states)
-        self.reference = reference_of(self.engines)
-        first = states[self.reference]
-        self.energy_at_start = _energy(scene, first)
-        unit = "% of the start" if self.energy_at_start else "kg px²/s²"
-        gap = [Quantity("gap, RMS", "px", logarithmic=True)] if len(states) > 1 else []
-        self.quantities = (Quantity("energy", unit), *gap, Quantity("momentum", "kg px/s"))
-        self.series = Series(1 + len(self.quantities) * len(states))  # time, and each quantity of each engine
-        self.add(0, states)
-
-    def add(self, step: int, states: Mapping[str, State]) -> None:
-        """Take a sample of all engines, if one is due."""
-        if self.series.wants(step):
-            self.series.add(step, self._sample(states))
-
-    def _sample(self, states: Mapping[str, State]) -> list[float]:
-        scene, mass = self.scene, self.scene.bodies.mass
-        unit = self.energy_at_start / 100 or 1.0
-        values = [states[self.reference].time]
-        values += [_energy(scene, state) / unit for state in states.values()]
-        if len(states) > 1:
-            right = states[self.reference].position
-            values += [float(np.sqrt(np.mean(length(state.position - right) ** 2))) for state in states.values()]
-        return values + [float(length(momentum(state.velocity, mass))) for state in states.values()]
-
-    def of(self, quantity: int) -> Floats:
-        """Return a quantity over time, a column an engine: (samples, engines)."""
-        n = len(self.engines)
-        return self.series.rows[:, 1 + quantity * n : 1 + (quantity + 1) * n]
-
-    @property
-    def times(self) -> Floats:
-        """When the samples are of, s: (samples,)."""
-        return self.series.rows[:, 0]
+MIN_LOGARITHMIC: Final = 1e-14  # the lowest value on a logarithmic axis
+MAX_FIRST_SECONDS: Final = 60.0  # on the axis of time at the start of a run
+HEADROOM: Final = 1.1  # length of an axis, in units of its last number
+ROUNDED_DOWN: Final = 1.08  # values up to so many times an axis' last number need no higher one
 
 
 @dataclass(frozen=True)
 class Axes:
-    """What the axes of a drawn chart reach: seconds, and each quantity from a lowest to a highest (or their log10)."""
+    """The ranges of the axes: seconds from 0, and each quantity's lowest and highest value (or their log10)."""
 
     seconds: float
     spans: tuple[tuple[float, float], ...]
 
 
 class Charts:
-    """The strip of charts, drawn at a place of the window."""
+    """The strip of charts at the bottom of the window."""
 
-    def __init__(self, history: ChartData) -> None:
-        self.history = history
+    def __init__(self, data: ChartData) -> None:
+        self.data = data
         self.marks = Marks()
-        self.palette: Palette = palette(paper(history.scene.arena.background))
+        self.palette: Palette = palette(paper(data.scene.arena.background))
         self._drawn: Surface | None = None
-        self._as: tuple[Axes, Rect, int, int] | None = None  # what the drawing is of: axes, place, text, drops
-        self._samples = 0  # of the series, how many are drawn
-        self._axes = Axes(min(history.scene.seconds, LONGEST_START), ())
-        self._seen = 0  # samples that the axes reach
-        self._extent: list[tuple[float, float]] = []
+        self._drawn_as: tuple[Axes, Rect, int, int] | None = None  # axes, place, text height, drops of that picture
+        self._samples = 0  # how many of the series are drawn
+        self._axes = Axes(min(data.scene.seconds, MAX_FIRST_SECONDS), ())
+        self._seen = 0  # how many samples the axes include
+        self._extent: list[tuple[float, float]] = []  # of each quantity in those samples
 
     def draw(self, surface: Surface, place: Rect, text_height: int, time: float) -> None:
-        """Draw the charts, up to date, with marks and a cursor at a time (s)."""
+        """Draw the charts with all samples, marks, and a cursor at a time (s)."""
         if not place.height:
             return
-        self._reach()
+        self._extend_axes()
         plots = self.plots(place, text_height)
-        wanted = (self._axes, place, text_height, self.history.series.drops)
-        if self._drawn is None or wanted != self._as:
-            self._drawn, self._as, self._samples = Surface(place.size), wanted, 0
+        wanted = (self._axes, place, text_height, self.data.series.drops)
+        if self._drawn is None or wanted != self._drawn_as:
+            self._drawn, self._drawn_as, self._samples = Surface(place.size), wanted, 0
             self._draw_axes(self._drawn, plots, text_height)
         self._draw_lines(self._drawn, plots, text_height)
         surface.blit(self._drawn, place)
@@ -166,10 +62,10 @@ class Charts:
         self._draw_cursor(ground, plots, text_height, time)
 
     def plots(self, place: Rect, text_height: int) -> list[Rect]:
-        """Return each chart's place within the strip, round its lines only."""
+        """Return the place of each chart's lines, without its axes, within the strip."""
         left = round(8.2 * text_height)
         bottom = round(1.4 * text_height)
-        count, gap = len(self.history.quantities), max(2, text_height // 4)
+        count, gap = len(self.data.quantities), max(2, text_height // 4)
         height = (place.height - bottom) / count
         right = text_height
         return [
@@ -178,36 +74,36 @@ class Charts:
         ]
 
     def time_at(self, place: Rect, text_height: int, point: tuple[int, int]) -> float | None:
-        """Return the time that a point of the window stands for in the charts at a place, s; None outside of them."""
+        """Return the time (s) of a point of the window in charts at a place, or None if it is outside of them."""
         if not place.collidepoint(point):
             return None
         plot = self.plots(place, text_height)[0]
         share = (point[0] - place.x - plot.x) / plot.width
         return min(max(share, 0.0), 1.0) * self._axes.seconds
 
-    def _reach(self) -> None:
-        """Let the axes reach all samples: further in steps, so that they seldom change."""
-        history = self.history
-        if self._seen > len(history.series) or self._as is None or self._as[3] != history.series.drops:
+    def _extend_axes(self) -> None:
+        """Make the axes include all samples. They grow in large steps, so that they seldom change."""
+        data = self.data
+        if self._seen > len(data.series) or self._drawn_as is None or self._drawn_as[3] != data.series.drops:
             self._seen, self._extent = 0, []
-        if self._seen == len(history.series):
+        if self._seen == len(data.series):
             return
         spans = []
-        for k, quantity in enumerate(history.quantities):
-            new = history.of(k)[self._seen :]
+        for k, quantity in enumerate(data.quantities):
+            new = data.of(k)[self._seen :]
             if quantity.logarithmic:
                 new = new[new > 0]
             low, high = (float(new.min()), float(new.max())) if new.size else (np.inf, -np.inf)
             if self._extent:
                 low, high = min(low, self._extent[k][0]), max(high, self._extent[k][1])
             spans.append((low, high))
-        self._extent, self._seen = spans, len(history.series)
-        latest = float(history.times[-1])
+        self._extent, self._seen = spans, len(data.series)
+        latest = float(data.times[-1])
         self._axes = Axes(
             _seconds(self._axes.seconds, latest),
             tuple(
                 _decades(low, high) if quantity.logarithmic else _from_zero(low, high)
-                for quantity, (low, high) in zip(history.quantities, spans, strict=True)
+                for quantity, (low, high) in zip(data.quantities, spans, strict=True)
             ),
         )
 
@@ -221,21 +117,21 @@ class Charts:
         colours = self.palette
         surface.fill(colours.ground)
         small = max(10, round(0.8 * text_height))
-        every = round_up(self._axes.seconds * 5 * text_height / plots[0].width)
-        for k in range(int(self._axes.seconds / every * (1 + 1e-9)) + 1):
-            x = self._column(plots[0], k * every)
+        interval = round_up(self._axes.seconds * 5 * text_height / plots[0].width)
+        for k in range(int(self._axes.seconds / interval * (1 + 1e-9)) + 1):
+            x = self._column(plots[0], k * interval)
             pygame.draw.line(surface, colours.faint, (x, 0), (x, plots[-1].bottom))
-            number = lettering(f"{k * every:g} s", colours.ink, small)
+            number = lettering(f"{k * interval:g} s", colours.ink, small)
             at = min(x - number.get_width() // 2, surface.get_width() - number.get_width())
             surface.blit(number, (at, plots[-1].bottom + (surface.get_height() - plots[-1].bottom - small) // 2 - 1))
-        for quantity, plot, span in zip(self.history.quantities, plots, self._axes.spans, strict=True):
+        for quantity, plot, span in zip(self.data.quantities, plots, self._axes.spans, strict=True):
             pygame.draw.line(surface, colours.ink, plot.bottomleft, (plot.right - 1, plot.bottom))
             self._write_span(surface, quantity, plot, span, small)
 
     def _write_span(
         self, surface: Surface, quantity: Quantity, plot: Rect, span: tuple[float, float], height: int
     ) -> None:
-        """Write a chart's title, and what its axis reaches."""
+        """Write a chart's title, and both ends of its axis."""
         colours = self.palette
         ends = (f"{value:.6g}" for value in (10.0 ** np.array(span) if quantity.logarithmic else span))
         for text, value in zip(ends, span, strict=True):
@@ -250,22 +146,22 @@ class Charts:
 
     def _draw_lines(self, surface: Surface, plots: list[Rect], text_height: int) -> None:
         """Draw the samples that are not drawn yet."""
-        history = self.history
-        if self._samples == len(history.series):
+        data = self.data
+        if self._samples == len(data.series):
             return
         since = max(0, self._samples - 1)
-        times = history.times[since:]
+        times = data.times[since:]
         width = max(1, round(text_height / 8))
-        for k, (quantity, plot, span) in enumerate(zip(history.quantities, plots, self._axes.spans, strict=True)):
-            values = history.of(k)[since:]
+        for k, (quantity, plot, span) in enumerate(zip(data.quantities, plots, self._axes.spans, strict=True)):
+            values = data.of(k)[since:]
             surface.set_clip(plot.inflate(0, 2))
-            for engine in range(len(history.engines)):
+            for engine in range(len(data.engines)):
                 # A logarithmic axis has no place for 0, such as the reference's own gap.
                 shown = values[:, engine] > 0 if quantity.logarithmic else np.ones(len(values), bool)
                 y = _y(plot, span, np.log10(values[shown, engine]) if quantity.logarithmic else values[shown, engine])
                 self._draw_line(surface, self.palette.line(engine), self._x(plot, times[shown]), y, width)
         surface.set_clip(None)
-        self._samples = len(history.series)
+        self._samples = len(data.series)
 
     @staticmethod
     def _draw_line(surface: Surface, line: Line, x: Floats, y: Floats, width: int) -> None:
@@ -278,9 +174,9 @@ class Charts:
             pygame.draw.lines(surface, line.colour, False, list(zip(xs, ys, strict=True)), width)
 
     def _draw_marks(self, surface: Surface, plots: list[Rect], text_height: int) -> None:
-        """Draw the horizon, and each engine's first difference: a line through all charts, and what it is."""
+        """Draw the horizon and each engine's first difference as labelled lines through all charts."""
         marks = [
-            (time, f"{name}: first difference", self.palette.line(self.history.engines.index(name)))
+            (time, f"{name}: first difference", self.palette.line(self.data.engines.index(name)))
             for name, time in self.marks.differences.items()
         ]
         if self.marks.horizon is not None:
@@ -307,10 +203,6 @@ class Charts:
         pygame.draw.polygon(surface, self.palette.ink, [(x - knob, 0), (x + knob, 0), (x, knob)])
 
 
-def _energy(scene: Scene, state: State) -> float:
-    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
-
-
 def _y(plot: Rect, span: tuple[float, float], value: Floats) -> Floats:
     """Return the height at which a value stands in a chart, px of the strip."""
     low, high = span
@@ -318,21 +210,20 @@ def _y(plot: Rect, span: tuple[float, float], value: Floats) -> Floats:
 
 
 def _from_zero(low: float, high: float) -> tuple[float, float]:
-    """Return round numbers that span from 0 to what is there. What is just above fits into the headroom."""
-    return (-round_up(-low) if low < 0 else 0.0), round_up(high / FITS) if high > 0 else 1.0
+    """Return a range of round numbers that includes 0 and all values; the headroom has room for those just above."""
+    return (-round_up(-low) if low < 0 else 0.0), round_up(high / ROUNDED_DOWN) if high > 0 else 1.0
 
 
 def _decades(low: float, high: float) -> tuple[float, float]:
-    """Return the powers of ten round a span."""
+    """Return the range of powers of ten that includes all values, as exponents."""
     if high < low:
         return -3.0, 3.0
-    least = max(low, LEAST_GAP)
-    bottom = np.floor(np.log10(least))
-    return float(bottom), float(max(np.ceil(np.log10(max(high, LEAST_GAP))), bottom + 1))
+    bottom = np.floor(np.log10(max(low, MIN_LOGARITHMIC)))
+    return float(bottom), float(max(np.ceil(np.log10(max(high, MIN_LOGARITHMIC))), bottom + 1))
 
 
-def _seconds(now: float, latest: float) -> float:
-    """Return how long an axis of time must be that is so long now."""
-    while now < latest:
-        now *= 2
-    return now
+def _seconds(length: float, latest: float) -> float:
+    """Return the length of the axis of time, s: doubled until it includes the latest sample."""
+    while length < latest:
+        length *= 2
+    return length

@@ -1,36 +1,36 @@
-"""The file of the scene that is open, watched for what an editor saves into it."""
+"""Watches the file of the open scene for what an editor saves into it."""
 
 from pathlib import Path
 from typing import Final
 
 from sandbox.errors import MAX_BYTES
 
-EVERY: Final = 0.2  # s between two looks
+CHECK_INTERVAL: Final = 0.2  # s between two looks at the file
 
 
 class FileWatcher:
-    """Tells when a file says something else than it did. One that is missing or not to be read says what it said."""
+    """Reports when a file's content changes. While the file is missing, it counts as unchanged."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self._stamp = self._look()
-        self._said = self._read()
+        self._stamp = self._read_stamp()
+        self._content = self._read()
 
     def changed(self) -> bool:
-        """Tell whether it has changed since the last call."""
-        stamp = self._look()
+        """Return whether the content has changed since the last call."""
+        stamp = self._read_stamp()
         if stamp is None or stamp == self._stamp:
             return False
-        said, before = self._read(), self._said
-        self._stamp, self._said = stamp, said
-        return said != before
+        content, before = self._read(), self._content
+        self._stamp, self._content = stamp, content
+        return content != before
 
-    def _look(self) -> tuple[int, int, int] | None:
+    def _read_stamp(self) -> tuple[int, int, int] | None:
         try:
-            seen = self.file.stat()
+            status = self.file.stat()
         except OSError:
             return None
-        return seen.st_mtime_ns, seen.st_size, seen.st_ino
+        return status.st_mtime_ns, status.st_size, status.st_ino
 
     def _read(self) -> bytes:
         try:

@@ -1,190 +1,195 @@
-"""What the mouse holds in the panes, which ball is chosen, and what that makes of the run."""
+"""What the mouse does in the panes and in the charts: it pulls balls, sets velocities, places balls, seeks."""
 
 import math
+from collections.abc import Callable
 from typing import Final
 
-import numpy as np
 import pygame
-from pydantic import ValidationError
-from pygame import Surface
+from pygame import Rect, Surface
+from pygame.event import Event
 
-from sandbox.errors import SandboxError
-from sandbox.quantity import length, segment_distance
-from sandbox.run.edits import AddBall, SetVelocity
-from sandbox.run.inputs import Grab, Input, Move, Release
-from sandbox.scene.model import PALETTE, Vector
-from sandbox.scene.validation import error_of
-from sandbox.session.history import Moment
-from sandbox.view.layout import Layout
-from sandbox.view.overlay import ARROW, ball_at
+from sandbox.quantity import length
+from sandbox.run.inputs import Grab, Move, Release
+from sandbox.scene.model import Vector
+from sandbox.state import Floats, State
+from sandbox.view.editor import Editor
+from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
+from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow
-from sandbox.view.session_view import SessionView
+from sandbox.view.time_bar import step_at
 
-REACH: Final = 8  # px of the screen between the pointer and the edge of a ball it takes
-STILL: Final = 4  # px of the screen that the mouse may move in a click
-PUSH: Final = 30.0  # px/s that a key adds to a velocity
-Point = tuple[int, int]
+GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it takes
+CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
 class MouseTool:
-    """A ball in the hand while time passes; the tip of its velocity while it is paused; a new ball to be placed.
+    """The mouse over the window.
 
-    Its methods return the input that is to be given, if there is one. A ball that is chosen, which keys are for,
-    stays so when others come and go.
+    While time passes it pulls a ball. While the run is paused, it selects a ball and drags the tip of its velocity.
     """
 
-    def __init__(self) -> None:
-        self._chosen: int | None = None  # which of all balls that there ever were
-        self.by_key = False  # the keyboard chose it
+    def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
+        self._playback = playback
+        self._editor = editor
+        self._layout = layout
+        self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
+        self.scrubbing = False  # the mouse drags the time
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what belongs to a run: another one is shown."""
         self.adding = False  # the next click places a ball
-        self.aim: Vector | None = None  # px, where the chosen ball's velocity is dragged to
-        self._pressed: Point | None = None  # where the mouse went down on it
-        self._pane = 0
+        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to
+        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
+        self._pane = 0  # in which the mouse went down
 
-    def ball(self, moment: Moment) -> int | None:
-        """Return the chosen ball, if it is there."""
-        return moment.balls.index(self._chosen) if self._chosen in moment.balls else None
+    # What it is over
 
-    # The mouse
+    @property
+    def pane(self) -> int | None:
+        """The pane under the mouse."""
+        return self._layout().pane_at(self.point) if self.point else None
 
-    def press(self, stage: SessionView, layout: Layout, point: Point, *, paused: bool) -> Input | None:
-        """Take the ball nearest to a point of the screen, if it is near enough; or place a new one.
+    @property
+    def place(self) -> Vector | None:
+        """The place of the scene under the mouse, px."""
+        pane = self.pane
+        return self._layout().to_scene(pane, self.point) if pane is not None and self.point else None
 
-        Raises SandboxError where there is no room for that.
-        """
-        pane = layout.pane_at(point)
-        if pane is None:
+    @property
+    def ball(self) -> int | None:
+        """The ball under the mouse."""
+        pane, place = self.pane, self.place
+        if pane is None or place is None:
             return None
-        self._pane = pane
-        at = layout.to_scene(pane, point)
-        if self.adding:
-            return self.add(stage.moment, at)
-        ball, away = ball_at(stage.panes[pane].state, stage.moment.scene.bodies.radius, at)
-        near = away * layout.scale <= REACH
-        if near and not paused:
-            return Grab(step=stage.session.step, ball=ball, at=at)
-        self._chosen, self.by_key = (stage.moment.balls[ball] if near else None), False
-        self._pressed = point if near else None
-        return None
-
-    def drag(self, stage: SessionView, layout: Layout, point: Point) -> Input | None:
-        """Pull what is held to a point of the screen."""
-        at = layout.to_scene(self._pane, point)
-        if stage.session.held is not None:
-            x, y = (min(max(to, 0.0), side) for to, side in zip(at, stage.moment.scene.arena.size, strict=True))
-            return Move(step=stage.session.step, at=(x, y))
-        if self._pressed is not None and (self.aim or math.dist(point, self._pressed) > STILL):
-            self.aim = at
-        return None
-
-    def let_go(self, stage: SessionView) -> Input | None:
-        """Let go of what is held. Raises SandboxError for a velocity that may not be."""
-        aim, self.aim, self._pressed = self.aim, None, None
-        if stage.session.held is not None:
-            return Release(step=stage.session.step)
-        ball = self.ball(stage.moment)
-        if aim is None or ball is None:
-            return None
-        vx, vy = ((aim - stage.panes[self._pane].state.position[ball]) / ARROW).tolist()
-        return _throw(stage, ball, vx, vy)
-
-    def take_back(self) -> None:
-        """Leave a velocity as it was."""
-        self.aim = self._pressed = None
+        view = self._playback.view
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        return ball if distance <= 0 else None
 
     @property
     def holds(self) -> bool:
-        """Whether the mouse has a velocity in hand."""
-        return self._pressed is not None
+        """Whether the mouse holds a ball, or the tip of its velocity."""
+        return self._pressed is not None or self._playback.session.held is not None
 
-    # The keyboard
+    # Events
 
-    def choose(self, stage: SessionView, by: int) -> None:
-        """Choose the ball so many further on."""
-        balls, here = stage.moment.balls, self.ball(stage.moment)
-        self._chosen = balls[0 if by > 0 else -1] if here is None else balls[(here + by) % len(balls)]
-        self.by_key = True
+    def track(self, event: Event) -> None:
+        """Note where the mouse is, whatever lies over the panes."""
+        if event.type == pygame.MOUSEMOTION:
+            self.point = event.pos
+        elif event.type == pygame.WINDOWLEAVE:
+            self.point = None
 
-    def push(self, stage: SessionView, x: int, y: int) -> Input | None:
-        """Let the chosen ball go more to the right and down. Raises SandboxError for a velocity that may not be."""
-        ball = self.ball(stage.moment)
-        if ball is None:
-            return None
-        vx, vy = stage.panes[0].state.velocity[ball].tolist()
-        return _throw(stage, ball, vx + PUSH * x, vy + PUSH * y)
+    def on_event(self, event: Event) -> None:
+        """Handle what the mouse does outside of the toolbar."""
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            layout = self._layout()
+            self.scrubbing = bool(layout.strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
+            self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
+        elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
+            if not event.buttons[0]:
+                self.release()
+            else:
+                self._scrub(event.pos) if self.scrubbing else self._drag(event.pos)
+        elif event.type == pygame.MOUSEBUTTONUP and event.button == 1:
+            self.release()
+        elif event.type == pygame.WINDOWFOCUSLOST:
+            self.aim = self._pressed = None
+            self.release()
 
-    def add(self, moment: Moment, at: Vector | None) -> Input:
-        """Add a ball like the chosen one, or else the last, at a place; or where there is room near the middle.
-
-        Raises SandboxError where there is none.
-        """
-        self.adding = False
-        like, bodies, size = self._like(moment), moment.scene.bodies, moment.scene.arena.size
-        radius = float(bodies.radius[like])
-        if at is None:
-            at = _near_the_middle(moment, radius)
+    def _press(self, point: ScreenPoint) -> None:
+        """Take the ball nearest to a point of the screen, if it is near enough; or place a new one."""
+        layout = self._layout()
+        pane = layout.pane_at(point)
+        if pane is None:
+            return
+        self._playback.settle()
+        self._pane, place = pane, layout.to_scene(pane, point)
+        if self.adding:
+            self.adding = False
+            self._editor.add(place)
+            return
+        view = self._playback.view
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        near = distance * layout.scale <= GRAB_DISTANCE
+        if near and not self._playback.paused:
+            self._playback.give(Grab(step=view.session.step, ball=ball, at=place))
         else:
-            x, y = (min(max(to, radius), side - radius) for to, side in zip(at, size, strict=True))
-            at = x, y
-            if not _has_room(moment, at, radius):
-                raise SandboxError("there is no room for a ball there")
-        return AddBall(
-            step=moment.step,
-            position=at,
-            radius=radius,
-            mass=float(bodies.mass[like]),
-            elasticity=float(bodies.elasticity[like]),
-            friction=float(bodies.friction[like]),
-            color=PALETTE[len(moment.balls) % len(PALETTE)],
-        )
+            self._editor.select(ball if near else None)
+            self._pressed = point if near else None
 
-    def _like(self, moment: Moment) -> int:
-        """Return the ball that a new one is like."""
-        chosen = self.ball(moment)
-        return len(moment.balls) - 1 if chosen is None else chosen
+    def _drag(self, point: ScreenPoint) -> None:
+        """Pull what is held to a point of the screen."""
+        place = self._layout().to_scene(self._pane, point)
+        session, arena = self._playback.session, self._playback.view.moment.scene.arena
+        if session.held is not None:
+            x, y = (min(max(to, 0.0), side) for to, side in zip(place, arena.size, strict=True))
+            self._playback.give(Move(step=session.step, at=(x, y)))
+        elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
+            self.aim = place
 
-    def draw(self, surface: Surface, layout: Layout, stage: SessionView, pointer: Point | None) -> None:
-        """Mark the chosen ball in every pane, and draw what is held."""
-        scene, scale, ball = stage.moment.scene, layout.scale, self.ball(stage.moment)
-        colours = palette(scene.arena.background)
-        width = max(2, round(layout.text_height / 7))
-        for pane, arena in zip(stage.panes, layout.arenas, strict=True):
-            inside = surface.subsurface(arena)
+    def release(self) -> None:
+        """Let go of what the mouse holds."""
+        if self.aim:
+            self._playback.settle()
+        aim, self.aim, self._pressed, self.scrubbing = self.aim, None, None, False
+        session, ball = self._playback.session, self._editor.selected
+        if session.held is not None:
+            self._playback.give(Release(step=session.step))
+        elif aim is not None and ball is not None:
+            position = self._playback.view.panes[self._pane].state.position[ball]
+            vx, vy = ((aim - position) / ARROW_SECONDS).tolist()
+            self._editor.set_velocity(ball, (vx, vy))
+
+    def _scrub(self, point: ScreenPoint) -> None:
+        """Pause, and go to the time at a point of the charts or of the time bar."""
+        self._playback.paused = True
+        layout, view = self._layout(), self._playback.view
+        if layout.bar.height:
+            self._playback.seek(step_at(layout.bar, point[0], view.session.end))
+            return
+        x = min(max(point[0], layout.strip.left), layout.strip.right - 1)
+        time = view.charts.time_at(layout.strip, layout.text_height, (x, layout.strip.centery))
+        if time is not None:
+            self._playback.seek(view.session.step_at(time))
+
+    # Actions that depend on what is under the mouse
+
+    def add_ball(self) -> None:
+        """Add a ball at the mouse; if that is on the toolbar, let the next click place it."""
+        self.release()
+        if self.point and Rect(self.point, (1, 1)).collidelist(self._layout().toolbar) >= 0:
+            self.adding = not self.adding
+        else:
+            self.adding = False
+            self._editor.add(self.place)
+
+    def delete_ball(self) -> None:
+        """Delete the ball under the mouse, or else the selected one."""
+        self._editor.delete(self.ball)
+
+    def draw(self, surface: Surface) -> None:
+        """Mark the selected ball in every pane, and draw what is held."""
+        layout, view, ball = self._layout(), self._playback.view, self._editor.selected
+        scene, scale = view.moment.scene, layout.scale
+        ink, width = palette(scene.arena.background).ink, max(2, round(layout.text_height / 7))
+        for pane, arena in zip(view.panes, layout.arenas, strict=True):
             if ball is not None:
+                inside = surface.subsurface(arena)
                 centre = (pane.state.position[ball] * scale).tolist()
                 radius = scene.bodies.radius[ball] * scale + 2 * width
-                pygame.draw.circle(inside, colours.ink, centre, radius, width)
+                pygame.draw.circle(inside, ink, centre, radius, width)
                 if self.aim:
-                    arrow(inside, colours.ink, centre, [scale * c for c in self.aim], width)
-        over = layout.pane_at(pointer) if self.adding and pointer else None
-        if over is not None and pointer:
-            radius = scene.bodies.radius[self._like(stage.moment)] * scale
-            pygame.draw.circle(surface, colours.ink, pointer, radius, width)
+                    arrow(inside, ink, centre, [scale * c for c in self.aim], width)
+        if self.adding and self.point and self.pane is not None:
+            radius = scene.bodies.radius[self._editor.model_ball] * scale
+            pygame.draw.circle(surface, ink, self.point, radius, width)
 
 
-def _throw(stage: SessionView, ball: int, vx: float, vy: float) -> SetVelocity:
-    try:
-        return SetVelocity(step=stage.session.step, ball=ball, velocity=(vx, vy))
-    except ValidationError as error:
-        raise error_of(error, SetVelocity) from None
-
-
-def _has_room(moment: Moment, at: Vector, radius: float) -> bool:
-    """Tell whether a ball would touch no other in any engine, and no wall of the scene."""
-    scene, here = moment.scene, np.array(at)
-    return all(
-        bool((length(state.position - here) >= scene.bodies.radius + radius).all()) for state in moment.states.values()
-    ) and all(float(segment_distance(here, wall.start, wall.to)) >= radius + wall.thickness / 2 for wall in scene.walls)
-
-
-def _near_the_middle(moment: Moment, radius: float) -> Vector:
-    width, height = moment.scene.arena.size
-    columns, rows = (
-        np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
-    )
-    places = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    found = next((at for at in places if _has_room(moment, at, radius)), None)
-    if found is None:
-        raise SandboxError("there is no room for another ball")
-    return found
+def ball_at(state: State, radius: Floats, place: Vector) -> tuple[int, float]:
+    """Find the ball whose edge is nearest to a place, and how far that is: px, negative inside the ball."""
+    distance = length(state.position - place) - radius
+    ball = int(distance.argmin())
+    return ball, float(distance[ball])

@@ -1,166 +1,156 @@
-"""How time passes on a stage: on and back, slower and faster, and what is undone in it."""
+"""How time passes in a run: forward and back, slower and faster, and undoing what was done in it."""
 
 import math
 from collections.abc import Callable
 from time import perf_counter
 from typing import Final
 
-from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
+from sandbox.view.notice import Notice
 from sandbox.view.session_view import SessionView
 
-BUDGET: Final = 0.025  # s of a frame that may go into physics; what does not fit slows time
-SLICE: Final = 10  # steps that are run again between two looks at the clock
+FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; what does not fit slows time down
+STEPS_PER_CHECK: Final = 10  # steps run again between two looks at the clock
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 
 
 class Playback:
-    """Lets the time of a stage pass.
+    """Plays a session, and goes to any of its steps.
 
-    tell: shows a person what went wrong; progress: is called while the engines run again before something can be done.
+    show_progress is called while the engines run again before something can be done.
     """
 
-    def __init__(self, stage: SessionView, tell: Callable[[str], None], progress: Callable[[], None]) -> None:
-        self._tell = tell
-        self._progress = progress
+    def __init__(self, view: SessionView, notice: Notice, show_progress: Callable[[], None]) -> None:
+        self._notice = notice
+        self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
-        self.put_on(stage)
+        self.play(view)
 
-    def put_on(self, stage: SessionView) -> None:
-        """Go on with another stage."""
-        self.stage = stage
-        self._owed = 0.0  # steps that time has passed for
+    def play(self, view: SessionView) -> None:
+        """Play another session."""
+        self.view = view
+        self._due = 0.0  # steps that time has passed for and that are not done
 
     @property
     def session(self) -> Session:
         """The run."""
-        return self.stage.session
+        return self.view.session
 
     @property
     def exact(self) -> bool:
-        """Whether what is shown is where one is, and not only the nearest that is remembered."""
-        return self.stage.moment.step == self.session.step
+        """Whether the current step is shown, and not just the nearest one in the history."""
+        return self.view.moment.step == self.session.step
 
-    # What passes
+    # Time passes
 
     def advance(self, seconds: float) -> None:
-        """Do the steps that are due after some time of the screen: never a larger step, if need be fewer."""
+        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
         if self.catch_up():
             return
-        if seconds:  # of none, as fast as can be is none too
-            self._owed += seconds * self.speed * self.stage.moment.scene.rate
-        until = perf_counter() + BUDGET
-        while self._owed >= 1:
-            try:
+        if seconds:  # infinite speed times 0 s would be nan
+            self._due += seconds * self.speed * self.view.moment.scene.rate
+        deadline = perf_counter() + FRAME_BUDGET
+        while self._due >= 1:
+            with self._notice.reporting():  # an edit in a recording can be refused
                 self.session.advance()
-            except SandboxError as mistake:  # an edit of a recording that is refused
-                self._tell(str(mistake))
-            self._owed -= 1
-            if perf_counter() > until:
-                self._owed = min(self._owed, 1.0)
+            self._due -= 1
+            if perf_counter() > deadline:
+                self._due = min(self._due, 1.0)
                 break
-        self.stage.look()
+        self.view.update()
 
     def catch_up(self) -> bool:
-        """Let the engines run again to where one is, for a while; tell whether they are still behind."""
-        until = perf_counter() + BUDGET
+        """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
+        deadline = perf_counter() + FRAME_BUDGET
         while self.session.behind:
-            self.session.catch_up(SLICE)
-            if perf_counter() > until:
+            self.session.catch_up(STEPS_PER_CHECK)
+            if perf_counter() > deadline:
                 break
-        self.stage.look()
+        self.view.update()
         return self.session.behind > 0
 
     def settle(self) -> None:
-        """Let the engines run again to where one is."""
+        """Run the engines until they are at the current step."""
         while self.catch_up():
-            self._progress()
+            self._show_progress()
 
-    def give(self, given: Input | None) -> None:
-        """Do something to the balls, in every engine; where one refuses, say so."""
-        if given is None:
-            return
+    def give(self, given: Input) -> None:
+        """Apply an input in every engine; show a notice if an engine refuses it."""
         self.settle()
-        try:
+        with self._notice.reporting():
             self.session.give(given)
-        except SandboxError as mistake:
-            self._tell(str(mistake))
-        self.stage.forget_to_come()
-        self.stage.look()
+        self.view.forget_future()
+        self.view.update()
+
+    # Going to other steps
 
     def seek(self, step: int) -> None:
-        """Go to a step that was reached before."""
-        self._let_go()
+        """Go to a step between the start and the latest step reached."""
+        self._release()
         self.session.seek(step)
-        self._owed = 0.0
-        self.stage.look()
+        self._due = 0.0
+        self.view.update()
 
-    def _let_go(self) -> None:
-        """Let go of a ball before one leaves the time at which it is held."""
+    def _release(self) -> None:
+        """Let go of a held ball before the step changes."""
         if self.session.held is not None:
             self.give(Release(step=self.session.step))
 
-    # What keys and buttons ask for
+    def seek_end(self) -> None:
+        """Go to the latest step reached."""
+        self.seek(self.session.end)
 
-    def pause(self) -> None:
-        """Pause, or go on."""
-        self.paused = not self.paused
-
-    def one_step(self) -> None:
-        """Do one step, and pause."""
-        self.paused = True
-        self.settle()
-        self._owed = 1.0
-        self.advance(0.0)
+    def skip(self, seconds: int) -> None:
+        """Go some seconds forward, or back if negative."""
+        self.seek(self.session.step + seconds * self.view.moment.scene.rate)
 
     def step_back(self) -> None:
-        """Go one step back, and pause."""
+        """Pause, and go one step back."""
         self.paused = True
         self.seek(self.session.step - 1)
 
-    def second_back(self) -> None:
-        """Go one second back."""
-        self.seek(self.session.step - self.stage.moment.scene.rate)
+    def step(self) -> None:
+        """Pause, and do one step."""
+        self.paused = True
+        self.settle()
+        self._due = 1.0
+        self.advance(0.0)
 
-    def second_on(self) -> None:
-        """Go one second on, but not further than one has been."""
-        self.seek(self.session.step + self.stage.moment.scene.rate)
+    # Speed
 
-    def to_start(self) -> None:
-        """Go to the start."""
-        self.seek(0)
-
-    def to_end(self) -> None:
-        """Go to the furthest that was reached."""
-        self.seek(self.session.end)
+    def pause(self) -> None:
+        """Pause or resume."""
+        self.paused = not self.paused
 
     def faster(self) -> None:
-        """Let time pass faster."""
-        self.speed = next((speed for speed in SPEEDS if speed > self.speed), SPEEDS[-1])
+        """Go to the next higher speed."""
+        self.set_speed(next((speed for speed in SPEEDS if speed > self.speed), SPEEDS[-1]))
 
     def slower(self) -> None:
-        """Let time pass slower."""
-        self.speed = next((speed for speed in reversed(SPEEDS) if speed < self.speed), SPEEDS[0])
+        """Go to the next lower speed."""
+        self.set_speed(next((speed for speed in reversed(SPEEDS) if speed < self.speed), SPEEDS[0]))
 
     def set_speed(self, speed: float) -> None:
-        """Let time pass at some speed."""
+        """Set how many seconds of the scene pass in a second on the screen."""
         self.speed = speed
 
+    # Undoing
+
     def undo(self) -> None:
-        """Go back to before the last throw or edit."""
-        self._let_go()
-        self._look_at(self.session.undo(), "there is nothing to undo here")
+        """Undo the last throw or edit before the current step, and go to the step of it."""
+        self._release()
+        self._show_change(self.session.undo(), "there is nothing to undo here")
 
     def redo(self) -> None:
-        """Do again what was undone."""
-        self._look_at(self.session.redo(), "there is nothing to do again")
+        """Redo what was undone last."""
+        self._show_change(self.session.redo(), "there is nothing to redo")
 
-    def _look_at(self, done: bool, otherwise: str) -> None:
-        if done:
-            self._owed = 0.0
+    def _show_change(self, changed: bool, otherwise: str) -> None:
+        if changed:
+            self._due = 0.0
             self.settle()
-            self.stage.forget_to_come()
+            self.view.forget_future()
         else:
-            self._tell(otherwise)
+            self._notice.show(otherwise)

@@ -163,6 +163,12 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
     return place
 
 
+def round_up(size: float) -> float:
+    """Return the least of 1, 2, 5, 10, 20, 50, ... that is not less than a size."""
+    power = 10.0 ** np.floor(np.log10(size))
+    return float(next(power * step for step in (1, 2, 5, 10) if power * step >= size * (1 - 1e-9)))
+
+
 def panel(surface: Surface, place: Rect) -> None:
     """Draw the ground of what lies over everything else."""
     pygame.draw.rect(surface, FRAME, place, border_radius=6)

@@ -1,4 +1,4 @@
-"""The scenes that can be opened: the bundled ones page by page, those of the picker, and files, which are watched."""
+"""Opens other scenes: the bundled ones in turn, those chosen in the picker, and files, which are watched for edits."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -7,95 +7,83 @@ from time import monotonic
 from sandbox.errors import Refused, SandboxError
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.view.file_watcher import EVERY, FileWatcher
+from sandbox.view.file_watcher import CHECK_INTERVAL, FileWatcher
+from sandbox.view.notice import Notice
 from sandbox.view.scene_picker import ScenePicker
 
 
 class SceneLoader:
-    """Opens scenes.
+    """Opens scenes. While the next one cannot be run, the current one keeps running.
 
-    named: the engines that a person asked for, which run every scene that they can honour. begin: runs a scene in
-    engines, or its own; it raises SandboxError, with the old one still running, if it cannot. tell: shows a message.
+    engines: those named by the user; they run in every scene that they accept. begin: runs a scene in engines, or in
+    its default ones if None; it raises SandboxError, and changes nothing, if it cannot.
     """
 
     def __init__(
         self,
         scene: Scene,
-        named: Sequence[str] | None,
+        engines: Sequence[str] | None,
         begin: Callable[[Scene, Sequence[str] | None], None],
-        tell: Callable[[str], None],
+        notice: Notice,
     ) -> None:
-        self._named = named
+        self._engines = engines
         self._begin = begin
-        self._tell = tell
+        self._notice = notice
         self.picker: ScenePicker | None = None  # while it is open
         self._opened(scene)
 
     def _opened(self, scene: Scene) -> None:
         self._scene = scene
-        self.mistake = ""  # in a file that was to be opened
-        self._watch = FileWatcher(scene.file)
-        self._looks_at = monotonic() + EVERY  # s, when the file is looked at next
+        self.error = ""  # of a file that could not be opened since
+        self._watcher = FileWatcher(scene.file)
+        self._next_check = monotonic() + CHECK_INTERVAL
 
-    def try_to_begin(self, scene: Scene) -> None:
-        """Run another scene; where the named engines cannot, run its own, and say why."""
-        try:
+    def try_to_run(self, scene: Scene) -> None:
+        """Run another scene; if that is impossible, show a notice."""
+        with self._notice.reporting():
             self._run(scene)
-        except SandboxError as mistake:
-            self._tell(str(mistake))
 
-    def open(self, file: Path) -> None:
-        """Run the scene of a file; what is wrong with it is kept to be shown, while the old one runs on."""
+    def open_file(self, file: Path) -> None:
+        """Run the scene of a file; if that is impossible, keep its errors to be shown."""
         self.close_picker()
         try:
             self._run(load(file))
-        except SandboxError as mistake:
-            self.mistake = str(mistake)
+        except SandboxError as error:
+            self.error = str(error)
 
     def _run(self, scene: Scene) -> None:
         try:
-            self._begin(scene, self._named)
+            self._begin(scene, self._engines)
         except Refused as refusal:
             self._begin(scene, None)
-            self._tell(str(refusal))
+            self._notice.show(str(refusal))
         self._opened(scene)
 
-    def look_at_file(self) -> bool:
-        """Open the scene's file again where it has been edited; tell whether it has."""
-        if monotonic() < self._looks_at:
+    def reload_if_edited(self) -> bool:
+        """Open the scene's file again if it has been edited. Return whether it has."""
+        if monotonic() < self._next_check:
             return False
-        self._looks_at = monotonic() + EVERY
-        changed = self._watch.changed()
+        self._next_check = monotonic() + CHECK_INTERVAL
+        changed = self._watcher.changed()
         if changed:
-            self.open(self._watch.file)
+            self.open_file(self._watcher.file)
         return changed
 
-    # What keys and buttons ask for
-
     def next_seed(self) -> None:
-        """Start the scene again with the next seed."""
-        try:
+        """Restart the scene with the next seed."""
+        with self._notice.reporting():  # the largest seed has no next one
             self._run(self._scene.changed(seed=self._scene.seed + 1))
-        except SandboxError as mistake:  # there is a largest seed
-            self._tell(str(mistake))
 
-    def next_scene(self) -> None:
-        """Go on to the next bundled scene."""
-        self._turn_to(1)
-
-    def previous_scene(self) -> None:
-        """Go back to the bundled scene before."""
-        self._turn_to(-1)
-
-    def _turn_to(self, by: int) -> None:
+    def open_bundled(self, by: int) -> None:
+        """Open the bundled scene so many after the current one, or before it if negative."""
         names = list(bundled())
         here = names.index(self._scene.name) if self._scene.name in names else -1 if by > 0 else 0
-        self.try_to_begin(load(names[(here + by) % len(names)]))
+        self.try_to_run(load(names[(here + by) % len(names)]))
 
-    def pick(self) -> None:
-        """Open the picker of scenes."""
-        self.picker = ScenePicker(self.open, self.close_picker)
+    def open_picker(self) -> None:
+        """Open the scene picker."""
+        self.picker = ScenePicker(self.open_file, self.close_picker)
 
     def close_picker(self) -> None:
-        """Close the picker of scenes."""
+        """Close the scene picker."""
         self.picker = None

@@ -9,7 +9,7 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.controls import Control
+from sandbox.view.controls import Control, Group
 from sandbox.view.icons import icon
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED, SKY
 from sandbox.view.primitives import card, lettering
@@ -24,7 +24,7 @@ class Widget(Protocol):
     """Something on the toolbar. Its place is given anew each time, as the window may change."""
 
     @property
-    def group(self) -> str:
+    def group(self) -> Group:
         """Widgets of a group stand together."""
 
     @property
@@ -58,14 +58,14 @@ class Button:
     width: float = 1.0
 
     @property
-    def group(self) -> str:
+    def group(self) -> Group:
         """The control's."""
         return self.control.group
 
     @property
     def tip(self) -> str:
         """What it does, and by which key."""
-        return f"{self.control.does}  ({self.control.shown})"
+        return f"{self.control.does}  ({self.control.key_names})"
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw the icon: dark on a light ground while it is on."""
@@ -98,7 +98,7 @@ class Slider:
     at_once: the mouse chooses while it drags; else when it lets go.
     """
 
-    group: str
+    group: Group
     name: str
     does: str
     values: Sequence[float]
@@ -188,7 +188,7 @@ class Toolbar:
     @property
     def widths(self) -> tuple[tuple[float, ...], ...]:
         """The widgets' widths, in heights of the toolbar, by group."""
-        groups: list[tuple[str, list[float]]] = []
+        groups: list[tuple[Group, list[float]]] = []
         for widget in self.widgets:
             if not groups or groups[-1][0] != widget.group:
                 groups.append((widget.group, []))

@@ -77,7 +77,7 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
-        self.patch.setattr("sandbox.view.playback.BUDGET", -1.0)  # a step a frame, on any machine
+        self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # a step a frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse
@@ -91,7 +91,7 @@ class Monkey(RuleBasedStateMachine):
         self.window = Window(load(scene), engines)
 
     def teardown(self) -> None:
-        self.window.stop_recording()
+        self.window.recorder.stop()
         self.the_run_equals_the_replay_of_its_recording()
         pygame.display.quit()
         self.patch.undo()
@@ -128,9 +128,9 @@ class Monkey(RuleBasedStateMachine):
         elif what == "bar":
             place = layout.bar
         elif what != "anywhere":
-            place = layout.arenas[which % len(window.panes)]
+            place = layout.arenas[which % len(window.view.panes)]
         if what == "ball":
-            position = window.panes[which % len(window.panes)].state.position
+            position = window.view.panes[which % len(window.view.panes)].state.position
             bx, by = (position[which % len(position)] * layout.scale).tolist()
             place = pygame.Rect(place.x + round(bx), place.y + round(by), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
@@ -158,12 +158,12 @@ class Monkey(RuleBasedStateMachine):
     @rule(which=numbers, x=shares, y=shares, back=shares)
     def throw_and_go_back(self, which: int, x: float, y: float, back: float) -> None:
         """Throw a ball, let it fly, and go back to some time, which may be in the midst of that."""
-        self.window.shelf.close_picker()
-        self.window.player.paused = False
+        self.window.scenes.close_picker()
+        self.window.playback.paused = False
         self.drag("ball", which, x, y, 4, 5)
         self.let_go(1)
         self.wait(1 / 60, 10)
-        self.window.player.seek(round(back * self.window.stage.session.end))
+        self.window.playback.seek(round(back * self.window.view.session.end))
 
     @rule(y=st.integers(-3, 3))
     def turn_the_wheel(self, y: int) -> None:
@@ -196,8 +196,8 @@ class Monkey(RuleBasedStateMachine):
         Path(name).unlink(missing_ok=True)
         if text is not None:
             Path(name).write_text(text)
-        self.window.shelf._looks_at = 0.0
-        self.window.shelf.look_at_file()
+        self.window.scenes._next_check = 0.0
+        self.window.scenes.reload_if_edited()
 
     @rule(words=st.sampled_from(["mine", "odd", "cradle", "zzz", ""]))
     def pick(self, words: str) -> None:
@@ -210,22 +210,22 @@ class Monkey(RuleBasedStateMachine):
 
     @rule()
     def the_run_equals_the_replay_of_its_recording(self) -> None:
-        window, session = self.window, self.window.stage.session
-        window.player.settle()
+        window, session = self.window, self.window.view.session
+        window.playback.settle()
         start = Start(scene=window.scene.name, seed=window.scene.seed, rate=window.scene.rate)
         write_inputs([start, *session.given(), End(step=session.step)], Path("inputs.jsonl"))
         inputs = load_inputs(Path("inputs.jsonl"), window.scene)
-        assert window.stage.moment.step == session.step
-        for name, state in window.stage.moment.states.items():
+        assert window.view.moment.step == session.step
+        for name, state in window.view.moment.states.items():
             replay = simulate(window.scene, name, steps=session.step, inputs=inputs)
-            assert replay.position[-1, window.stage.moment.balls].tobytes() == state.position.tobytes()
-            assert replay.velocity[-1, window.stage.moment.balls].tobytes() == state.velocity.tobytes()
+            assert replay.position[-1, window.view.moment.balls].tobytes() == state.position.tobytes()
+            assert replay.velocity[-1, window.view.moment.balls].tobytes() == state.velocity.tobytes()
 
     @rule(charts=shares, which=numbers, keys=st.lists(st.sampled_from(CONTROLS[:5])))
     def who_only_looks_changes_nothing(self, charts: float, which: int, keys: list[Control]) -> None:
         self.let_go(1)
-        before = list(self.window.stage.session.inputs)
-        if not self.window.shelf.picker:
+        before = list(self.window.view.session.inputs)
+        if not self.window.scenes.picker:
             for control in keys:
                 self.window.do(control)
             self.drag("charts", 0, charts, 0.5, 0, 1)
@@ -233,30 +233,30 @@ class Monkey(RuleBasedStateMachine):
         self.move("ball", which, 0.5, 0.5)
         self.send(pygame.WINDOWFOCUSLOST)
         self.wait(1 / 60, 3)
-        assert self.window.stage.session.inputs == before
+        assert self.window.view.session.inputs == before
 
     @rule()
     def what_is_undone_is_done_again_as_it_was(self) -> None:
-        session = self.window.stage.session
+        session = self.window.view.session
         self.let_go(1)
-        self.window.player.seek(session.end)
+        self.window.playback.seek(session.end)
         before = list(session.inputs)
         if session.undo():
             assert len(session.inputs) < len(before)
             assert session.redo()
         assert session.inputs == before
-        self.window.player.settle()
+        self.window.playback.settle()
 
     @invariant()
     def all_is_somewhere_and_can_be_drawn(self) -> None:
         self.window.frame(0.0)
-        for state in self.window.stage.moment.states.values():
+        for state in self.window.view.moment.states.values():
             assert np.isfinite([state.position, state.velocity]).all()
 
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.holds, self.window.scrubs, self.window.toolbar.held) == (False, False, None)
+            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (False, False, None)
 
 
 def test_whatever_is_done_to_the_window_the_run_equals_its_replay() -> None:
