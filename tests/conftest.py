@@ -14,6 +14,7 @@ from sandbox.cli import commands as cli
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 
+pytest_plugins = ["window_driver"]  # its fixtures
 settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"

@@ -256,7 +256,11 @@ class Monkey(RuleBasedStateMachine):
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (False, False, None)
+            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (
+                False,
+                False,
+                None,
+            )
 
 
 def test_whatever_is_done_to_the_window_the_run_equals_its_replay() -> None:
