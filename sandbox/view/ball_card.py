@@ -11,7 +11,7 @@ from sandbox.view.primitives import card
 
 
 def draw_ball_card(surface: Surface, layout: Layout, panes: Sequence[Pane], ball: int, point: ScreenPoint) -> None:
-    """Draw the card of a ball beside a point of the screen."""
+    """Draw the card of a ball next to a point of the screen."""
     card(surface, ball_table(panes, ball), point, layout.text_height, surface.get_rect())
 
 

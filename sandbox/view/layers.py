@@ -4,7 +4,7 @@ from enum import StrEnum
 
 
 class Layer(StrEnum):
-    """Something that can be shown of a run beside its balls and walls."""
+    """Something that can be shown of a run in addition to its balls and walls."""
 
     VELOCITY = "velocity"
     MOMENTUM = "momentum"

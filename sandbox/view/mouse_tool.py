@@ -39,7 +39,7 @@ class MouseTool:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what belongs to a run: another one is shown."""
+        """Drop what belongs to a run, because another one begins."""
         self.adding = False  # the next click places a ball
         self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
@@ -155,7 +155,7 @@ class MouseTool:
         if time is not None:
             self._playback.seek(view.session.step_at(time))
 
-    # Actions that depend on what is under the mouse
+    # Actions that depend on where the mouse is
 
     def add_ball(self) -> None:
         """Add a ball at the mouse; if that is on the toolbar, let the next click place it."""

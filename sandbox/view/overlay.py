@@ -8,16 +8,15 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.run.mouse import Hand
-from sandbox.scene.model import Scene, rgb
-from sandbox.state import Floats, State
+from sandbox.scene.model import Scene, Vector, rgb
+from sandbox.state import Contacts, Floats, State
 from sandbox.view.layers import Layer
 from sandbox.view.palette import contrast, palette
 from sandbox.view.primitives import arrow, lettering, round_up
 from sandbox.view.recent import CONTACT_SECONDS, RecentContacts, Trail
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
-MAX_WRITTEN: Final = 12  # contacts whose impulse is written beside them
+MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
@@ -89,7 +88,7 @@ class Overlay:
             arrow(self.surface, colour, tail, tip, width)
 
     def contacts(self) -> None:
-        """Draw each contact as a dot and a line along its normal, as long as its impulse is large; it fades."""
+        """Draw each contact as a dot, and a line along its normal as long as its impulse is large. They fade."""
         contacts = self._contacts.latest()
         if not len(contacts):
             return
@@ -101,8 +100,12 @@ class Overlay:
             dx, dy = (contact["normal"] * max(contact["impulse"] * px_per_impulse / 2, 1.0)).tolist()
             pygame.draw.line(self.surface, colour, (x - dx, y - dy), (x + dx, y + dy), self.width)
             pygame.draw.circle(self.surface, colour, (round(x), round(y)), 2 * self.width + 1)
+        self._write_impulses(contacts[: -MAX_WRITTEN - 1 : -1])
+
+    def _write_impulses(self, contacts: Contacts) -> None:
+        """Write impulses next to their contacts, where there is room, in the order given."""
         written: list[Rect] = []
-        for contact in contacts[: -MAX_WRITTEN - 1 : -1]:
+        for contact in contacts:
             number = lettering(f"{contact['impulse']:.3g}", self.palette.ink, round(0.8 * self._text_height))
             x, y = (contact["point"] * self._scale).round().astype(int).tolist()
             place = number.get_rect(midleft=(x + 3 * self.width + 2, y)).clamp(self.surface.get_rect())
@@ -139,13 +142,11 @@ class Overlay:
             px = max(2, round(radius * self._scale))
             pygame.draw.circle(self.surface, rgb(colour), (round(x), round(y)), px, width)
 
-    def pull(self, hand: Hand) -> None:
-        """Draw the line from the held ball to where it is pulled."""
-        if hand.ball is not None:
-            ends = self._state.position[hand.ball], hand.target
-            start, end = ([round(c * self._scale) for c in point] for point in ends)
-            pygame.draw.line(self.surface, self.palette.ink, start, end, max(2, self.width))
-            pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
+    def pull(self, ball: int, target: Vector) -> None:
+        """Draw the line from a held ball to where it is pulled, px of the scene."""
+        start, end = ([round(c * self._scale) for c in point] for point in (self._state.position[ball], target))
+        pygame.draw.line(self.surface, self.palette.ink, start, end, max(2, self.width))
+        pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
 
 
 # What draws each layer, in the order of drawing. Layer.CHARTS is not in a pane.

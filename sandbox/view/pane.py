@@ -7,7 +7,6 @@ from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.run.mouse import Hand
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.state import State
@@ -24,7 +23,7 @@ SPACE: Final = "    "  # between the parts of a title
 
 
 class Pane:
-    """What is shown of one engine. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
+    """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
@@ -49,6 +48,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
+        self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
         if isinstance(engine, PymunkEngine):
             drawn = engine if live else PymunkEngine(self.scene, self.state)
@@ -69,7 +69,6 @@ class Pane:
         index: int,
         showing: Collection[Layer],
         other: State | None,
-        hand: Hand,
     ) -> None:
         """Draw the pane at its place in a layout. other: another engine's balls, for the ghosts."""
         inside, scale = surface.subsurface(layout.arenas[index]), layout.scale
@@ -94,7 +93,8 @@ class Pane:
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
-        overlay.pull(hand)
+        if self._held is not None:
+            overlay.pull(self._held, self._target)
         self._draw_title(surface, layout, index)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
@@ -124,10 +124,8 @@ def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> No
     blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
 
 
-def draw_panes(
-    surface: Surface, layout: Layout, panes: Sequence[Pane], *, showing: Collection[Layer] = (), hand: Hand
-) -> None:
+def draw_panes(surface: Surface, layout: Layout, panes: Sequence[Pane], showing: Collection[Layer] = ()) -> None:
     """Draw every pane. The ghosts in the last pane are the first's balls; in all others, they are the last's."""
     for index, pane in enumerate(panes):
         other = panes[0] if pane is panes[-1] else panes[-1]
-        pane.draw(surface, layout, index, showing, other.state if other is not pane else None, hand)
+        pane.draw(surface, layout, index, showing, other.state if other is not pane else None)

@@ -9,7 +9,6 @@ from pygame import Surface
 from sandbox.analysis.comparison import Comparison
 from sandbox.engines import create
 from sandbox.files import whole_file
-from sandbox.run.mouse import Hand
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
 from sandbox.view.layout import Layout
@@ -42,7 +41,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         pane = Pane(end, name, create(name, scene, run.final))
         pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
-    draw_panes(surface, layout, panes, hand=Hand(scene))
+    draw_panes(surface, layout, panes)
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, FAINT, layout.text_height)
     return surface

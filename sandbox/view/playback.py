@@ -98,10 +98,6 @@ class Playback:
         if self.session.held is not None:
             self.give(Release(step=self.session.step))
 
-    def seek_end(self) -> None:
-        """Go to the latest step reached."""
-        self.seek(self.session.end)
-
     def skip(self, seconds: int) -> None:
         """Go some seconds forward, or back if negative."""
         self.seek(self.session.step + seconds * self.view.moment.scene.rate)

@@ -147,7 +147,7 @@ def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tu
 
 
 def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> None:
-    """Draw a small table beside a point, inside a place. lines: the texts of each row."""
+    """Draw a small table next to a point, inside a place. lines: the texts of each row."""
     columns = [max(text_width(row[k], height) for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
     pad, line_height = height // 2, round(1.4 * height)
     stops = list(accumulate(columns, lambda x, width: x + width + 2 * pad, initial=pad))

@@ -9,7 +9,7 @@ from sandbox.state import Contacts, Floats, State
 
 MAX_PLACES: Final = 90  # kept of a ball
 MAX_PLACES_OF_ALL: Final = 20_000  # kept of all balls together
-MAX_PAUSE: Final = 1.0  # s between two places, over which a trail goes on
+MAX_PAUSE: Final = 1.0  # s between two places of one trail
 CONTACT_SECONDS: Final = 0.4  # s of the scene that a contact is kept for
 MAX_CONTACTS: Final = 200  # kept at once, the latest
 

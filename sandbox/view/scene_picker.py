@@ -164,9 +164,15 @@ class ScenePicker:
 
     def draw(self, surface: Surface) -> None:
         """Draw the search field and the previews."""
-        height = self._text_height
         panel(surface, self._window)
+        self._draw_search(surface)
         found = self.found
+        for index, place in self.places():
+            self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
+
+    def _draw_search(self, surface: Surface) -> None:
+        """Draw the field with the typed text, and the number of scenes found."""
+        height = self._text_height
         field = Rect(
             self._window.x + self._pad, self._window.y + height, self._window.width - 2 * self._pad, 2 * height
         )
@@ -176,12 +182,10 @@ class ScenePicker:
         end = write(surface, text, line, INK if self.typed else FAINT, height)
         if self.typed:
             surface.fill(INK, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3)))
-        count = f"{len(found)} of {len(self._entries)}"
+        count = f"{len(self.found)} of {len(self._entries)}"
         count_place = Rect(line.right - text_width(count, height), line.y, text_width(count, height), line.height)
         if count_place.x > end + height:
             write(surface, count, count_place, FAINT, height)
-        for index, place in self.places():
-            self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
 
     def _draw_tile(self, surface: Surface, entry: Entry, place: Rect, *, chosen: bool) -> None:
         height = self._text_height

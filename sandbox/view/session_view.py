@@ -7,7 +7,6 @@ from pygame import Surface
 
 from sandbox.engines import default_engines
 from sandbox.run.inputs import Input
-from sandbox.run.mouse import Hand
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.monitor import Monitor
@@ -24,7 +23,7 @@ MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jum
 
 
 class SessionView:
-    """A session, and what is shown of it. engines: by default, Pymunk and its reference."""
+    """A session with its panes and charts. engines: by default, Pymunk and its reference."""
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self._monitor = Monitor()
@@ -66,7 +65,5 @@ class SessionView:
             disc.cache_clear()
             turned.cache_clear()
             self._disc_scale = layout.scale
-        hand = Hand(self.moment.scene)
-        hand.ball, hand.target = self.moment.held, self.moment.target
-        draw_panes(surface, layout, self.panes, showing=showing, hand=hand)
+        draw_panes(surface, layout, self.panes, showing)
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time)

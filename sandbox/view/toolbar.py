@@ -35,7 +35,7 @@ class Widget(Protocol):
 
     @property
     def tip(self) -> str:
-        """The text beside it while the mouse or the keyboard is on it."""
+        """The text below it while the mouse or the keyboard is on it."""
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw it. hot: the mouse or the keyboard is on it."""
@@ -66,7 +66,7 @@ class Button:
 
     @property
     def tip(self) -> str:
-        """The text beside it while the mouse or the keyboard is on it."""
+        """The text below it while the mouse or the keyboard is on it."""
         return f"{self.control.does}  ({self.control.key_names})"
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:

@@ -103,7 +103,7 @@ class Window:
             Action.STEP_BACK: playback.step_back,
             Action.PAUSE: playback.pause,
             Action.STEP: playback.step,
-            Action.GO_TO_END: playback.seek_end,
+            Action.GO_TO_END: lambda: playback.seek(playback.session.end),
             Action.SECOND_BACK: partial(playback.skip, -1),
             Action.SECOND_FORWARD: partial(playback.skip, 1),
             Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
@@ -130,11 +130,11 @@ class Window:
             Action.ESCAPE: self._escape,
         }
 
-    # What runs
+    # Running
 
     @property
     def view(self) -> SessionView:
-        """What runs, and is shown."""
+        """The session that runs, with its panes and charts."""
         return self.playback.view
 
     @property
@@ -232,7 +232,7 @@ class Window:
         else:
             self.running = False
 
-    # What is shown
+    # Drawing
 
     def show_progress(self) -> None:
         """Draw the window while engines run again and nothing else can be done."""

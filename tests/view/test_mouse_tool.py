@@ -36,7 +36,7 @@ def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pa
     assert [type(one) for one in given(window)] == kinds
 
 
-def test_a_click_beside_all_balls_grabs_nothing(window: Window) -> None:
+def test_a_click_away_from_all_balls_grabs_nothing(window: Window) -> None:
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 400, 300))
     mouse(window, pygame.MOUSEBUTTONDOWN, (1, 1))
     assert window.view.session.lockstep.hand.ball is None
