@@ -76,46 +76,55 @@ def _layer(layer: Layer, key: str, does: str) -> Control:
     return Control(Group.LAYERS, layer, key, does, (), key.lower(), icon=layer)
 
 
-TIME, SCENE, EDIT, WINDOW = Group.TIME, Group.SCENE, Group.EDIT, Group.WINDOW
 CONTROLS = (
-    Control(TIME, Action.GO_TO_START, "Home", "go to the start; later steps are kept", (pygame.K_HOME,), icon="start"),
-    Control(TIME, Action.STEP_BACK, "Left", "pause and go one step back", (pygame.K_LEFT,), icon="back"),
-    Control(TIME, Action.PAUSE, "Space, P", "pause or resume", (pygame.K_SPACE,), "p", icon="pause", icon_on="play"),
-    Control(TIME, Action.STEP, "O, Right", "pause and do one step", (pygame.K_RIGHT,), "o", icon="step"),
-    Control(TIME, Action.GO_TO_END, "End", "go to the latest step reached", (pygame.K_END,), icon="end"),
-    Control(TIME, Action.SECOND_BACK, "Page Up", "go one second back", (pygame.K_PAGEUP,)),
     Control(
-        TIME,
+        Group.TIME, Action.GO_TO_START, "Home", "go to the start; later steps are kept", (pygame.K_HOME,), icon="start"
+    ),
+    Control(Group.TIME, Action.STEP_BACK, "Left", "pause and go one step back", (pygame.K_LEFT,), icon="back"),
+    Control(
+        Group.TIME, Action.PAUSE, "Space, P", "pause or resume", (pygame.K_SPACE,), "p", icon="pause", icon_on="play"
+    ),
+    Control(Group.TIME, Action.STEP, "O, Right", "pause and do one step", (pygame.K_RIGHT,), "o", icon="step"),
+    Control(Group.TIME, Action.GO_TO_END, "End", "go to the latest step reached", (pygame.K_END,), icon="end"),
+    Control(Group.TIME, Action.SECOND_BACK, "Page Up", "go one second back", (pygame.K_PAGEUP,)),
+    Control(
+        Group.TIME,
         Action.SECOND_FORWARD,
         "Page Down",
         "go one second forward, at most to the latest step",
         (pygame.K_PAGEDOWN,),
     ),
-    Control(TIME, Action.RESTART, "R", "restart and clear edits", (), "r", icon="restart"),
-    Control(TIME, Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-", icon="slower"),
-    Control(TIME, Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+=", icon="faster"),
-    Control(SCENE, Action.PICK_SCENE, "/, Ctrl O", "choose a scene", (), "/\x0f", icon="pick"),
-    Control(SCENE, Action.PREVIOUS_SCENE, "[", "previous bundled scene", (), "[", icon="previous"),
-    Control(SCENE, Action.NEXT_SCENE, "]", "next bundled scene", (), "]", icon="next"),
-    Control(SCENE, Action.NEXT_SEED, "N", "restart with the next seed", (), "n", icon="seed"),
-    Control(SCENE, Action.SAVE_SCENE, "S, Ctrl S", "save the balls as they are as a scene", (), "s\x13", icon="save"),
-    Control(EDIT, Action.UNDO, "U, Ctrl Z", "undo the last throw or edit", (), "u\x1a", icon="undo"),
-    Control(EDIT, Action.REDO, "Y, Ctrl Y", "redo what was undone", (), "y\x19", icon="redo"),
-    Control(EDIT, Action.ADD_BALL, "A", "add a ball at the mouse, or where you click next", (), "a", icon="add"),
+    Control(Group.TIME, Action.RESTART, "R", "restart and clear edits", (), "r", icon="restart"),
+    Control(Group.TIME, Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-", icon="slower"),
     Control(
-        EDIT,
+        Group.TIME, Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+=", icon="faster"
+    ),
+    Control(Group.SCENE, Action.PICK_SCENE, "/, Ctrl O", "choose a scene", (), "/\x0f", icon="pick"),
+    Control(Group.SCENE, Action.PREVIOUS_SCENE, "[", "previous bundled scene", (), "[", icon="previous"),
+    Control(Group.SCENE, Action.NEXT_SCENE, "]", "next bundled scene", (), "]", icon="next"),
+    Control(Group.SCENE, Action.NEXT_SEED, "N", "restart with the next seed", (), "n", icon="seed"),
+    Control(
+        Group.SCENE, Action.SAVE_SCENE, "S, Ctrl S", "save the balls as they are as a scene", (), "s\x13", icon="save"
+    ),
+    Control(Group.EDIT, Action.UNDO, "U, Ctrl Z", "undo the last throw or edit", (), "u\x1a", icon="undo"),
+    Control(Group.EDIT, Action.REDO, "Y, Ctrl Y", "redo what was undone", (), "y\x19", icon="redo"),
+    Control(Group.EDIT, Action.ADD_BALL, "A", "add a ball at the mouse, or where you click next", (), "a", icon="add"),
+    Control(
+        Group.EDIT,
         Action.DELETE_BALL,
         "Delete",
         "delete the ball at the mouse, or the selected one",
         (pygame.K_DELETE, pygame.K_BACKSPACE),
         icon="delete",
     ),
-    Control(EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ","),
-    Control(EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), "."),
-    Control(EDIT, Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left", (pygame.K_LEFT,), shift=True),
-    Control(EDIT, Action.PUSH_RIGHT, "Shift Right", "push it to the right", (pygame.K_RIGHT,), shift=True),
-    Control(EDIT, Action.PUSH_UP, "Shift Up", "push it up", (pygame.K_UP,), shift=True),
-    Control(EDIT, Action.PUSH_DOWN, "Shift Down", "push it down", (pygame.K_DOWN,), shift=True),
+    Control(Group.EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ","),
+    Control(Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), "."),
+    Control(
+        Group.EDIT, Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left", (pygame.K_LEFT,), shift=True
+    ),
+    Control(Group.EDIT, Action.PUSH_RIGHT, "Shift Right", "push it to the right", (pygame.K_RIGHT,), shift=True),
+    Control(Group.EDIT, Action.PUSH_UP, "Shift Up", "push it up", (pygame.K_UP,), shift=True),
+    Control(Group.EDIT, Action.PUSH_DOWN, "Shift Down", "push it down", (pygame.K_DOWN,), shift=True),
     _layer(Layer.VELOCITY, "V", "velocity arrows, to where a ball would be in 0.2 s"),
     _layer(Layer.MOMENTUM, "M", "momentum arrows"),
     _layer(Layer.TRAILS, "T", "trails of where the balls were"),
@@ -125,18 +134,26 @@ CONTROLS = (
     _layer(Layer.GHOSTS, "G", "outlines of the other pane's balls"),
     _layer(Layer.GRID, "L", "grid lines"),
     _layer(Layer.CHARTS, "H", "charts"),
-    Control(WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
+    Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
     Control(
-        WINDOW, Action.RECORD, "F9", "start or stop recording a GIF", (pygame.K_F9,), icon="record", icon_on="stop"
+        Group.WINDOW,
+        Action.RECORD,
+        "F9",
+        "start or stop recording a GIF",
+        (pygame.K_F9,),
+        icon="record",
+        icon_on="stop",
     ),
-    Control(WINDOW, Action.HELP, "F1", "this help", (pygame.K_F1,), icon="help"),
-    Control(WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes, else quit", (pygame.K_ESCAPE,)),
+    Control(Group.WINDOW, Action.HELP, "F1", "show or hide the help", (pygame.K_F1,), icon="help"),
+    Control(Group.WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes, else quit", (pygame.K_ESCAPE,)),
 )
-DRAG = ("Left drag", "pull the nearest ball; if paused, set its velocity")
-SCRUB = ("Drag in the charts", "go to that time; without charts, drag in the bar")
-HOVER = ("Mouse on a ball", "show position, velocity and energy in every engine")
-FOCUS = ("Tab, Enter, arrows", "next item of the toolbar, press it, move a slider")
-HELP = (DRAG, SCRUB, HOVER, *((control.key_names, control.does) for control in CONTROLS), FOCUS)
+HELP = (
+    ("Left drag", "pull the nearest ball; if paused, set its velocity"),
+    ("Drag in the charts", "go to that time; without charts, drag in the bar"),
+    ("Mouse on a ball", "show position, velocity and energy in every engine"),
+    *((control.key_names, control.does) for control in CONTROLS),
+    ("Tab, Enter, arrows", "next item of the toolbar, press it, move a slider"),
+)
 
 
 def control_of(event: Event) -> Control | None:

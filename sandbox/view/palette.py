@@ -15,6 +15,7 @@ FAINT: Final = Color("#9aa0a6")
 NIGHT: Final = "#14181d"
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
+ACCENT: Final = Color(SKY)  # buttons that are on, and what is chosen
 YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, as it is hardly visible on white
 
 # The engines' lines in turn: those of Okabe and Ito's colours that stand out on a light or on a dark ground.

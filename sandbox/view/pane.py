@@ -19,7 +19,7 @@ from sandbox.view.palette import INK, contrast, palette, paper
 from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
-SPACE: Final = "    "  # between the parts of a title
+TITLE_GAP: Final = "    "  # between the parts of a title
 
 
 class Pane:
@@ -60,7 +60,7 @@ class Pane:
         """The engine, its energy as a share of the start, and its number of contacts."""
         now = scene_energy(self.scene, self.state)
         left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}{SPACE}energy {left}{SPACE}contacts {self.contacts}"
+        return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
 
     def draw(
         self,
@@ -108,10 +108,10 @@ class Pane:
             for start, end in dashes(0, sample.width, line.dash, width):
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
-        parts = self.title.split(SPACE)
-        while len(parts) > 1 and text_width(SPACE.join(parts), height) > place.width:
+        parts = self.title.split(TITLE_GAP)
+        while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
             parts.pop()
-        write(surface, SPACE.join(parts), place, INK, height)
+        write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
 def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:

@@ -15,14 +15,13 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
-from sandbox.view.palette import FAINT, INK, RAISED, SKY
+from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
 from sandbox.view.pane import draw_scene
 from sandbox.view.primitives import panel, text_width, write
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
 PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
 MAX_FILES: Final = 200  # of a folder that are listed
-CHOSEN: Final = pygame.Color(SKY)
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ class ScenePicker:
         picture = preview(entry.file, (place.width, place.height - 2 * text.height), height)
         if chosen:
             pygame.draw.rect(surface, RAISED, place.inflate(height, height // 2), border_radius=height // 3)
-            pygame.draw.rect(surface, CHOSEN, place.inflate(height, height // 2), 2, border_radius=height // 3)
+            pygame.draw.rect(surface, ACCENT, place.inflate(height, height // 2), 2, border_radius=height // 3)
         surface.blit(picture.surface, place)
         text.y = place.bottom - 2 * text.height
         write(surface, entry.name, text, INK, height)

@@ -11,11 +11,10 @@ from pygame.event import Event
 
 from sandbox.view.controls import Control, Group
 from sandbox.view.icons import icon
-from sandbox.view.palette import FAINT, FRAME, INK, RAISED, SKY
+from sandbox.view.palette import ACCENT, FAINT, FRAME, INK, RAISED
 from sandbox.view.primitives import card, lettering
 
 SLIDER_WIDTH: Final = 5.0  # in heights of the toolbar
-ON: Final = pygame.Color(SKY)
 ICON_OFF: Final = (INK.r, INK.g, INK.b)
 ICON_ON: Final = (FRAME.r, FRAME.g, FRAME.b)
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
@@ -72,7 +71,7 @@ class Button:
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw the icon; while it is on, dark on a light ground."""
         on = self.is_on(self.control)
-        pygame.draw.rect(surface, ON if on else RAISED, place, border_radius=place.height // 6)
+        pygame.draw.rect(surface, ACCENT if on else RAISED, place, border_radius=place.height // 6)
         if hot:
             pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
         name = self.control.icon_on if on and self.control.icon_on else self.control.icon
@@ -132,7 +131,7 @@ class Slider:
         surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
         pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
         x = track.x + track.width * self._nearest() / max(1, len(self.values) - 1)
-        pygame.draw.circle(surface, ON, (round(x), track.centery), round(0.16 * place.height))
+        pygame.draw.circle(surface, ACCENT, (round(x), track.centery), round(0.16 * place.height))
 
     def press(self, place: Rect, x: int) -> None:
         """Choose the value at x of the track."""

@@ -12,7 +12,8 @@ from pygame.event import Event
 from sandbox.view.controls import CONTROLS, Action, Control, Group
 from sandbox.view.icons import ICONS, icon
 from sandbox.view.layers import Layer
-from sandbox.view.toolbar import ON, Button, Slider, Toolbar
+from sandbox.view.palette import ACCENT
+from sandbox.view.toolbar import Button, Slider, Toolbar
 
 STOPS = (0.0, 0.25, 0.5, 1.0)
 PLACES = [Rect(10, 10, 30, 30), Rect(50, 10, 30, 30), Rect(100, 10, 150, 30)]
@@ -121,7 +122,7 @@ def test_a_slider_at_infinity_has_its_knob_at_the_end_and_steps_back_from_there(
     slider = Slider(Group.TIME, "speed", "how fast", (0.5, 1.0, 2.0, math.inf), lambda: calls.value, calls.choose)
     place, surface = Rect(0, 0, 140, 30), Surface((140, 30))
     slider.draw(surface, place, hot=False)
-    knob = [x for x in range(140) if surface.get_at((x, 21)) == ON]
+    knob = [x for x in range(140) if surface.get_at((x, 21)) == ACCENT]
     assert min(knob) > 120
     slider.key(pygame.K_LEFT)
     assert calls.value == 2.0
