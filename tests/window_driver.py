@@ -21,6 +21,7 @@ THREE_BALLS: Final = (
     "radius = 20\nposition = [260, 310]\nmass = 3",
     "radius = 10\nposition = [600, 100]\nvelocity = [60, -30]",
 )
+SMALL_SCENE: Final = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
 CODES: Final = {
     "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,
     "End": pygame.K_END, "PageUp": pygame.K_PAGEUP, "PageDown": pygame.K_PAGEDOWN, "Delete": pygame.K_DELETE,

@@ -135,7 +135,7 @@ def test_a_refused_edit_is_reported() -> None:
     assert given(window) == []
 
 
-def test_an_invalid_velocity_is_reported(window: Window) -> None:
+def test_an_invalid_velocity_is_reported() -> None:
     fast = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [999999999, 0]"), ["exact"])
     press(fast, "p", ".")
     press(fast, "Right", shift=True)

@@ -6,22 +6,27 @@ from pathlib import Path
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import drag, hover, press, run, step
+from window_driver import SMALL_SCENE, drag, hover, press, run, step
 
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import rgb
 from sandbox.view.palette import RAISED
+from sandbox.view.scene_picker import ScenePicker
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
-def test_typing_narrows_the_list_and_enter_runs_the_chosen_scene(window: Window) -> None:
+def open_picker(window: Window) -> ScenePicker:
     press(window, "/")
     window.draw()
+    assert window.scenes.picker
+    return window.scenes.picker
+
+
+def test_typing_narrows_the_list_and_enter_runs_the_chosen_scene(window: Window) -> None:
+    picker = open_picker(window)
     press(window, *"newton cradle", "Back")
-    picker = window.scenes.picker
-    assert picker
     assert [entry.name for entry in picker.found] == [
         "newtons-cradle",
         "truths/cradle-gapped",
@@ -42,10 +47,7 @@ def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:
 @pytest.mark.parametrize("size", [(1024, 640), (1280, 800), (3840, 2160)])
 def test_every_scene_can_be_reached_by_keys_and_no_previews_overlap(size: tuple[int, int], window: Window) -> None:
     window.screen = pygame.display.set_mode(size)
-    press(window, "/")
-    window.draw()
-    picker = window.scenes.picker
-    assert picker
+    picker = open_picker(window)
     everything = {*bundled(), *bundled("truths")}
     assert {entry.name for entry in picker.found} == everything
     seen = set()
@@ -61,10 +63,9 @@ def test_every_scene_can_be_reached_by_keys_and_no_previews_overlap(size: tuple[
 
 
 def test_a_click_runs_a_scene_and_its_preview_shows_it(window: Window) -> None:
-    press(window, "/", *"break-shot")
+    picker = open_picker(window)
+    press(window, *"break-shot")
     window.draw()
-    picker = window.scenes.picker
-    assert picker
     [(_, place)] = picker.places()
     assert tuple(window.screen.get_at((place.x + 3, place.y + place.height // 3)))[:3] == rgb("#14532d")
     assert tuple(window.screen.get_at((place.x - 4, place.bottom)))[:3] == tuple(RAISED)[:3]
@@ -73,10 +74,7 @@ def test_a_click_runs_a_scene_and_its_preview_shows_it(window: Window) -> None:
 
 
 def test_the_wheel_scrolls_by_rows(window: Window) -> None:
-    press(window, "/")
-    window.draw()
-    picker = window.scenes.picker
-    assert picker
+    picker = open_picker(window)
     window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
     assert picker.chosen == picker.columns
     window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=9))
@@ -84,14 +82,11 @@ def test_the_wheel_scrolls_by_rows(window: Window) -> None:
 
 
 def test_the_wheel_scrolls_while_the_mouse_is_on_a_preview(window: Window) -> None:
-    press(window, "/")
-    window.draw()
-    picker = window.scenes.picker
-    assert picker
+    picker = open_picker(window)
     _, place = picker.places()[0]
     hover(window, place.center)
     window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
-    for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):  # which pygame has of the wheel as well
+    for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):  # pygame sends these for the wheel too
         window.on_event(Event(what, pos=place.center, button=5))
     assert picker.chosen == picker.columns
     press(window, "Shift")
@@ -99,12 +94,10 @@ def test_the_wheel_scrolls_while_the_mouse_is_on_a_preview(window: Window) -> No
 
 
 def test_scenes_of_the_folder_come_first_and_other_toml_files_are_left_out(window: Window, tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n")
+    (tmp_path / "mine.toml").write_text(SMALL_SCENE)
     (tmp_path / "broken.toml").write_text("[[balls]]\n")
     (tmp_path / "pyproject.toml").write_text("[project]\n")
-    press(window, "/")
-    picker = window.scenes.picker
-    assert picker
+    picker = open_picker(window)
     assert [entry.name for entry in picker.found][:3] == ["broken.toml", "mine.toml", next(iter(bundled()))]
     window.draw()
     press(window, *"mine.toml", "Enter")
@@ -117,10 +110,7 @@ def test_other_things_in_the_folder_do_not_stop_the_picker(window: Window, tmp_p
     (tmp_path / "bytes.toml").write_bytes(bytes(range(256)) + b"[[balls]]")
     (tmp_path / os.fsdecode(b"no-unicode-\xff.toml")).write_text("[[balls]]")
     (tmp_path / "huge.toml").write_bytes(b"#" * 3_000_000 + b"[[balls]]")
-    press(window, "/")
-    window.draw()
-    picker = window.scenes.picker
-    assert picker
+    picker = open_picker(window)
     own = [entry.name for entry in picker.found if entry.name.endswith(".toml")]
     assert own == ["bytes.toml", "no-unicode-\N{REPLACEMENT CHARACTER}.toml"]
 

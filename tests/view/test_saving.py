@@ -7,7 +7,7 @@ import numpy as np
 import pygame
 import pytest
 from PIL import Image
-from window_driver import hover, pixels, point, press, run, shown
+from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
@@ -42,7 +42,7 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
 
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
     file = tmp_path / ("x" * 245 + ".toml")
-    file.write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n")
+    file.write_text(SMALL_SCENE)
     window = Window(load(file), None)
     window.frame(1 / 60)
     press(window, "F12")

@@ -8,7 +8,7 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame.event import Event
-from window_driver import pixels, press, run, step
+from window_driver import SMALL_SCENE, pixels, press, run, step
 
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
@@ -33,7 +33,7 @@ def test_restart_and_next_seed() -> None:
     assert np.array_equal(window.view.panes[0].state.position, simulate(second, "article", steps=0).position[0])
 
 
-def test_a_next_seed_beyond_the_largest_is_reported(window: Window) -> None:
+def test_a_next_seed_beyond_the_largest_is_reported() -> None:
     window = Window(scene_of("radius = 20\nposition = [200, 300]", more="seed = 9223372036854775807"), None)
     press(window, "n")
     assert "seed must be less than" in window.status
@@ -76,12 +76,12 @@ def test_a_scene_that_cannot_start_is_reported_and_the_current_one_keeps_running
 
 def test_a_dropped_file_is_opened_and_errors_of_a_broken_one_are_shown(window: Window, tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n")
+    file.write_text(SMALL_SCENE)
     window.on_event(Event(pygame.DROPFILE, file=str(file)))
     assert window.scene.arena.size == (90, 90)
     run(window, 4)
     broken = tmp_path / "broken.toml"
-    broken.write_text("[arena]\nsize = [90, 90]\n[[balls]]\nradius = -5\nposition = [9, 9]\n")
+    broken.write_text(SMALL_SCENE.replace("5", "-5"))
     window.draw()
     before = pixels(window.screen)
     window.on_event(Event(pygame.DROPFILE, file=str(broken)))

@@ -7,13 +7,7 @@ import numpy as np
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import (
-    button,
-    click,
-    given,
-    pixels,
-    press,
-)
+from window_driver import SMALL_SCENE, button, click, given, pixels, press
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
@@ -21,7 +15,6 @@ from sandbox.view.layout import MIN_SIZE
 from sandbox.view.window import Window, has_display
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
-BALL = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
 
 
 def test_escape_and_the_close_button_quit(window: Window) -> None:
@@ -93,7 +86,7 @@ def test_a_window_too_small_for_its_content_shows_the_upper_left(size: tuple[int
 def test_a_title_may_contain_any_characters(title: str, tmp_path: Path) -> None:
     """pygame refuses to draw characters without width."""
     file = tmp_path / "mine.toml"
-    file.write_text(f"title = {json.dumps(title, ensure_ascii=False)}\n{BALL}", encoding="utf-8")
+    file.write_text(f"title = {json.dumps(title, ensure_ascii=False)}\n{SMALL_SCENE}", encoding="utf-8")
     window = Window(load(file), None)
     window.draw()
     assert pygame.display.get_caption()[0].endswith(" - sandbox")
