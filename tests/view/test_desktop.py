@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -205,10 +206,9 @@ def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Des
 
 def test_a_ball_released_in_motion_keeps_flying(desktop: Desktop) -> None:
     desktop.press(200, 300, pane=1)
-    for x in range(200, 401, 10):
-        desktop.move(x, 300, pane=1)
-        time.sleep(0.02)
-    desktop.xdo("mouseup", 1)
+    start, end = desktop.point(200, 300, pane=1), desktop.point(400, 300, pane=1)
+    moves = [("mousemove", "--window", desktop.window, x, start[1], "sleep", 0.02) for x in range(start[0], end[0], 8)]
+    desktop.xdo(*chain.from_iterable(moves), "mouseup", 1)  # in one command, or the ball comes to rest between two
     time.sleep(0.3)
     inputs = desktop.quit()
     [released] = [given.step for given in inputs if isinstance(given, Release)]
