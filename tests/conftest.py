@@ -17,6 +17,8 @@ from sandbox.scene.model import Scene
 if TYPE_CHECKING:
     from browser import Browser
 
+pytest_plugins = ["window_driver"]  # its fixtures
+
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
 

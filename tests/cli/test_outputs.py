@@ -718,9 +718,9 @@ def test_what_a_hand_has_done_is_saved_though_the_window_is_stopped_from_outside
     grab = Grab(step=0, ball=0, at=(100, 100))
 
     def run(window: Any) -> NoReturn:
-        window.player.give(grab)
+        window.playback.give(grab)
         for _ in range(3):
-            window.stage.session.advance()
+            window.view.session.advance()
         raise Ended(signal.SIGTERM)
 
     monkeypatch.setattr("sandbox.view.window.Window.run", run)

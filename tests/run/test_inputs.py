@@ -106,7 +106,7 @@ def test_the_first_hundred_errors_in_inputs_are_reported(tmp_path: Path) -> None
         load_inputs(path, two_balls())
     messages = str(caught.value).splitlines()
     assert messages[99].startswith(f"{path}:100: must be an object")
-    assert messages[100:] == [f"{path}: has more mistakes than these 100"]
+    assert messages[100:] == [f"{path}: has more than these 100 errors"]
 
 
 def test_only_a_newline_ends_a_line_of_inputs(tmp_path: Path) -> None:

@@ -76,7 +76,7 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
-        self.patch.setattr("sandbox.view.player.BUDGET", -1.0)  # one step per frame, on any machine
+        self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse
@@ -85,12 +85,12 @@ class Monkey(RuleBasedStateMachine):
     @initialize(scene=st.sampled_from(SCENES), engines=st.sampled_from(ENGINES), short_history=st.booleans())
     def open(self, scene: str, engines: list[str] | None, short_history: bool) -> None:
         if short_history:
-            self.patch.setattr("sandbox.session.history.RECENT", 8)
-            self.patch.setattr("sandbox.session.history.BYTES", 50_000)
+            self.patch.setattr("sandbox.session.history.MAX_RECENT", 8)
+            self.patch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 50_000)
         self.window = Window(load(scene), engines)
 
     def teardown(self) -> None:
-        self.window.stop_recording()
+        self.window.recorder.stop()
         self.the_run_equals_the_replay_of_its_recording()
         pygame.display.quit()
         self.patch.undo()
@@ -127,9 +127,9 @@ class Monkey(RuleBasedStateMachine):
         elif what == "bar":
             place = layout.bar
         elif what != "anywhere":
-            place = layout.arenas[which % len(window.panes)]
+            place = layout.arenas[which % len(window.view.panes)]
         if what == "ball":
-            position = window.panes[which % len(window.panes)].state.position
+            position = window.view.panes[which % len(window.view.panes)].state.position
             bx, by = (position[which % len(position)] * layout.scale).tolist()
             place = pygame.Rect(place.x + round(bx), place.y + round(by), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
@@ -157,12 +157,12 @@ class Monkey(RuleBasedStateMachine):
     @rule(which=numbers, x=fractions, y=fractions, back=fractions)
     def throw_and_go_back(self, which: int, x: float, y: float, back: float) -> None:
         """Throw a ball, let it fly, and seek a time, which may be during the throw."""
-        self.window.shelf.close_picker()
-        self.window.player.paused = False
+        self.window.scenes.close_picker()
+        self.window.playback.paused = False
         self.drag("ball", which, x, y, 4, 5)
         self.let_go(1)
         self.wait(1 / 60, 10)
-        self.window.player.seek(round(back * self.window.stage.session.end))
+        self.window.playback.seek(round(back * self.window.view.session.end))
 
     @rule(y=st.integers(-3, 3))
     def turn_the_wheel(self, y: int) -> None:
@@ -195,8 +195,8 @@ class Monkey(RuleBasedStateMachine):
         Path(name).unlink(missing_ok=True)
         if text is not None:
             Path(name).write_text(text)
-        self.window.shelf._looks_at = 0.0
-        self.window.shelf.look_at_file()
+        self.window.scenes._next_check = 0.0
+        self.window.scenes.reload_if_edited()
 
     @rule(words=st.sampled_from(["mine", "odd", "cradle", "zzz", ""]))
     def pick(self, words: str) -> None:
@@ -209,22 +209,22 @@ class Monkey(RuleBasedStateMachine):
 
     @rule()
     def the_run_equals_the_replay_of_its_recording(self) -> None:
-        window, session = self.window, self.window.stage.session
-        window.player.settle()
+        window, session = self.window, self.window.view.session
+        window.playback.settle()
         start = Start(scene=window.scene.name, seed=window.scene.seed, rate=window.scene.rate)
         write_inputs([start, *session.given(), End(step=session.step)], Path("inputs.jsonl"))
         inputs = load_inputs(Path("inputs.jsonl"), window.scene)
-        assert window.stage.moment.step == session.step
-        for name, state in window.stage.moment.states.items():
+        assert window.view.moment.step == session.step
+        for name, state in window.view.moment.states.items():
             replay = simulate(window.scene, name, steps=session.step, inputs=inputs)
-            assert replay.position[-1, window.stage.moment.balls].tobytes() == state.position.tobytes()
-            assert replay.velocity[-1, window.stage.moment.balls].tobytes() == state.velocity.tobytes()
+            assert replay.position[-1, window.view.moment.balls].tobytes() == state.position.tobytes()
+            assert replay.velocity[-1, window.view.moment.balls].tobytes() == state.velocity.tobytes()
 
     @rule(charts=fractions, which=numbers, keys=st.lists(st.sampled_from(CONTROLS[:5])))
     def looking_records_no_inputs(self, charts: float, which: int, keys: list[Control]) -> None:
         self.let_go(1)
-        before = list(self.window.stage.session.inputs)
-        if not self.window.shelf.picker:
+        before = list(self.window.view.session.inputs)
+        if not self.window.scenes.picker:
             for control in keys:
                 self.window.do(control)
             self.drag("charts", 0, charts, 0.5, 0, 1)
@@ -232,30 +232,34 @@ class Monkey(RuleBasedStateMachine):
         self.move("ball", which, 0.5, 0.5)
         self.send(pygame.WINDOWFOCUSLOST)
         self.wait(1 / 60, 3)
-        assert self.window.stage.session.inputs == before
+        assert self.window.view.session.inputs == before
 
     @rule()
     def redo_restores_what_undo_removed(self) -> None:
-        session = self.window.stage.session
+        session = self.window.view.session
         self.let_go(1)
-        self.window.player.seek(session.end)
+        self.window.playback.seek(session.end)
         before = list(session.inputs)
         if session.undo():
             assert len(session.inputs) < len(before)
             assert session.redo()
         assert session.inputs == before
-        self.window.player.settle()
+        self.window.playback.settle()
 
     @invariant()
     def every_state_is_finite_and_can_be_drawn(self) -> None:
         self.window.frame(0.0)
-        for state in self.window.stage.moment.states.values():
+        for state in self.window.view.moment.states.values():
             assert np.isfinite([state.position, state.velocity]).all()
 
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.holds, self.window.scrubs, self.window.toolbar.held) == (False, False, None)
+            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (
+                False,
+                False,
+                None,
+            )
 
 
 @pytest.mark.parametrize("examples", sizes(8, slow=833))

@@ -138,11 +138,11 @@ def test_nothing_is_nan(stress: str, engine: str) -> None:
 @pytest.mark.parametrize(("stress", "engine"), RUNS)
 def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> None:
     run = compared(stress).runs[engine]
-    furthest = run.outing.furthest if run.outing else 0.0
+    furthest = run.escape.furthest if run.escape else 0.0
     assert furthest <= MAX_OUTSIDE.get((stress, engine), 0.0)
-    assert run.outing or not run.figures.escaped
+    assert run.escape or not run.figures.escaped
     reported = verdict(compared(stress)).partition("Balls outside the arena: ")[2]
-    assert (f"{engine}'s " in reported) == bool(run.outing)
+    assert (f" in {engine}, the first " in reported) == bool(run.escape)
 
 
 @pytest.mark.parametrize("stress", SCENES)
@@ -236,5 +236,5 @@ def test_balls_that_start_outside_the_arena_come_back(engine: str) -> None:
     run = compare(scene, [engine]).runs[engine]
     assert run.figures.energy_ratio == pytest.approx(1, rel=1e-5)
     assert run.figures.escaped == 0
-    assert run.outing is not None
-    assert (run.outing.time, run.outing.ball, run.outing.balls) == (0, 0, 3)
+    assert run.escape is not None
+    assert (run.escape.time, run.escape.ball, run.escape.balls) == (0, 0, 3)

@@ -9,6 +9,7 @@ from pygame.event import Event
 
 from sandbox.run.inputs import Start
 from sandbox.scene.files import load
+from sandbox.view.controls import Action
 from sandbox.view.window import Window
 
 
@@ -24,21 +25,21 @@ def test_the_window_shows_any_name_and_saves_into_its_folder(monkeypatch: pytest
     opened = [f"{NAMES[key]}.toml" for key in ("colour", "lines", "override", "no-utf-8", "option", "html")]
     for file in opened:
         window.on_event(Event(pygame.DROPFILE, file=f"none-{file}"))
-        assert window.shelf.mistake.startswith("none-")
+        assert window.scenes.error.startswith("none-")
         window.frame(0)
-        window.escape()
+        window.actions[Action.ESCAPE]()
         window.on_event(Event(pygame.DROPFILE, file=file))
         assert window.scene.file == Path(file)
         assert Start(scene=window.scene.name, seed=0, rate=60).model_dump_json()
         window.frame(0)
-        for act in (window.save_scene, window.save_picture, window.record, window.record):
-            act()
-            assert window.notice[0].startswith("saved ") or act == window.record
+        for action in (Action.SAVE_SCENE, Action.SAVE_PICTURE, Action.RECORD, Action.RECORD):
+            window.actions[action]()
+            assert window.notice.text.startswith("saved ") or action == Action.RECORD
             window.frame(0)
-    window.shelf.pick()
+    window.scenes.open_picker()
     window.frame(0)
-    assert window.shelf.picker
-    picked = {entry.file.name: entry.name for entry in window.shelf.picker.found}
+    assert window.scenes.picker
+    picked = {entry.file.name: entry.name for entry in window.scenes.picker.found}
     assert set(names) <= set(picked)
     assert "[[balls]].toml" not in picked
     assert not controls_in("".join(picked.values()))
