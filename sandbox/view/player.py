@@ -66,12 +66,12 @@ class Player:
     def catch_up(self) -> bool:
         """Let the engines run again to where one is, for a while; tell whether they are still behind."""
         until = perf_counter() + BUDGET
-        while self.session.behind:
+        while self.session.steps_behind:
             self.session.catch_up(SLICE)
             if perf_counter() > until:
                 break
         self.stage.look()
-        return self.session.behind > 0
+        return self.session.steps_behind > 0
 
     def settle(self) -> None:
         """Let the engines run again to where one is."""

@@ -37,14 +37,14 @@ class Stage:
     def look(self) -> None:
         """Show where the session is."""
         session, before = self.session, self.moment
-        moment, live = session.shown, session.live
+        moment, live = session.shown, session.is_live
         if moment is before and live == self._live:
             return
         afresh = not 0 < moment.step - before.step <= BEHIND or live != self._live
         first = max(0, moment.step - BEHIND) if afresh else before.step + 1
         for pane in self.panes:
             engine = session.lockstep.engines[pane.name].engine
-            pane.show(session.recall(first, moment.step), engine, live=live, afresh=afresh)
+            pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
         self.charts.history.scene = moment.scene
         self.charts.history.add(moment.step, moment.states)

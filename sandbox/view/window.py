@@ -490,8 +490,8 @@ class Window:
     def status(self) -> str:
         """A line on what runs, or the last notice."""
         what, until = self.notice
-        if self.stage.session.behind and not (self.player.paused and self.player.exact):
-            return f"running again: {self.stage.session.behind:,} steps to go"
+        if self.stage.session.steps_behind and not (self.player.paused and self.player.exact):
+            return f"running again: {self.stage.session.steps_behind:,} steps to go"
         if monotonic() < until:
             return what
         speed = self.player.speed

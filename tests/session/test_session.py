@@ -70,9 +70,9 @@ def test_ten_steps_back_and_ten_forward_are_the_same_bytes(session: Session) -> 
     before = [flat(session.shown)]
     session.seek(session.step - 10)
     before.append(flat(session.shown))
-    assert (session.shown.step, session.live, session.behind) == (30, False, 30)
+    assert (session.shown.step, session.is_live, session.steps_behind) == (30, False, 30)
     run(session, 10)
-    assert session.live
+    assert session.is_live
     assert flat(session.shown) == before[0]
     session.seek(30)
     assert flat(session.shown) == before[1]
@@ -87,7 +87,7 @@ def test_what_is_remembered_is_shown_without_an_engine_and_the_end_is_as_it_was_
         assert is_replay(session)
     assert (session.lockstep, lockstep.steps) == (lockstep, 60)
     session.seek(1000)
-    assert (session.step, session.live, flat(session.shown)) == (60, True, end)
+    assert (session.step, session.is_live, flat(session.shown)) == (60, True, end)
 
 
 def test_engines_that_run_again_pass_the_same_moments(session: Session) -> None:
@@ -123,9 +123,9 @@ def test_catching_up_can_be_done_a_few_steps_at_a_time(session: Session) -> None
     end = flat(session.shown)
     session.seek(40)
     left = []
-    while not session.live:
+    while not session.is_live:
         session.catch_up(15)
-        left.append(session.behind)
+        left.append(session.steps_behind)
     assert left == [25, 10, 0]
     run(session, 10)
     assert flat(session.shown) == end
@@ -301,8 +301,8 @@ def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     size = session.shown.size
-    monkeypatch.setattr("sandbox.session.history.RECENT", 50)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 100 * size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 50)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 100 * size)
     run(session, 2000)
     end = flat(session.shown)
     kept = []
@@ -323,7 +323,7 @@ def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
 def test_steps_that_are_run_again_and_again_are_remembered_once(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sandbox.session.history.BYTES", 10 * session.shown.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 10 * session.shown.size)
     for _ in range(20):
         session.seek(0)
         run(session, 15)
@@ -333,7 +333,7 @@ def test_steps_that_are_run_again_and_again_are_remembered_once(
 
 
 def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.session.history.BYTES", 3.5 * session.shown.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 3.5 * session.shown.size)
     memory = History()
     for step in range(100):
         session.seek(0)

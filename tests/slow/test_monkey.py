@@ -86,8 +86,8 @@ class Monkey(RuleBasedStateMachine):
     @initialize(scene=st.sampled_from(SCENES), engines=st.sampled_from(ENGINES), forgets=st.booleans())
     def open(self, scene: str, engines: list[str] | None, forgets: bool) -> None:
         if forgets:
-            self.patch.setattr("sandbox.session.history.RECENT", 8)
-            self.patch.setattr("sandbox.session.history.BYTES", 50_000)
+            self.patch.setattr("sandbox.session.history.MAX_RECENT", 8)
+            self.patch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 50_000)
         self.window = Window(load(scene), engines)
 
     def teardown(self) -> None:

@@ -141,11 +141,11 @@ def test_nothing_is_nan(stress: str, engine: str) -> None:
 @pytest.mark.parametrize(("stress", "engine"), RUNS)
 def test_nothing_leaves_the_arena_but_what_is_told(stress: str, engine: str) -> None:
     run = compared(stress).runs[engine]
-    furthest = run.outing.furthest if run.outing else 0.0
+    furthest = run.escape.furthest if run.escape else 0.0
     assert furthest <= LEAVES.get((stress, engine), 0.0)
-    assert run.outing or not run.figures.escaped
+    assert run.escape or not run.figures.escaped
     said = verdict(compared(stress)).partition("Balls outside the arena: ")[2]
-    assert (f"{engine}'s " in said) == bool(run.outing)
+    assert (f" in {engine}, the first " in said) == bool(run.escape)
 
 
 @pytest.mark.parametrize("stress", SCENES)
@@ -288,5 +288,5 @@ def test_balls_that_begin_outside_the_arena_come_back(engine: str) -> None:
     run = compare(scene, [engine]).runs[engine]
     assert run.figures.energy_ratio == pytest.approx(1, rel=1e-5)
     assert run.figures.escaped == 0
-    assert run.outing is not None
-    assert (run.outing.time, run.outing.ball, run.outing.balls) == (0, 0, 3)
+    assert run.escape is not None
+    assert (run.escape.time, run.escape.ball, run.escape.balls) == (0, 0, 3)

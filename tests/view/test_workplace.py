@@ -172,8 +172,8 @@ def test_time_that_passes_goes_on_from_the_past_once_the_engines_are_there(
 def test_a_step_that_is_not_remembered_is_shown_as_soon_as_it_has_been_run_again(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sandbox.session.history.RECENT", 8)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.stage.moment.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 8)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 12 * window.stage.moment.size)
     run(window, 100)
     monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)
     window.player.seek(37)
@@ -479,8 +479,8 @@ def test_what_the_mouse_holds_is_let_go_under_the_picker_too(window: Window, los
 def test_what_is_done_at_a_step_that_is_not_remembered_is_done_to_the_balls_as_they_are_there(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sandbox.session.history.RECENT", 8)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.stage.moment.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 8)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 12 * window.stage.moment.size)
     monkeypatch.setattr("sandbox.view.player.BUDGET", -1.0)
     run(window, 100)
     press(window, ".")
