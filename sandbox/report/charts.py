@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any, Final
 
 import numpy as np
 from bokeh.document import Document
-from bokeh.models import FactorRange, Range1d
+from bokeh.models import BasicTicker, FactorRange, Range1d
 from bokeh.models.annotations import Label, Legend, LegendItem, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
@@ -21,6 +22,7 @@ from sandbox.state import Floats
 
 MAX_POINTS: Final = 2_000  # of a line, about: more than a screen has columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
+LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
 DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
 MARKERS: Final = ("circle", "square", "triangle", "diamond", "inverted_triangle", "star")
@@ -297,11 +299,12 @@ def _ledger(comparison: Comparison) -> Chart:
     energy, causes = _bars(comparison)
     styles = {name: style for name, style in _styles(comparison).items() if energy[name]}
     _, unit = energies(comparison)
-    axis = "% of the energy at the start" if unit == "%" else unit
-    labels = [cause.label for cause in causes]
+    axis = "energy, % of start" if unit == "%" else unit
+    labels = [fill(cause.label, LABEL_LETTERS) for cause in causes]
     rows = FactorRange(factors=labels[::-1])
     height = 90 + len(causes) * max(40, 22 * len(styles))
     plot = figure(height=height, y_range=rows, x_axis_label=axis, tools="", toolbar_location=None)
+    plot.xaxis[0].ticker = BasicTicker(desired_num_ticks=3)  # more would overlap on a telephone
     thickness = 0.8 / len(styles)
     items = []
     for index, (name, style) in enumerate(styles.items()):

@@ -259,9 +259,7 @@ def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[
 
 
 @pytest.mark.parametrize("width", [1280, 1920])
-def test_it_opens_without_network_errors_or_horizontal_scrolling(
-    browser: Browser, file: Path, width: int
-) -> None:
+def test_it_opens_without_network_errors_or_horizontal_scrolling(browser: Browser, file: Path, width: int) -> None:
     browser.visit(file, width)
     assert browser.complaints == []
     assert browser.requests == [file.as_uri()]
