@@ -81,7 +81,7 @@ def _error_by_rate(rows: Sequence[Row]) -> Any:
     """Draw each engine's median gap against the rate, with its range over the seeds."""
     gaps = [row["gap_rms"] for row in rows if row["gap_rms"] > 0]
     chart = figure(
-        title="RMS gap to the reference: median and range over the seeds",
+        title="Gap to the reference, RMS: median and range over the seeds",
         x_axis_label="steps per second",
         y_axis_label="px",
         x_axis_type="log",
@@ -128,7 +128,7 @@ def _add_range(chart: Any, at: Sequence[object], values: Sequence[Sequence[float
 def _speeds(rows: Sequence[Row]) -> Any:
     """Draw the fraction of final speeds in each twentieth of their law, relative to the law's own: 1 if it holds."""
     chart = figure(
-        title="Final speeds, compared with the law for as many balls of the same energy",
+        title="Speeds at the end, compared with the law for as many balls of the same energy",
         x_axis_label="fraction of balls that are slower, by the law",
         y_axis_label="balls found / expected",
         **SIZE,

@@ -241,7 +241,7 @@ def test_a_comparison_tells_of_balls_that_fly_through_a_wall(engine: str, tmp_pa
     assert code == 0
     printed = " ".join(out.split())
     assert f"Passages through walls: {engine}'s 2, first ball 0 and wall 0 at 0.200 s." in printed
-    assert "contacts missed 2 0" in printed
+    assert "missed contacts 2 0" in printed
     because = (
         "The ball went through the wall, from (900, 60) to (900, 440): it flew 50 px in the step, and the wall is "
         "2 px thick."
