@@ -219,7 +219,7 @@ class _Matches:
     def _reason_elsewhere(self, place: Place) -> Reason:
         """Find why a contact that is right by itself differs: simultaneous contacts, the reference, or the flight."""
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
-        if _is_beside_unconverged(self.own, contact):
+        if _has_unconverged_neighbour(self.own, contact):
             return Reason(Cause.UNCONVERGED, UNCONVERGED)
         if place.reference >= 0 and (reason := self._reason_in_reference(place, contact, finding)):
             return reason
@@ -242,7 +242,7 @@ class _Matches:
         if self._explains(its, its_finding, place.size):
             because = f"{WRONG_REFERENCE} {explain(self.scene, its, its_finding)}"
             return Reason(Cause(its_finding["cause"]), because)
-        if _is_beside_unconverged(self.reference, its):
+        if _has_unconverged_neighbour(self.reference, its):
             return Reason(Cause.UNCONVERGED, f"{WRONG_REFERENCE} {UNCONVERGED}")
         after = float(contact["time"] - its["time"])
         turned = math.acos(min(1.0, float(contact["normal"] @ its["normal"])))
@@ -298,12 +298,12 @@ class _Matches:
         return finding["cause"] != Cause.ROUNDING and bool(finding["momentum_error"] / lighter >= needed)
 
 
-def _is_beside_unconverged(record: Record, contact: np.void) -> bool:
+def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:
     """Return whether one of a contact's balls had another contact at the same time, which did not converge."""
     contacts, balls = record.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
-    beside = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
-    beside &= contacts["time"] == contact["time"]
-    return bool((record.findings["cause"][beside] == Cause.UNCONVERGED).any())
+    neighbours = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
+    neighbours &= contacts["time"] == contact["time"]
+    return bool((record.findings["cause"][neighbours] == Cause.UNCONVERGED).any())
 
 
 def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | None:
