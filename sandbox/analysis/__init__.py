@@ -1,1 +1,1 @@
-"""What a run amounts to: energy by cause, first differences, statistics beside theory."""
+"""What runs come to: energy by cause, first differences from the reference, statistics compared with theory."""

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.verdict import KEPT, TUNED, astray
+from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, TUNED, energy_error
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 
-FINER: Final = 4  # times the steps, in a trial
-
-
-MANY: Final = 200  # iterations, in a trial
+FINER_STEPS: Final = 4  # times as many, in a trial
+TRIAL_ITERATIONS: Final = 200
 
 
 @dataclass(frozen=True)
@@ -22,31 +20,31 @@ class Trial:
     """How Pymunk does with some settings changed."""
 
     changes: dict[str, int]
-    apart: float | None  # s, until when its paths are the reference's; None for to the end
-    astray: float  # share of the energy lost or gained without right
+    apart: float | None  # s, until when its paths agree with the reference's; None if to the end
+    energy_error: float  # fraction of the energy gained or lost in error
     gap_rms: float  # px, over all balls and times
 
     @property
     def settings(self) -> str:
-        """The changes as a scene would say them."""
-        return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "as it is"
+        """The changes as a scene writes them."""
+        return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
 
 
 def advise(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:
-    """Run Pymunk with settings changed, each against the reference, the scene as it is first.
+    """Run Pymunk with the scene's own settings and then with others, each against the reference.
 
-    Raises SandboxError where the reference is Pymunk itself.
+    Raises SandboxError if the reference is Pymunk itself.
     """
     if against == TUNED:
         raise SandboxError(
             f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another reference"
         )
     pymunk = scene.pymunk
-    steady = {"iterations": MANY, "collision_persistence": 1}
-    finer = {"substeps": FINER * pymunk.substeps}
+    steady = {"iterations": TRIAL_ITERATIONS, "collision_persistence": 1}
+    finer = {"substeps": FINER_STEPS * pymunk.substeps}
     tried = [{}, finer, *({key: value} for key, value in steady.items()), steady, finer | steady]
-    if not inputs:  # which belong to steps
-        tried.insert(1, {"rate": FINER * scene.rate})
+    if not inputs:  # which belong to steps, so to a rate
+        tried.insert(1, {"rate": FINER_STEPS * scene.rate})
     return [_try(scene, changes, against, inputs) for changes in tried]
 
 
@@ -55,30 +53,30 @@ def _try(scene: Scene, changes: dict[str, int], against: str, inputs: Sequence[I
     settings = {key: value for key, value in changes.items() if key != "rate"}
     changed = scene.changed(rate=rate, pymunk=scene.pymunk.model_copy(update=settings))
     run = compare(changed, [TUNED, against], against=against, inputs=inputs).runs[TUNED]
-    of_energy = astray(run)
-    return Trial(changes, run.apart, abs(of_energy[0]) if of_energy else 0.0, run.figures.gap_rms)
+    error = energy_error(run)
+    return Trial(changes, run.apart, abs(error[0]) if error else 0.0, run.figures.gap_rms)
 
 
 def advice(trials: Sequence[Trial]) -> str:
-    """Say which of the trials to take, and what it gains: for the energy, and for the paths."""
+    """Recommend the trials that gain most: for the energy, and for the paths."""
     before, *others = trials
     said = []
-    best = min(others, key=lambda trial: (_magnitude(trial.astray), len(trial.changes)))
-    if _magnitude(best.astray) < _magnitude(before.astray):
-        said.append(f"{best.settings}: {_share(best)} of the energy goes astray instead of {_share(before)}.")
+    best = min(others, key=lambda trial: (_magnitude(trial.energy_error), len(trial.changes)))
+    if _magnitude(best.energy_error) < _magnitude(before.energy_error):
+        said.append(f"{best.settings}: the energy error is {_percent(best)} instead of {_percent(before)}.")
     best = max(others, key=lambda trial: (trial.apart or math.inf, -trial.gap_rms))
     if (best.apart or math.inf) > (before.apart or math.inf):
         until = f"until {best.apart:.2f} s" if best.apart else "to the end"
-        said.append(f"{best.settings}: the paths hold {until}, instead of until {before.apart:.2f} s.")
+        said.append(f"{best.settings}: the paths agree {until} instead of until {before.apart:.2f} s.")
     elif before.apart is None and best.gap_rms < before.gap_rms:
-        said.append(f"{best.settings}: the gap is {best.gap_rms:.2g} px RMS instead of {before.gap_rms:.2g} px.")
+        said.append(f"{best.settings}: the RMS gap is {best.gap_rms:.2g} px instead of {before.gap_rms:.2g} px.")
     return " ".join(said) or "None of the settings tried is better."
 
 
 def _magnitude(share: float) -> int:
-    """Return the power of ten of a share; all that rounding leaves is one."""
-    return math.floor(math.log10(max(share, KEPT)))
+    """Return the power of ten of a fraction; everything negligible has the same."""
+    return math.floor(math.log10(max(share, NEGLIGIBLE_ENERGY)))
 
 
-def _share(trial: Trial) -> str:
-    return f"{100 * trial.astray:.2g} %" if trial.astray else "none"
+def _percent(trial: Trial) -> str:
+    return f"{100 * trial.energy_error:.2g} %"

@@ -1,32 +1,41 @@
 """Why an engine changed energy, momentum or a position."""
 
-from typing import Final
+from enum import IntEnum
+from typing import Final, Self
 
-CAUSES: Final = {
-    "elasticity": "the scene's own elasticity",
-    "hand": "the hand",
-    "small": "impulse too small",
-    "large": "impulse too large",
-    "late": "found late",
-    "early": "found early",
-    "pushed": "pushed apart",
-    "overshoot": "overshoot thrown away",
-    "turned": "wall turned it round again",
-    "stale": "stale cached impulse",
-    "unconverged": "contacts not converged",
-    "missed": "missed",
-    "gravity": "gravity's integration",
-    "friction": "friction",
-    "untold": "told by no contact",
-    "rounding": "rounding",
-}
+NEGLIGIBLE: Final = 1e-6  # fraction of an impulse, a speed or a radius; smaller errors count as rounding
 
 
-(
-    ELASTICITY, HAND, SMALL, LARGE, LATE, EARLY, PUSHED, OVERSHOOT, TURNED, STALE, UNCONVERGED, MISSED, GRAVITY,
-    FRICTION, UNTOLD, ROUNDING,
-) = range(len(CAUSES))  # fmt: skip
+class Cause(IntEnum):
+    """A cause, in the order of the ledger's lines. `key` names it in JSON and CSV, `label` in text."""
 
+    label: str
 
-CAUSE: Final = tuple(CAUSES)
-SHARE: Final = 1e-6  # of an impulse, a speed or a radius, below which an error is rounding
+    def __new__(cls, number: int, label: str = "") -> Self:
+        """Make a member with a label; without one, look up the member of a number."""
+        member = int.__new__(cls, number)
+        member._value_ = number
+        member.label = label
+        return member
+
+    ELASTICITY = 0, "the scene's elasticity"
+    HAND = 1, "the mouse"
+    SMALL = 2, "impulse too small"
+    LARGE = 3, "impulse too large"
+    LATE = 4, "found late"
+    EARLY = 5, "found early"
+    PUSHED = 6, "pushed apart"
+    OVERSHOOT = 7, "overshoot discarded"
+    TURNED = 8, "already leaving the wall, reversed again"
+    STALE = 9, "stale cached impulse"
+    UNCONVERGED = 10, "solver not converged"
+    MISSED = 11, "contact missed"
+    GRAVITY = 12, "gravity integrated in steps"
+    FRICTION = 13, "friction"
+    UNTOLD = 14, "velocity changed without a reported contact"
+    ROUNDING = 15, "rounding"
+
+    @property
+    def key(self) -> str:
+        """The name in JSON and CSV."""
+        return self.name.lower()

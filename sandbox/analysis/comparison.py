@@ -1,99 +1,36 @@
-"""Engines in step -> a comparison: how far each is from the reference, since when, and why."""
+"""Engines in lockstep, compared: how far each is from the reference, since when, and why."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Account, Difference, differences
-from sandbox.analysis.expectations import Score, score
-from sandbox.analysis.gas import Row, beside_theory, is_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, step_at
+from sandbox.analysis.expectations import score
+from sandbox.analysis.measurement import Measurement, Pull, Run
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
-from sandbox.analysis.tunnelling import Passage
 from sandbox.engines import default_engines, takes
 from sandbox.errors import SandboxError, nearest
-from sandbox.quantity import energy, length, momentum, outside
 from sandbox.run.inputs import Input, clock_of
-from sandbox.run.lockstep import Lockstep, Runner
-from sandbox.scene.model import Scene, Vector
+from sandbox.run.lockstep import Lockstep
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Bools, Contacts, Floats, State
+from sandbox.state import Floats
 from sandbox.text import csv_text
 
-SAMPLES: Final = 200  # states of a gas, about, whose speeds are held beside their law
-BLOCK_BYTES: Final = 32_000_000  # of states kept between two reckonings, an engine
-PATH_BYTES: Final = 20_000_000  # of positions kept of a run, an engine
-PACE: Final = 64  # steps between two words on how far a run is
-
-
-@dataclass(frozen=True)
-class Figures:
-    """What is said of one engine; the names are those of the JSON and of the CSV."""
-
-    energy_ratio: float | None  # at the end, as a share of the start; None where that was 0
-    energy_drift: float | None  # the largest change of that share, at any time
-    momentum_drift: float  # that no wall, gravity or hand gave, as a share of all balls' momenta added as lengths
-    gap_rms: float  # px from the reference, over all balls and times
-    gap_max: float  # px, of any ball at any time
-    pair_contacts: int
-    wall_contacts: int
-    max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre is outside the arena at the end
-    expected: int  # of the scene's expectations, those that fall into the run
-    met: int  # of these, those that the engine meets
-    first_difference: Difference | None  # the first contact that is not as the reference has it
-    ledger: tuple[Entry, ...]  # every change of energy, momentum and places, by its cause
-
-
-class Outing(NamedTuple):
-    """Balls whose centres left the arena."""
-
-    time: float  # s, when the first of them was outside
-    ball: int  # the first of them
-    balls: int  # how many did
-    furthest: float  # px from the arena
-
-
-@dataclass(frozen=True)
-class Run:
-    """What one engine did, over time.
-
-    energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
-    reference over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, since when a ball is further than its
-    radius from the reference's; contacts: in order of time; differences: those that are not as the reference has them,
-    while the two are not apart; missed: where it told of no contact and should have; outing: the balls that left the
-    arena, if any did; scores: of the scene's expectations that fall into the run; theory: what is expected of
-    a gas, beside what was measured; path: (frames, n, 2) px, float32, of every so many steps.
-    """
-
-    figures: Figures
-    energy: Floats
-    momentum: Floats
-    gap_rms: Floats
-    gap_max: Floats
-    gap_of_ball: Floats
-    apart: float | None
-    contacts: Contacts
-    differences: tuple[Difference, ...]
-    missed: tuple[Passage, ...]
-    outing: Outing | None
-    scores: list[Score]
-    theory: tuple[Row, ...]
-    path: NDArray[np.float32]
-    final: State
+BLOCK_BYTES: Final = 32_000_000  # of an engine's states, which are measured together
+PATH_BYTES: Final = 20_000_000  # of an engine's positions, kept of a run
+PROGRESS_STEPS: Final = 64  # between two reports of progress
 
 
 @dataclass(frozen=True)
 class Comparison:
     """Several engines' runs of one scene.
 
-    since: s, when the last edit was, if there was one: the comparison is of what follows, and all its times count from
-    there; time: (steps + 1,) s; horizon: s, when a twin of the reference, begun with its first ball one unit in the
-    last place to the right, has a ball a radius away; None where that is later than the end; stride: steps between two
-    frames of the runs' paths; inputs: what was replayed into all of them.
+    since: s, the time of the last edit, 0 if there was none: the comparison is of what follows, and all its times count
+    from there; time: (steps + 1,) s; horizon: s, when a copy of the reference whose first ball began one unit in the
+    last place further right has a ball a radius away, None if that is after the end; stride: steps between two frames
+    of the runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -115,62 +52,57 @@ class Comparison:
             "seconds": float(self.time[-1]),
             "against": self.against,
             "horizon": self.horizon,
-            "engines": {name: self._of_engine(run) for name, run in self.runs.items()},
+            "engines": {name: _as_json(run) for name, run in self.runs.items()},
         }
-
-    def _of_engine(self, run: Run) -> dict[str, Any]:
-        start = float(run.energy[0])
-        told = asdict(run.figures)
-        told["ledger"] = {
-            entry.cause: {key: value for key, value in asdict(entry).items() if key != "cause"}
-            | {"share": entry.energy / start if start else None}
-            for entry in run.figures.ledger
-        }
-        if run.theory:
-            told["theory"] = {
-                row.figure: {key: value for key, value in asdict(row).items() if key != "figure"} for row in run.theory
-            }
-        return told
 
     def as_csv(self) -> str:
-        """Return what `--csv` writes: a row an engine, with what is nested under dotted names."""
+        """Return what `--csv` writes: a row for each engine, nested figures under dotted names."""
         document = self.as_json()
         common = {key: value for key, value in document.items() if key != "engines"}
-        rows = [{"engine": name} | common | flat(told) for name, told in document["engines"].items()]
+        rows = [{"engine": name} | common | flatten(figures) for name, figures in document["engines"].items()]
         columns = list(dict.fromkeys(key for row in rows for key in row))
         return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the report, once `sandbox.report` has registered how to make it."""
-        return _notebook_html(self) if _notebook_html else None
+        """Return what a notebook shows: nothing, unless `sandbox.report.notebook` replaces this by the report."""
+        return None
 
     def beyond(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
-        """Tell which limits are passed: by whom, by how much, and since when."""
+        """Report each limit that an engine exceeds: by how much, and since when."""
         for name, run in self.runs.items():
             drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
             for what, limit, values, unit in (("gap", max_gap, run.gap_max, " px"), ("drift", max_drift, drift, "")):
                 if limit is not None and values.max() > limit:
                     since = self.time[int((values > limit).argmax())]
                     yield (
-                        f"{name}: {what} {values.max():.6g}{unit} is beyond the limit of {limit:g}{unit}, "
-                        f"passed at {since:.3f} s"
+                        f"{name}: {what} {values.max():.6g}{unit} exceeds the limit of {limit:g}{unit}, "
+                        f"first at {since:.3f} s"
                     )
 
 
-_notebook_html: Callable[[Comparison], str] | None = None
+def _as_json(run: Run) -> dict[str, Any]:
+    """Return an engine's part of `--json`."""
+    start = float(run.energy[0])
+    figures = asdict(run.figures)
+    if first := run.figures.first_difference:
+        figures["first_difference"] |= {"kind": first.kind.value, "cause": first.cause.key}
+    figures["ledger"] = {
+        entry.cause.key: {key: value for key, value in asdict(entry).items() if key != "cause"}
+        | {"share": entry.energy / start if start else None}
+        for entry in run.figures.ledger
+    }
+    if run.theory:
+        figures["theory"] = {
+            row.figure: {key: value for key, value in asdict(row).items() if key != "figure"} for row in run.theory
+        }
+    return figures
 
 
-def show_in_notebooks(html: Callable[[Comparison], str]) -> None:
-    """Register what makes the HTML by which a notebook shows a comparison."""
-    global _notebook_html  # noqa: PLW0603  (the one registration there is)
-    _notebook_html = html
-
-
-def flat(told: Mapping[str, Any], under: str = "") -> dict[str, Any]:
-    """Bring nested tables onto one level: {"a": {"b": 1}} is {"a.b": 1}."""
+def flatten(figures: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Bring nested tables onto one level: {"a": {"b": 1}} becomes {"a.b": 1}."""
     level: dict[str, Any] = {}
-    for key, value in told.items():
-        level |= flat(value, f"{under}{key}.") if isinstance(value, dict) else {f"{under}{key}": value}
+    for key, value in figures.items():
+        level |= flatten(value, f"{prefix}{key}.") if isinstance(value, dict) else {f"{prefix}{key}": value}
     return level
 
 
@@ -182,34 +114,33 @@ def compare(
     inputs: Sequence[Input] = (),
     progress: Callable[[float], object] | None = None,
 ) -> Comparison:
-    """Run a scene in several engines, all together, for its seconds.
+    """Run a scene in several engines, in lockstep, for its seconds.
 
-    Where no engines are named: Pymunk, the reference that can honour the scene, and the exact engine. They are
-    measured against `against`, which is the exact engine where it takes part, and else the last. Where inputs edit the
-    scene, the comparison is of what follows the last edit. `progress` is told now and then which share of the run is
-    done.
-    Raises SandboxError for a name that is no engine, Refused where an engine cannot honour the scene.
+    By default the engines are Pymunk, the reference solver that supports the scene, and the exact engine. They are
+    measured against `against`: by default the exact engine if it takes part, else the last. If inputs edit the scene,
+    the comparison is of what follows the last edit. `progress` is called now and then with the fraction that is done.
+    Raises SandboxError for an unknown engine, Refused if an engine does not support the scene.
     """
-    names = list(engines) if engines else _all_by_default(scene)
+    names = list(engines) if engines else _default_names(scene)
     against = against or reference_of(names)
     if against not in names:
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
     lockstep = Lockstep(scene, names, inputs)
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
-    stretch = _Stretch(lockstep, names, against, steps)
+    segment = _Segment(lockstep, names, against, steps)
     for step in range(steps):
         lockstep.apply_due()
         if lockstep.edited:
-            stretch = _Stretch(lockstep, names, against, steps - step)
+            segment = _Segment(lockstep, names, against, steps - step)
         lockstep.step()
-        stretch.look()
-        if progress and step % PACE == 0:
+        segment.add_states()
+        if progress and step % PROGRESS_STEPS == 0:
             progress(step / steps)
-    return stretch.comparison(tuple(inputs))
+    return segment.comparison(tuple(inputs))
 
 
-class _Stretch:
-    """A run from its start, or from an edit, on: what comes before an edit is of another scene, or other states."""
+class _Segment:
+    """A run from its start or from an edit on: what comes before an edit belongs to another scene or other states."""
 
     def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
@@ -218,187 +149,51 @@ class _Stretch:
         state_bytes = 4 * 8 * len(self.scene.bodies)
         self.block = max(1, BLOCK_BYTES // state_bytes)
         self.stride = max(1, state_bytes // 4 * (steps + 1) // PATH_BYTES)
-        self.tallies = {name: _Tally(self.scene, lockstep.engines[name], self.stride, steps) for name in names}
+        self.measurements = {
+            name: Measurement(self.scene, lockstep.engines[name], self.stride, steps) for name in names
+        }
+        self.reference = self.measurements[against]
         self.twin = Twin(lockstep, against)
         self.steps = -1
-        self.look()
-        self.initial = self.tallies[against].states[0]
+        self.add_states()
+        self.initial = self.reference.states[0]
 
-    def look(self) -> None:
-        """Take in the states that the engines have now."""
+    def add_states(self) -> None:
+        """Add the states that the engines have now; measure them when the block is full."""
         self.steps += 1
-        for name, tally in self.tallies.items():
-            tally.states.append(tally.engine.state())
-            tally.pulls.append(_Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
-        self.twin.look(self.tallies[self.against].states[-1])
-        if len(self.tallies[self.against].states) == self.block:
-            self.reckon()
+        for name, measurement in self.measurements.items():
+            measurement.states.append(measurement.engine.state())
+            measurement.pulls.append(Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
+        self.twin.update(self.reference.states[-1])
+        if len(self.reference.states) == self.block:
+            self._measure()
 
-    def reckon(self) -> None:
-        """Reckon up the states taken in."""
-        begin = self.steps + 1 - len(self.tallies[self.against].states)
-        reference = np.stack([state.position for state in self.tallies[self.against].states])
-        for tally in self.tallies.values():
-            tally.scores += [
-                score(self.scene, expect, self.initial, tally.states[round(expect.at * self.scene.rate) - begin])
+    def _measure(self) -> None:
+        """Measure the states added since the last block."""
+        begin = self.steps + 1 - len(self.reference.states)
+        position = np.stack([state.position for state in self.reference.states])
+        for measurement in self.measurements.values():
+            measurement.scores += [
+                score(self.scene, expect, self.initial, measurement.states[round(expect.at * self.scene.rate) - begin])
                 for expect in self.expect
                 if begin <= round(expect.at * self.scene.rate) <= self.steps
             ]
-            tally.add(reference)
+            measurement.measure(position)
 
     def comparison(self, inputs: tuple[Input, ...]) -> Comparison:
-        """Sum it all up."""
-        if self.tallies[self.against].states:
-            self.reckon()
-        right = self.tallies[self.against].account()
+        """Return the comparison of all states added."""
+        if self.reference.states:
+            self._measure()
+        record = self.reference.record()
         runs = {
-            name: tally.run(right if name != self.against else None, self.twin.apart)
-            for name, tally in self.tallies.items()
+            name: measurement.run(record if measurement is not self.reference else None, self.twin.apart)
+            for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
         return Comparison(self.scene, self.against, self.since, time, runs, self.twin.apart, self.stride, inputs)
 
 
-def _all_by_default(scene: Scene) -> list[str]:
+def _default_names(scene: Scene) -> list[str]:
     initial = spawn(scene)
     reference = [REFERENCE] if takes(REFERENCE, scene, initial) else []
     return default_engines(scene, initial) + reference
-
-
-class _Pull(NamedTuple):
-    """What the hand did in a step: the ball that it pulled, and by how much (px/s)."""
-
-    ball: int | None
-    dv: Vector
-
-
-class _Tally:
-    """Reckons up one engine's states, block by block."""
-
-    def __init__(self, scene: Scene, runner: Runner, stride: int, steps: int) -> None:
-        self.scene = scene
-        self.engine = engine = runner.engine
-        engine.contacts()  # begins their collecting
-        self.contacts: list[Contacts] = []
-        self.series: list[Floats] = []  # columns: energy, momentum x and y, momenta as lengths, gap RMS and max, apart
-        self.gap_of_ball = np.zeros(len(scene.bodies))
-        self.outside = np.zeros(len(scene.bodies))  # px, each ball's furthest from the arena
-        self.left: tuple[float, int] | None = None  # when the first was there (s), and which
-        self.scores: list[Score] = []
-        self.velocities: list[Floats] = []  # at some times, where theory has something to say of them
-        self.every = max(1, steps // SAMPLES)
-        self.ledger = Ledger(scene, together=runner.together)
-        self.states: list[State] = []  # that are not reckoned up yet
-        self.pulls: list[_Pull] = []  # of the steps that led there
-        self.held: list[Bools] = []
-        self.path: list[NDArray[np.float32]] = []
-        self.stride = stride
-        self.final: State | None = None
-
-    def add(self, reference: Floats) -> None:
-        """Reckon up the states. reference: (steps, n, 2) px, where the balls should be in them."""
-        scene, bodies = self.scene, self.scene.bodies
-        position = np.stack([state.position for state in self.states])
-        velocity = np.stack([state.velocity for state in self.states])
-        gap = length(position - reference)
-        columns = (
-            energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size),
-            momentum(velocity, bodies.mass),
-            length(velocity) @ bodies.mass,
-            np.sqrt(np.mean(gap**2, axis=1)),
-            gap.max(axis=1),
-            (gap > bodies.radius).any(axis=1),
-        )
-        done = sum(map(len, self.series))
-        self.path.append(position[-done % self.stride :: self.stride].astype(np.float32))
-        self.series.append(np.column_stack(columns))
-        if obeys_laws(scene):
-            self.velocities.append(velocity[:: self.every])
-        self.gap_of_ball = np.maximum(self.gap_of_ball, gap.max(axis=0))
-        away = outside(position, scene.arena.size)
-        if self.left is None and away.max() > 0:
-            step, ball = np.argwhere(away > 0)[0].tolist()
-            self.left = (done + step) / scene.rate, ball
-        self.outside = np.maximum(self.outside, away.max(axis=0))
-        self.contacts.append(self.engine.contacts())
-        self.book(position, velocity)
-        self.final = self.states[-1]
-        self.states.clear()
-
-    def book(self, position: Floats, velocity: Floats) -> None:
-        """Enter the block in the ledger, which begins with the state before it."""
-        pulled = np.array([-1 if pull.ball is None else pull.ball for pull in self.pulls])
-        pull = np.array([pull.dv for pull in self.pulls])
-        self.pulls.clear()
-        self.held.append(pulled >= 0)
-        if self.final is not None:
-            position = np.concatenate([self.final.position[None], position])
-            velocity = np.concatenate([self.final.velocity[None], velocity])
-            pulled, pull = np.append(-1, pulled), np.concatenate([np.zeros((1, 2)), pull])
-        self.ledger.add(position, velocity, self.contacts[-1], pulled, pull)
-
-    def account(self) -> Account:
-        """Return the contacts with what the ledger says of them."""
-        return Account(np.concatenate(self.contacts), self.ledger.rows, self.ledger.missed)
-
-    def run(self, right: Account | None, horizon: float | None) -> Run:
-        """Sum it all up. right: the contacts of another engine, the reference; horizon: s, up to which they matter."""
-        joules, px, py, momenta, gap_rms, gap_max, apart = np.concatenate(self.series).T
-        assert self.final is not None
-        total = np.column_stack([px, py])
-        account, rate = self.account(), self.scene.rate
-        contacts = account.contacts
-        at_wall = contacts[contacts["second"] < 0]
-        parted = float(apart.argmax() / rate) if apart.any() else None
-        until = min(time for time in (parted, horizon, self.final.time) if time is not None)
-        differing = differences(self.scene, account, right, until, self.final.time) if right else ()
-        figures = Figures(
-            energy_ratio=float(joules[-1] / joules[0]) if joules[0] else None,
-            energy_drift=float(np.abs(joules / joules[0] - 1).max()) if joules[0] else None,
-            momentum_drift=float(self.from_nowhere(total, at_wall).max(initial=0.0) / (momenta.max() or 1.0)),
-            gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
-            gap_max=float(gap_max.max()),
-            pair_contacts=len(contacts) - len(at_wall),
-            wall_contacts=len(at_wall),
-            max_overlap=self.ledger.deepest,
-            escaped=int(np.count_nonzero(outside(self.final.position, self.scene.arena.size) > 0)),
-            expected=len(self.scores),
-            met=sum(one.passed for one in self.scores),
-            first_difference=differing[0] if differing else None,
-            ledger=self.ledger.entries(),
-        )
-        return Run(
-            figures=figures,
-            energy=joules,
-            momentum=total,
-            gap_rms=gap_rms,
-            gap_max=gap_max,
-            gap_of_ball=self.gap_of_ball,
-            apart=parted,
-            contacts=contacts,
-            differences=differing,
-            missed=tuple(sorted(account.missed)),
-            outing=self.outing(),
-            scores=self.scores,
-            theory=self.beside_theory(contacts) if is_gas(self.scene) or horizon is not None else (),
-            path=np.concatenate(self.path),
-            final=self.final,
-        )
-
-    def outing(self) -> Outing | None:
-        """Return who left the arena, if any did."""
-        return Outing(*self.left, int(np.count_nonzero(self.outside)), float(self.outside.max())) if self.left else None
-
-    def from_nowhere(self, total: Floats, at_wall: Contacts) -> Floats:
-        """Return the momentum that no wall, gravity or hand gave, (steps,) kg px/s, from all balls' (steps + 1, 2)."""
-        walled = np.concatenate(self.held)
-        walled[step_at(at_wall["time"], self.scene.rate)] = True
-        fall = np.multiply(self.scene.gravity, self.scene.bodies.mass.sum() / self.scene.rate)
-        change = np.diff(total, axis=0) - fall
-        return length(np.cumsum(np.where(walled[1:, None], 0.0, change), axis=0))
-
-    def beside_theory(self, contacts: Contacts) -> tuple[Row, ...]:
-        """Return what theory expects of a gas, beside what was measured."""
-        if not self.velocities or self.final is None:
-            return ()
-        return beside_theory(self.scene, contacts, np.concatenate(self.velocities), self.final.time) or ()

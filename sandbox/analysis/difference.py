@@ -1,290 +1,338 @@
-"""Where an engine and the reference part: the contacts that they do not have alike, and why.
+"""The contacts in which an engine and the reference differ, and why.
 
-Contacts are matched by pair and time. One of the reference's that has no match is missing, one of the engine's is
-extra; of those that match, some come in another order than in the reference, and some end otherwise: with other
-velocities. The cause is what the ledger says of that contact. Where that explains less than half of the difference, the
-two balls came into the contact otherwise, and the cause is what was done to their places before.
+Contacts are matched by pair and time. A contact of the reference without a match is missing, one of the engine's is
+extra; matched contacts may come in another order than in the reference, or have another outcome: other velocities
+after. The cause is the one that the ledger found for that contact. If that explains less than half of the difference,
+the two balls came into the contact differently, and the cause is how earlier contacts displaced them.
 """
 
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Final, Literal, NamedTuple
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.causes import CAUSE, SHARE
-from sandbox.analysis.explain import _NOT_ITS_OWN, _ON_THE_WAY, _UNCONVERGED, explain, explain_passage
-from sandbox.analysis.ledger import LONGEST, Booked, Integers
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, Integers
+from sandbox.analysis.causes import NEGLIGIBLE, Cause
+from sandbox.analysis.explain import DISORDERED, ON_THE_WAY, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.model import Scene, Vector
-from sandbox.state import Bools, Contacts
+from sandbox.state import Bools, Contacts, Floats
 
-MOST: Final = 200  # differences that are told of one engine
-LOOKED: Final = 20_000  # contacts, of the first of which they are
+MAX_DIFFERENCES: Final = 200  # reported of one engine
+MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
 
-Kind = Literal["outcome", "missing", "extra", "order"]
 Velocities = tuple[Vector, ...]
+
+
+class Kind(StrEnum):
+    """How a contact differs from the reference's."""
+
+    OUTCOME = "outcome"
+    MISSING = "missing"
+    EXTRA = "extra"
+    ORDER = "order"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact that an engine and the reference do not have alike."""
+    """A contact in which an engine and the reference differ."""
 
     kind: Kind
-    time: float  # s: in the engine; in the reference where it is missing
+    time: float  # s, in the engine; in the reference if it is missing
     first: int  # ball
     second: int  # ball, or ~wall
-    cause: str  # of CAUSES
-    because: str  # in words
-    before: Velocities | None  # px/s of the ball or balls in the engine; None where missing
+    cause: Cause
+    because: str  # a sentence
+    before: Velocities | None  # px/s of the ball or balls in the engine; None if missing
     after: Velocities | None
-    should_before: Velocities | None  # in the reference; None where extra
+    should_before: Velocities | None  # in the reference; None if extra
     should_after: Velocities | None
 
 
-def who(scene: Scene, one: Difference | Passage) -> str:
-    """Name the two that a difference, or a passage, is of."""
-    first, second = one.first, one.second
+def pair_name(scene: Scene, contact: Difference | Passage) -> str:
+    """Name the two bodies of a difference or a passage."""
+    first, second = contact.first, contact.second
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
-class Account(NamedTuple):
-    """An engine's contacts, what the ledger says of each, and where it told of none."""
+class Record(NamedTuple):
+    """An engine's contacts, what the ledger found about each, and the contacts it missed."""
 
     contacts: Contacts
-    rows: Booked
+    findings: Findings
     missed: Sequence[Passage]
 
 
 class Place(NamedTuple):
-    """Where a difference is: numbers of the contact in the engine and in the reference, -1 where there is none."""
+    """Where a difference is: the contact's numbers in the engine and in the reference, -1 if it has none there."""
 
     time: float
     kind: Kind
-    mine: int
-    right: int
-    size: float  # px/s by which it ends otherwise
+    own: int
+    reference: int
+    size: float  # px/s between the velocities after
 
 
-def differences(scene: Scene, mine: Account, right: Account, until: float, end: float) -> tuple[Difference, ...]:
-    """Tell what an engine and the reference do not have alike up to a time (s), in order of time.
+class Reason(NamedTuple):
+    """Why a contact differs."""
 
-    end: s, up to which the contacts are there: what is near it may be answered later.
-    Where all velocities agree it is the contacts that put balls in other places. At most MOST are told, of the first
-    LOOKED contacts.
+    cause: Cause
+    because: str  # a sentence
+
+
+def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
+    """Return the differences between an engine and the reference up to a time (s), in order of time.
+
+    end: s, up to which contacts are known; one near it may have its match later. If all velocities agree, the
+    contacts that displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first
+    MAX_CONTACTS_COMPARED contacts.
     """
-    for account in (mine, right):
-        if len(account.contacts) > LOOKED:
-            until = min(until, float(account.contacts["time"][LOOKED]))
-    pairs = _Pairs(scene, mine, right, until, end)
-    places = sorted([*pairs.otherwise(), *pairs.alone()])[:MOST]
+    for record in (own, reference):
+        if len(record.contacts) > MAX_CONTACTS_COMPARED:
+            until = min(until, float(record.contacts["time"][MAX_CONTACTS_COMPARED]))
+    matches = _Matches(scene, own, reference, until, end)
+    places = sorted([*matches.other_velocities(), *matches.unmatched()])[:MAX_DIFFERENCES] or matches.displaced()
     if not places:
-        return tuple(pairs.tell(place) for place in pairs.astray())
-    found = [pairs.tell(place) for place in places]
-    if not found[0].cause:
-        found[:1] = pairs.with_cause(places[0], found[0])
-    return tuple(one if one.cause else _inherited(one, found[0]) for one in found)
+        return ()
+    origin, reason = matches.origin(places[0])
+    follows = Reason(reason.cause, f"The balls are on other courses since {origin.time:.3f} s.")
+    others = places[1:] if origin == places[0] else places
+    return (
+        matches.difference(origin, reason),
+        *(matches.difference(place, matches.own_reason(place) or follows) for place in others),
+    )
 
 
-def _inherited(one: Difference, since: Difference) -> Difference:
-    """Say that a contact differs because others did before."""
-    because = f"The balls are on other courses since {since.time:.3f} s."
-    return replace(one, cause=since.cause, because=because)
+class _Matches:
+    """The contacts of an engine, matched with the reference's.
 
+    of_reference: for each contact of the engine the number of the reference's, or -1; matched: which of the
+    reference's have a match.
+    """
 
-class _Pairs:
-    """The contacts of one engine, each with the reference's that it answers to."""
-
-    def __init__(self, scene: Scene, mine: Account, right: Account, until: float, end: float) -> None:
-        self.scene, self.mine, self.right = scene, mine, right
-        slack = LONGEST / scene.rate
+    def __init__(self, scene: Scene, own: Record, reference: Record, until: float, end: float) -> None:
+        self.scene, self.own, self.reference = scene, own, reference
+        slack = MAX_TRACE_STEPS / scene.rate
         self.until = min(until, end - slack)
-        self.answers, self.answered = _match(mine.contacts, right.contacts, until, slack)
+        self.of_reference, self.matched = _match(own.contacts, reference.contacts, until, slack)
 
-    def otherwise(self) -> Iterator[Place]:
-        """Find what both have, and what ends with other velocities, or comes in another order."""
-        matched = np.flatnonzero(self.answers >= 0)
-        answers = self.answers[matched]
-        contacts, mine, right = self.mine.contacts[matched], self.mine.rows[matched], self.right.rows[answers]
-        fall = np.multiply.outer(contacts["time"] - self.right.contacts["time"][answers], self.scene.gravity)
-        difference = mine["after"] - right["after"] - fall[:, None]
+    def other_velocities(self) -> Iterator[Place]:
+        """Find the matched contacts that have other velocities after, or come in another order."""
+        matched = np.flatnonzero(self.of_reference >= 0)
+        numbers = self.of_reference[matched]
+        contacts, own, reference = (
+            self.own.contacts[matched],
+            self.own.findings[matched],
+            self.reference.findings[numbers],
+        )
+        fall = np.multiply.outer(contacts["time"] - self.reference.contacts["time"][numbers], self.scene.gravity)
+        difference = own["after"] - reference["after"] - fall[:, None]
         difference[contacts["second"] < 0, 1] = 0.0
         size = length(difference).max(axis=1)
-        fastest = np.maximum(np.abs(mine["before"]).max(axis=(1, 2)), np.abs(right["before"]).max(axis=(1, 2)))
+        fastest = np.maximum(np.abs(own["before"]).max(axis=(1, 2)), np.abs(reference["before"]).max(axis=(1, 2)))
         disordered = self._disordered(matched)
-        for at in np.flatnonzero((size > SHARE * fastest) | disordered).tolist():
-            kind: Kind = "order" if disordered[at] else "outcome"
-            yield Place(float(contacts["time"][at]), kind, int(matched[at]), int(answers[at]), float(size[at]))
+        for at in np.flatnonzero((size > NEGLIGIBLE * fastest) | disordered).tolist():
+            kind = Kind.ORDER if disordered[at] else Kind.OUTCOME
+            yield Place(float(contacts["time"][at]), kind, int(matched[at]), int(numbers[at]), float(size[at]))
 
-    def alone(self) -> Iterator[Place]:
-        """Find what only one of the two has."""
-        given = self.mine.contacts["impulse"][: len(self.answers)] != 0
-        for k in np.flatnonzero((self.answers < 0) & given).tolist():
-            time = float(self.mine.contacts["time"][k])
+    def unmatched(self) -> Iterator[Place]:
+        """Find the contacts that only one of the two has."""
+        has_impulse = self.own.contacts["impulse"][: len(self.of_reference)] != 0
+        for k in np.flatnonzero((self.of_reference < 0) & has_impulse).tolist():
+            time = float(self.own.contacts["time"][k])
             if time <= self.until:
-                yield Place(time, "extra", k, -1, math.inf)
-        for r in np.flatnonzero(~self.answered).tolist():
-            time = float(self.right.contacts["time"][r])
+                yield Place(time, Kind.EXTRA, k, -1, math.inf)
+        for r in np.flatnonzero(~self.matched).tolist():
+            time = float(self.reference.contacts["time"][r])
             if time <= self.until:
-                yield Place(time, "missing", -1, r, math.inf)
+                yield Place(time, Kind.MISSING, -1, r, math.inf)
 
-    def astray(self) -> Iterator[Place]:
+    def displaced(self) -> list[Place]:
         """Find the contacts that put balls where they should not be."""
-        radius = self.scene.bodies.radius[self.mine.contacts["first"][: len(self.answers)]]
-        for k in np.flatnonzero(self.mine.rows["moved"][: len(self.answers)] > SHARE * radius)[:MOST].tolist():
-            yield Place(float(self.mine.contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)
+        return [self._displacement(k) for k in np.flatnonzero(self._displacements())[:MAX_DIFFERENCES].tolist()]
 
-    def with_cause(self, place: Place, one: Difference) -> list[Difference]:
-        """Find why a contact that is right by itself, or is none, differs: by what was done to the two before."""
-        contacts, balls = self.mine.contacts[: len(self.answers)], [one.first, one.second]
-        earlier = np.isin(contacts["first"], balls) | np.isin(contacts["second"], [ball for ball in balls if ball >= 0])
-        moved = np.where(earlier & (contacts["time"] < one.time), self.mine.rows["moved"][: len(contacts)], 0.0)
-        if moved.max(initial=0.0) > SHARE * self.scene.bodies.radius[one.first]:
-            k = int(moved.argmax())
-            return [self.tell(Place(float(contacts["time"][k]), "outcome", k, int(self.answers[k]), 0.0)), one]
-        if place.kind == "missing":
-            return [replace(one, cause="missed", because=self._brief(place.right))]
-        if place.kind == "order":
-            because = (
-                "Several contacts were found late, at the end of a step, and resolved in another order than they came."
-            )
-            return [replace(one, cause="late", because=because)]
-        cause, because = self._from_elsewhere(place)
-        return [replace(one, cause=cause, because=because)]
+    def origin(self, place: Place) -> tuple[Place, Reason]:
+        """Find where a difference begins, and why: there, or where an earlier contact displaced one of its balls."""
+        if reason := self.own_reason(place):
+            return place, reason
+        first, second = self._bodies(place)
+        contacts, balls = self.own.contacts[: len(self.of_reference)], [first, *([second] if second >= 0 else [])]
+        earlier = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
+        displacements = np.where(earlier & (contacts["time"] < place.time), self._displacements(), 0.0)
+        if displacements.any():
+            k = int(displacements.argmax())
+            return self._displacement(k), self._finding(k)
+        match place.kind:
+            case Kind.MISSING:
+                return place, Reason(Cause.MISSED, self._why_missing(place.reference))
+            case Kind.ORDER:
+                return place, Reason(Cause.LATE, DISORDERED)
+            case _:
+                return place, self._reason_elsewhere(place)
 
-    def _from_elsewhere(self, place: Place) -> tuple[str, str]:
-        """Find why a contact that is right by itself differs: another of its time, the reference, or the way there."""
-        contact, row = self.mine.contacts[place.mine], self.mine.rows[place.mine]
-        if _is_beside_unconverged(self.mine, contact):
-            return "unconverged", _UNCONVERGED
-        if place.right >= 0:
-            its, right = self.right.contacts[place.right], self.right.rows[place.right]
-            if self._explains(its, right, place.size):
-                return CAUSE[right["cause"]], f"{_NOT_ITS_OWN} {explain(self.scene, its, right)}"
-            if _is_beside_unconverged(self.right, its):
-                return "unconverged", f"{_NOT_ITS_OWN} {_UNCONVERGED}"
-            after = float(contact["time"] - its["time"])
-            turned = math.acos(min(1.0, float(contact["normal"] @ its["normal"])))
-            alike = np.abs(row["before"] - right["before"]).max() <= SHARE * np.abs(row["before"]).max()
-            if alike and turned > SHARE and after:
-                when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
-                because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
-                return "late" if after > 0 else "early", because
-        cause = "gravity" if any(self.scene.gravity) else "friction" if self.scene.bodies.friction.any() else "untold"
-        passage = self._passage(self.right, place.time, int(contact["first"]), int(contact["second"]))
-        if place.kind == "extra" and (passage or cause == "untold"):
-            said = f"{_NOT_ITS_OWN} {explain_passage(self.scene, passage)}" if passage else ""
-            return "missed", said or f"The reference has no such contact within {self._slack}."
-        return cause, _ON_THE_WAY[cause]
+    def own_reason(self, place: Place) -> Reason | None:
+        """Return the reason that lies in the contact itself, None if it is right or explains too little."""
+        if place.own < 0:
+            passage = self._passage(self.own, place.time, *self._bodies(place))
+            return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
+        contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
+        return self._finding(place.own) if self._explains(contact, finding, place.size) else None
 
-    @property
-    def _slack(self) -> str:
-        return f"{1e3 * LONGEST / self.scene.rate:.3g} ms"
-
-    def _brief(self, r: int) -> str:
-        """Say why a contact of the reference's may be missing."""
-        contact, row = self.right.contacts[r], self.right.rows[r]
-        first, second = int(contact["first"]), int(contact["second"])
-        if second >= 0 and row["approach"] > 0:
-            reach = float(self.scene.bodies.radius[[first, second]].sum())
-            together = 2 * reach * float(row["approach"]) / float(np.sum((row["before"][0] - row["before"][1]) ** 2))
-            if together * self.scene.rate < 1:
-                return f"The two would overlap for {1e3 * together:.2g} ms, less than a step, which can miss them."
-        return f"The engine has no such contact within {self._slack}."
-
-    def _disordered(self, matched: Integers) -> Bools:
-        """Tell after which contacts a ball has one that comes earlier in the reference."""
-        last: dict[int, int] = {}
-        found = np.zeros(len(matched), bool)
-        balls = zip(*(self.mine.contacts[key][matched].tolist() for key in ("first", "second")), strict=True)
-        for at, pair in enumerate(balls):
-            for ball in pair:
-                if ball >= 0 and ball in last and self.answers[matched[last[ball]]] > self.answers[matched[at]]:
-                    found[last[ball]] = True
-                last[ball] = at
-        return found
-
-    def tell(self, place: Place) -> Difference:
-        """Describe a difference. Its cause is left empty where the contact itself does not explain it."""
-        mine = self.mine.rows[place.mine] if place.mine >= 0 else None
-        right = self.right.rows[place.right] if place.right >= 0 else None
-        contact = self.right.contacts[place.right] if mine is None else self.mine.contacts[place.mine]
-        first, second = int(contact["first"]), int(contact["second"])
-        cause = because = ""
-        if mine is None:
-            if passage := self._passage(self.mine, place.time, first, second):
-                cause, because = "missed", explain_passage(self.scene, passage)
-        elif self._explains(contact, mine, place.size):
-            cause, because = CAUSE[mine["cause"]], explain(self.scene, contact, mine)
+    def difference(self, place: Place, reason: Reason) -> Difference:
+        """Describe the difference at a place."""
+        own = self.own.findings[place.own] if place.own >= 0 else None
+        reference = self.reference.findings[place.reference] if place.reference >= 0 else None
+        first, second = self._bodies(place)
         return Difference(
             place.kind,
             place.time,
             first,
             second,
-            cause,
-            because,
-            *(_of_balls(row, key, second) for row in (mine, right) for key in ("before", "after")),
+            *reason,
+            *(_velocities(finding, key, second) for finding in (own, reference) for key in ("before", "after")),
         )
 
-    def _passage(self, account: Account, time: float, first: int, second: int) -> Passage | None:
-        """Find where an engine lets two pass through each other that should have touched at a time (s)."""
-        step = time * self.scene.rate
-        return next(
-            (
-                one
-                for one in account.missed
-                if (one.first, one.second) == (first, second) and 0 <= one.step - step <= 2 * LONGEST
-            ),
-            None,
-        )
+    def _displacements(self) -> Floats:
+        """Return the error of each contact's displacements, px; 0 if it is negligible."""
+        error = self.own.findings["displacement_error"][: len(self.of_reference)]
+        radius = self.scene.bodies.radius[self.own.contacts["first"][: len(self.of_reference)]]
+        return np.where(error > NEGLIGIBLE * radius, error, 0.0)
 
-    def _explains(self, contact: np.void, row: np.void, size: float) -> bool:
-        """Tell whether what is wrong with a contact is half, at least, of what it ends otherwise (px/s)."""
+    def _displacement(self, k: int) -> Place:
+        return Place(float(self.own.contacts["time"][k]), Kind.OUTCOME, k, int(self.of_reference[k]), 0.0)
+
+    def _finding(self, k: int) -> Reason:
+        """Return what the ledger found about a contact of the engine."""
+        finding = self.own.findings[k]
+        return Reason(Cause(finding["cause"]), explain(self.scene, self.own.contacts[k], finding))
+
+    def _bodies(self, place: Place) -> tuple[int, int]:
+        """Return first and second of the contact at a place."""
+        contact = self.reference.contacts[place.reference] if place.own < 0 else self.own.contacts[place.own]
+        return int(contact["first"]), int(contact["second"])
+
+    def _reason_elsewhere(self, place: Place) -> Reason:
+        """Find why a contact that is right by itself differs: simultaneous contacts, the reference, or the flight."""
+        contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
+        if _has_unconverged_neighbour(self.own, contact):
+            return Reason(Cause.UNCONVERGED, UNCONVERGED)
+        if place.reference >= 0 and (reason := self._reason_in_reference(place, contact, finding)):
+            return reason
+        passage = self._passage(self.reference, place.time, int(contact["first"]), int(contact["second"]))
+        if place.kind == Kind.EXTRA and passage:
+            return Reason(Cause.MISSED, f"{WRONG_REFERENCE} {explain_passage(self.scene, passage)}")
+        if any(self.scene.gravity):
+            cause = Cause.GRAVITY
+        elif self.scene.bodies.friction.any():
+            cause = Cause.FRICTION
+        elif place.kind == Kind.EXTRA:
+            return Reason(Cause.MISSED, f"The reference has no such contact within {self._slack}.")
+        else:
+            cause = Cause.UNTOLD
+        return Reason(cause, ON_THE_WAY[cause])
+
+    def _reason_in_reference(self, place: Place, contact: np.void, finding: np.void) -> Reason | None:
+        """Return the reason that lies in the reference's contact or in the time between the two, if it does."""
+        its, its_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
+        if self._explains(its, its_finding, place.size):
+            because = f"{WRONG_REFERENCE} {explain(self.scene, its, its_finding)}"
+            return Reason(Cause(its_finding["cause"]), because)
+        if _has_unconverged_neighbour(self.reference, its):
+            return Reason(Cause.UNCONVERGED, f"{WRONG_REFERENCE} {UNCONVERGED}")
+        after = float(contact["time"] - its["time"])
+        turned = math.acos(min(1.0, float(contact["normal"] @ its["normal"])))
+        before, its_before = finding["before"], its_finding["before"]
+        alike = np.abs(before - its_before).max() <= NEGLIGIBLE * np.abs(before).max()
+        if not (alike and turned > NEGLIGIBLE and after):
+            return None
+        when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
+        because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
+        return Reason(Cause.LATE if after > 0 else Cause.EARLY, because)
+
+    @property
+    def _slack(self) -> str:
+        return f"{1e3 * MAX_TRACE_STEPS / self.scene.rate:.3g} ms"
+
+    def _why_missing(self, r: int) -> str:
+        """Explain why the engine may have missed a contact of the reference."""
+        contact, finding = self.reference.contacts[r], self.reference.findings[r]
+        first, second = int(contact["first"]), int(contact["second"])
+        approach = float(finding["approach"])
+        if second >= 0 and approach > 0:
+            reach = float(self.scene.bodies.radius[[first, second]].sum())
+            overlap_time = 2 * reach * approach / float(np.sum((finding["before"][0] - finding["before"][1]) ** 2))
+            if overlap_time * self.scene.rate < 1:
+                return f"The two would overlap for {1e3 * overlap_time:.2g} ms, less than a step, which can miss them."
+        return f"The engine has no such contact within {self._slack}."
+
+    def _disordered(self, matched: Integers) -> Bools:
+        """Return after which contacts a ball has one that comes earlier in the reference."""
+        numbers = self.of_reference[matched]
+        last: dict[int, int] = {}
+        found = np.zeros(len(matched), bool)
+        pairs = zip(*(self.own.contacts[key][matched].tolist() for key in ("first", "second")), strict=True)
+        for at, pair in enumerate(pairs):
+            for ball in pair:
+                if ball >= 0 and ball in last and numbers[last[ball]] > numbers[at]:
+                    found[last[ball]] = True
+                last[ball] = at
+        return found
+
+    def _passage(self, record: Record, time: float, first: int, second: int) -> Passage | None:
+        """Find where an engine lets two bodies pass that should have touched at a time (s)."""
+        step, slack = time * self.scene.rate, 2 * MAX_TRACE_STEPS
+        pair = (first, second)
+        passages = (one for one in record.missed if (one.first, one.second) == pair and 0 <= one.step - step <= slack)
+        return next(passages, None)
+
+    def _explains(self, contact: np.void, finding: np.void, size: float) -> bool:
+        """Return whether a contact's error is at least half of the difference in the velocities after it (px/s)."""
         mass = self.scene.bodies.mass
         lighter = min(mass[contact["first"]], mass[contact["second"]] if contact["second"] >= 0 else math.inf)
-        return CAUSE[row["cause"]] != "rounding" and bool(row["wrong"] / lighter >= min(size, abs(row["approach"])) / 2)
+        needed = min(size, abs(finding["approach"])) / 2
+        return finding["cause"] != Cause.ROUNDING and bool(finding["momentum_error"] / lighter >= needed)
 
 
-def _is_beside_unconverged(account: Account, contact: np.void) -> bool:
-    """Tell whether one of a contact's balls had another at the same time, which did not converge."""
-    contacts, balls = account.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
-    beside = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
-    beside &= contacts["time"] == contact["time"]
-    return bool((account.rows["cause"][beside] == CAUSE.index("unconverged")).any())
+def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:
+    """Return whether one of a contact's balls had another contact at the same time, which did not converge."""
+    contacts, balls = record.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
+    neighbours = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
+    neighbours &= contacts["time"] == contact["time"]
+    return bool((record.findings["cause"][neighbours] == Cause.UNCONVERGED).any())
 
 
-def _of_balls(row: np.void | None, key: str, second: int) -> Velocities | None:
-    if row is None:
+def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | None:
+    """Return the velocities of a contact's balls before or after it, without a wall's."""
+    if finding is None:
         return None
-    return tuple((float(x), float(y)) for x, y in row[key][: 1 if second < 0 else 2])
+    return tuple((float(x), float(y)) for x, y in finding[key][: 1 if second < 0 else 2])
 
 
-def _match(mine: Contacts, right: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair in order, where they are no further apart in time than the slack (s).
+def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
+    """Match contacts of the same pair in order, if they are no further apart in time than the slack (s).
 
-    One that gives no impulse answers to none. Returns for each of mine up to a time the number of the other's or -1,
-    and which of the other's are matched.
+    A contact without an impulse matches none. Returns, for each of the engine's contacts up to a time, the number of
+    the reference's or -1, and which of the reference's are matched.
     """
-    mine = mine[: np.searchsorted(mine["time"], until + slack, "right")]
-    right = right[: np.searchsorted(right["time"], until + slack, "right")]
+    own = own[: np.searchsorted(own["time"], until + slack, "right")]
+    reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
     waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for r in range(len(right) - 1, -1, -1):
-        waiting[int(right["first"][r]), int(right["second"][r])].append(r)
-    answers = np.full(len(mine), -1)
-    answered = np.zeros(len(right), bool)
-    given = np.flatnonzero(mine["impulse"])
-    columns = (mine[key][given].tolist() for key in ("time", "first", "second"))
-    for k, time, first, second in zip(given.tolist(), *columns, strict=True):
+    for r in range(len(reference) - 1, -1, -1):
+        waiting[int(reference["first"][r]), int(reference["second"][r])].append(r)
+    of_reference = np.full(len(own), -1)
+    matched = np.zeros(len(reference), bool)
+    has_impulse = np.flatnonzero(own["impulse"])
+    columns = (own[key][has_impulse].tolist() for key in ("time", "first", "second"))
+    for k, time, first, second in zip(has_impulse.tolist(), *columns, strict=True):
         queue = waiting[first, second]
-        while queue and right["time"][queue[-1]] < time - slack:
+        while queue and reference["time"][queue[-1]] < time - slack:
             queue.pop()
-        if queue and right["time"][queue[-1]] <= time + slack:
-            answers[k] = queue.pop()
-            answered[answers[k]] = True
-    return answers, answered
-
-
-# In words
+        if queue and reference["time"][queue[-1]] <= time + slack:
+            of_reference[k] = queue.pop()
+            matched[of_reference[k]] = True
+    return of_reference, matched

@@ -1,4 +1,4 @@
-"""Expectations: how far a state is from what a law says."""
+"""Expectations: how far a state is from what a scene says must come out."""
 
 import math
 from collections.abc import Sequence
@@ -13,23 +13,23 @@ from sandbox.state import State
 
 @dataclass(frozen=True)
 class Score:
-    """How an engine did on one expectation; error and tolerance are in the units of what is expected."""
+    """How an engine did on one expectation. error is in the unit of what is expected, as is the tolerance."""
 
     expect: Expect
     error: float
 
     @property
     def passed(self) -> bool:
-        """Tell whether the error is within the tolerance."""
+        """Whether the error is within the tolerance."""
         return self.error <= self.expect.tolerance
 
 
 def score(scene: Scene, expect: Expect, initial: State, state: State) -> Score:
-    """Score a state at the time of an expectation: the largest distance from anything that is expected."""
+    """Return the score of a state at the time of an expectation: its largest distance from anything expected."""
     mass = scene.bodies.mass
     errors = [
-        math.dist(expected, of_balls[expect.ball])
-        for expected, of_balls in ((expect.position, state.position), (expect.velocity, state.velocity))
+        math.dist(expected, actual[expect.ball])
+        for expected, actual in ((expect.position, state.position), (expect.velocity, state.velocity))
         if expected is not None
     ]
     if expect.energy_ratio is not None:
@@ -45,5 +45,5 @@ def score(scene: Scene, expect: Expect, initial: State, state: State) -> Score:
 
 
 def worst(scores: Sequence[Score]) -> Score:
-    """Return the score that is furthest beyond its tolerance."""
-    return max(scores, key=lambda one: one.error / one.expect.tolerance)
+    """Return the score with the largest error relative to its tolerance."""
+    return max(scores, key=lambda score: score.error / score.expect.tolerance)

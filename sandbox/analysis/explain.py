@@ -1,46 +1,46 @@
-"""Differences and passages, explained in sentences."""
+"""Sentences that explain what is wrong with a contact, or that a contact is missing."""
 
 import math
 from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import CAUSE, CAUSES, SHARE
+from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
-_NOT_ITS_OWN: Final = "It is the reference's that is wrong."
-
-
-_UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended before all were right."
-
-
-_ON_THE_WAY: Final = {
-    "gravity": "Gravity, integrated in steps, brought the balls there at other speeds.",
-    "friction": "Friction turned the balls on their way.",
-    "untold": "The balls changed on their way, and the engine told of no contact.",
+WRONG_REFERENCE: Final = "It is the reference's that is wrong."
+UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended before all were right."
+DISORDERED: Final = (
+    "Several contacts were found late, at the end of a step, and resolved in another order than they came."
+)
+ON_THE_WAY: Final = {
+    Cause.GRAVITY: "Gravity, integrated in steps, brought the balls there at other speeds.",
+    Cause.FRICTION: "Friction turned the balls on their way.",
+    Cause.UNTOLD: "The balls changed on their way, and the engine told of no contact.",
 }
 
 
-def explain(scene: Scene, contact: np.void, row: np.void) -> str:
-    """Say in words what is wrong with a contact, by what the ledger says of it."""
-    cause = CAUSE[row["cause"]]
-    if cause in ("small", "large"):
-        return _of_impulse(scene, contact, row)
-    if cause in ("late", "early"):
-        return _of_time(scene, contact, row)
+def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
+    """Explain the largest error of a contact, as the ledger found it."""
+    cause = Cause(finding["cause"])
+    if cause in (Cause.SMALL, Cause.LARGE):
+        return _explain_impulse(scene, contact, finding)
+    if cause in (Cause.LATE, Cause.EARLY):
+        return _explain_timing(scene, contact, finding)
+    off = f"{finding['displacement_error']:.3g} px"
     return {
-        "overshoot": f"It was put back on the wall: {row['moved']:.3g} px of its way back were thrown away.",
-        "pushed": f"The two were pushed apart, and are {row['moved']:.3g} px from where they should be.",
-        "turned": "It was on its way back from the wall, and was turned round again.",
-        "stale": "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
-        "unconverged": _UNCONVERGED,
-        "gravity": "Gravity pulled for a whole step, though the wall was met within it.",
-    }.get(cause, f"{CAUSES[cause].capitalize()}.")
+        Cause.OVERSHOOT: f"It was put back on the wall: {off} of its way back were thrown away.",
+        Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
+        Cause.TURNED: "It was on its way back from the wall, and was turned round again.",
+        Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
+        Cause.UNCONVERGED: UNCONVERGED,
+        Cause.GRAVITY: "Gravity pulled for a whole step, though the wall was met within it.",
+    }.get(cause, f"{cause.label.capitalize()}.")
 
 
 def explain_passage(scene: Scene, passage: Passage) -> str:
-    """Say in words what an engine did where it told of no contact."""
+    """Explain a passage without a reported contact."""
     if passage.second >= 0:
         return "The two passed into each other, and the engine told of no contact."
     wall = scene.walls[~passage.second - len(ARENA_WALLS)]
@@ -51,20 +51,20 @@ def explain_passage(scene: Scene, passage: Passage) -> str:
     )
 
 
-def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
-    """Say how much of an impulse is missing or too much, and which restitution that makes."""
+def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
+    """Give the fraction of the impulse that is missing or too much, and the restitution that it amounts to."""
     first, second, bodies = int(contact["first"]), int(contact["second"]), scene.bodies
-    approach = float(row["approach"])
+    approach = float(finding["approach"])
     if approach <= 0:
         return f"The two were parting, and had an impulse of {contact['impulse']:.4g} kg px/s."
-    share = float(contact["impulse"] / row["due"])
-    restitution = round(-float(row["left"]) / approach, 9) + 0.0  # not -0
+    share = float(contact["impulse"] / finding["expected_impulse"])
+    restitution = round(-float(finding["approach_after"]) / approach, 9) + 0.0  # not -0
     amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"it is {_percent(share - 1)} too large"
     still = ", the balls are still approaching" if restitution < 0 else ""
     if second < 0:
-        due = float(row["due"]) / (float(bodies.mass[first]) * approach) - 1
-        given = f"gave back {_percent(restitution)} of the speed, where {_percent(due)} is right."
-        return f"{scene.wall_name(~second).capitalize()} {given}"
+        expected = float(finding["expected_impulse"]) / (float(bodies.mass[first]) * approach) - 1
+        gave = f"gave back {_percent(restitution)} of the speed, where {_percent(expected)} is right."
+        return f"{scene.wall_name(~second).capitalize()} {gave}"
     radius, mass = float(bodies.radius[first]), float(bodies.mass[first])
     alike = radius == bodies.radius[second] and mass == bodies.mass[second]
     if alike and math.isclose(contact["impulse"] * radius, mass * approach, rel_tol=1e-9):
@@ -75,15 +75,15 @@ def _of_impulse(scene: Scene, contact: np.void, row: np.void) -> str:
     return f"The impulse is wrong: {amount}{still}. It is a restitution of {restitution:.3g}."
 
 
-def _of_time(scene: Scene, contact: np.void, row: np.void) -> str:
-    """Say how late or early a contact was found, and what that does."""
-    late, depth = float(row["late"]), float(contact["depth"])
-    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if late * scene.rate > 1 + SHARE else ""
-    found = f"Found {1e3 * abs(late):.3g} ms {'late' if late > 0 else 'early'}{steps}, "
+def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
+    """Give how late or early a contact was found, and the effect."""
+    delay, depth = float(finding["delay"]), float(contact["depth"])
+    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > 1 + NEGLIGIBLE else ""
+    found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
-    if row["turned"] > SHARE:
-        return f"{found}, so the normal is turned by {math.degrees(row['turned']):.2g}°."
-    return f"{found}, and {row['moved']:.3g} px from where it should be then."
+    if finding["normal_error"] > NEGLIGIBLE:
+        return f"{found}, so the normal is turned by {math.degrees(finding['normal_error']):.2g}°."
+    return f"{found}, and {finding['displacement_error']:.3g} px from where it should be then."
 
 
 def _percent(share: float) -> str:

@@ -1,4 +1,4 @@
-"""What engines are measured against, and until when its own paths mean anything."""
+"""The reference: the engine that others are measured against, and until when its own paths can be trusted."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,19 +10,19 @@ from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import State
 
-REFERENCE: Final = "exact"  # what the others are measured against, wherever it takes part
+REFERENCE: Final = "exact"
 
 
 def reference_of(engines: Sequence[str]) -> str:
-    """Name the engine that the others are measured against where none is named: the exact one, or else the last."""
+    """Return the engine that others are measured against by default: the exact one, or else the last."""
     return REFERENCE if REFERENCE in engines else engines[-1]
 
 
 class Twin:
-    """An engine of a lockstep once more, with the first ball one unit in the last place to the right.
+    """A second copy of an engine of a lockstep, with the first ball one unit in the last place further right.
 
-    What that does grows by a factor at every contact. Once a ball is a radius from where it should be, no solver that
-    rounds can be right about paths: that is the horizon. apart: s, when it was; None where it is still to come.
+    The difference grows by a factor at every contact. Once a ball is a radius from where the original has it, no
+    solver that rounds can be right about paths: that is the horizon. apart: s, the horizon; None while it is to come.
     """
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
@@ -33,10 +33,10 @@ class Twin:
         self.apart: float | None = None
         self._lockstep = lockstep
 
-    def look(self, right: State) -> None:
-        """Look at where it is, while it runs. right: the engine that it is the twin of."""
+    def update(self, original: State) -> None:
+        """Check whether a ball is a radius away from the original's after a step."""
         if self._lockstep.hidden:
-            gap = length(self._lockstep.hidden[0].engine.state().position - right.position)
+            gap = length(self._lockstep.hidden[0].engine.state().position - original.position)
             if np.any(gap > self._lockstep.scene.bodies.radius):
-                self.apart = right.time
+                self.apart = original.time
                 self._lockstep.hidden.clear()

@@ -1,40 +1,39 @@
-"""What a comparison comes to: key figures, a paragraph to act on; and what other settings of Pymunk would do."""
+"""What a comparison comes to: key figures, and a paragraph that says what to trust and what to change."""
 
 import math
 from collections.abc import Iterator
 from typing import Final
 
-from sandbox.analysis.causes import CAUSES
-from sandbox.analysis.comparison import Comparison, Run
-from sandbox.analysis.difference import who
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.difference import pair_name
 from sandbox.analysis.ledger import Entry
+from sandbox.analysis.measurement import Run
 
-KEPT: Final = 1e-6  # share of the energy, below which it counts as kept: 100.0000 % of it is left
-NOT_WRONG: Final = ("elasticity", "hand", "friction")  # what a scene or a person takes and gives
+NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; less counts as kept: 100.0000 % of it is left
+NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what a scene or the mouse takes and gives
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
-CURES: Final = {
-    "late": "a higher rate, or more substeps, finds contacts sooner",
-    "stale": "collision_persistence = 1 forgets the impulses of earlier touches",
-    "unconverged": "more iterations, with collision_persistence = 1, let contacts of one time agree",
-    "gravity": "a higher rate integrates gravity in finer steps",
+REMEDIES: Final = {
+    Cause.LATE: "a higher rate, or more substeps, finds contacts sooner",
+    Cause.STALE: "collision_persistence = 1 discards the impulses of earlier touches",
+    Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
+    Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
 }
-
-
-_ROWS: Final = {  # what the table calls each figure, and how it is written
+_ROWS: Final = {  # label and format of each figure
     "energy_ratio": ("energy left", "{:.4%}"),
     "energy_drift": ("largest energy change", "{:.2e}"),
-    "momentum_drift": ("momentum from nowhere", "{:.2e}"),
-    "gap_rms": ("gap, RMS", "{:.4g} px"),
-    "gap_max": ("gap, largest", "{:.4g} px"),
-    "pair_contacts": ("contacts of balls", "{}"),
-    "wall_contacts": ("contacts with walls", "{}"),
+    "momentum_drift": ("unexplained momentum", "{:.2e}"),
+    "gap_rms": ("RMS gap", "{:.4g} px"),
+    "gap_max": ("largest gap", "{:.4g} px"),
+    "pair_contacts": ("ball contacts", "{}"),
+    "wall_contacts": ("wall contacts", "{}"),
     "max_overlap": ("deepest overlap", "{:.3g} px"),
-    "escaped": ("balls that escaped", "{}"),
+    "escaped": ("escaped balls", "{}"),
 }
 
 
 def key_figures(comparison: Comparison) -> Iterator[list[str]]:
-    """Yield what is shown of each engine in every table: a label, and a value an engine."""
+    """Yield the rows that every table of a comparison has: a label, and a value for each engine."""
     runs = comparison.runs.values()
     for figure, (label, form) in _ROWS.items():
         values = [getattr(run.figures, figure) for run in runs]
@@ -45,20 +44,26 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
 
 
+def horizon_words(comparison: Comparison) -> str:
+    """Return the horizon in words."""
+    return "no chaos within the run" if comparison.horizon is None else f"horizon at {comparison.horizon:.2f} s"
+
+
 def verdict(comparison: Comparison) -> str:
-    """Say which engine to believe until when, what the largest error is, and what to change."""
-    said = [*_of_paths(comparison), *_of_energy(comparison), *_of_walls(comparison), *_of_cures(comparison)]
+    """Return a paragraph: how long each engine's paths can be trusted, the largest error, and what to change."""
+    parts = (_agreement, _horizon, _largest_energy_error, _passages, _escapes, _remedies)
+    said = [sentence for part in parts if (sentence := part(comparison))]
     return " ".join(said) or f"Nothing is measured against {comparison.against}."
 
 
-def astray(run: Run) -> tuple[float, Entry] | None:
-    """Return which share of its energy an engine lost or gained without right, and the line with most of that.
+def energy_error(run: Run) -> tuple[float, Entry] | None:
+    """Return the fraction of its energy that an engine gained or lost in error, and the ledger's line with most of it.
 
-    None where the energy was kept.
+    None if the energy was kept.
     """
-    entries = [entry for entry in run.figures.ledger if entry.cause not in NOT_WRONG]
+    entries = [entry for entry in run.figures.ledger if entry.cause not in NO_ERROR]
     start, change = float(run.energy[0]), sum(entry.energy for entry in entries)
-    if not start or abs(change / start) <= KEPT:
+    if not start or abs(change / start) <= NEGLIGIBLE_ENERGY:
         return None
     return change / start, max(entries, key=lambda entry: math.copysign(1.0, change) * entry.energy)
 
@@ -67,62 +72,67 @@ def _others(comparison: Comparison) -> dict[str, Run]:
     return {name: run for name, run in comparison.runs.items() if name != comparison.against}
 
 
-def _of_paths(comparison: Comparison) -> Iterator[str]:
-    """Say until when each engine's paths are the reference's, the best first, and until when that means anything."""
-    end, horizon = float(comparison.time[-1]), comparison.horizon
+def _agreement(comparison: Comparison) -> str:
+    """Say how long each engine's paths agree with the reference's, the longest first."""
     runs = sorted(_others(comparison).items(), key=lambda item: -(item[1].apart or math.inf))
-    told = [f"{name} {f'until {run.apart:.2f} s' if run.apart else f'to the end at {end:g} s'}" for name, run in runs]
-    if told:
-        parted = any(run.apart for _, run in runs)
-        why = "by then a ball is its own radius away" if parted else "no ball is its own radius away"
-        yield f"Against {comparison.against}, believe {', '.join(told)}: {why}."
-    if told and horizon is not None:
-        yield (
-            f"No path means anything after {horizon:.2f} s, when a twin of {comparison.against} that began one unit in "
-            "the last place aside is a radius away: from there on compare statistics only."
-        )
+    if not runs:
+        return ""
+    end = f"to the end at {comparison.time[-1]:g} s"
+    (best, run), *others = [(name, f"until {run.apart:.2f} s" if run.apart else end) for name, run in runs]
+    until = ", ".join([f"{best} agrees with {comparison.against} {run}", *(f"{name} {time}" for name, time in others)])
+    if any(run.apart for _, run in runs):
+        return f"{until}, when a ball is first more than its radius off."
+    return f"{until}: no ball is more than its radius off."
 
 
-def _of_energy(comparison: Comparison) -> Iterator[str]:
-    """Say where most energy goes that should not."""
-    found = {name: of_engine for name, run in _others(comparison).items() if (of_engine := astray(run))}
-    if found:
-        name, (share, entry) = max(found.items(), key=lambda item: abs(item[1][0]))
-        change = f"{100 * abs(share):.3g} % of the energy is {'lost' if share < 0 else 'gained'}"
-        yield f"The largest error is {name}'s: {change}, most of it by “{CAUSES[entry.cause]}”."
+def _horizon(comparison: Comparison) -> str:
+    """Say from when on no path can be trusted."""
+    if comparison.horizon is None or not _others(comparison):
+        return ""
+    return (
+        f"After {comparison.horizon:.2f} s compare statistics only: a copy of {comparison.against} whose first ball "
+        "starts one unit in the last place aside is more than a radius off by then."
+    )
 
 
-def _of_walls(comparison: Comparison) -> Iterator[str]:
-    """Say whose balls went through walls of the scene's own, and whose were outside the arena."""
-    through, outside = [], []
+def _largest_energy_error(comparison: Comparison) -> str:
+    found = {name: error for name, run in _others(comparison).items() if (error := energy_error(run))}
+    if not found:
+        return ""
+    name, (share, entry) = max(found.items(), key=lambda item: abs(item[1][0]))
+    change = f"{'loses' if share < 0 else 'gains'} {100 * abs(share):.3g} % of the energy"
+    return f"The largest energy error is {name}'s: it {change}, mostly through “{entry.cause.label}”."
+
+
+def _passages(comparison: Comparison) -> str:
+    """Name the engines whose balls went through inner walls."""
+    said = []
     for name, run in comparison.runs.items():
-        passages = [one for one in run.missed if one.second < 0]
-        if passages:
-            first = f"{who(comparison.scene, passages[0])} at {passages[0].step / comparison.scene.rate:.3f} s"
-            through.append(f"{name}'s {len(passages)}, first {first}")
-        if run.outing:
-            time, ball, balls, furthest = run.outing
-            to_the_end = f", {run.figures.escaped} of them at the end" if run.figures.escaped else ""
-            outside.append(
-                f"{name}'s {balls}, first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{to_the_end}"
-            )
-    if through:
-        yield f"Passages through walls: {'; '.join(through)}."
-    if outside:
-        yield f"Balls outside the arena: {'; '.join(outside)}."
+        through = [passage for passage in run.missed if passage.second < 0]
+        if through:
+            first = f"{pair_name(comparison.scene, through[0])} at {through[0].step / comparison.scene.rate:.3f} s"
+            said.append(f"{len(through)} in {name}, the first {first}")
+    return f"Passages through walls: {'; '.join(said)}." if said else ""
 
 
-def _of_cures(comparison: Comparison) -> Iterator[str]:
-    """Say what to change of Pymunk."""
+def _escapes(comparison: Comparison) -> str:
+    """Name the engines whose balls left the arena."""
+    said = []
+    for name, run in comparison.runs.items():
+        if run.escape:
+            time, ball, balls, furthest = run.escape
+            at_end = f", {run.figures.escaped} still outside at the end" if run.figures.escaped else ""
+            said.append(f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{at_end}")
+    return f"Balls outside the arena: {'; '.join(said)}." if said else ""
+
+
+def _remedies(comparison: Comparison) -> str:
+    """Say which settings of Pymunk to change."""
     run = _others(comparison).get(TUNED)
     if run is None:
-        return
-    of_energy, first = astray(run), run.figures.first_difference
-    causes = ([of_energy[1].cause] if of_energy else []) + ([first.cause] if first else [])
-    causes += ["late"] if run.missed else []
-    cures = dict.fromkeys(CURES[cause] for cause in causes if cause in CURES)
-    if cures:
-        yield f"For {TUNED}, {'; '.join(cures)}. --advise tries that and more."
-
-
-# Other settings
+        return ""
+    error, first = energy_error(run), run.figures.first_difference
+    causes = ([error[1].cause] if error else []) + ([first.cause] if first else [])
+    causes += [Cause.LATE] if run.missed else []
+    remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
+    return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""

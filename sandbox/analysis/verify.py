@@ -1,4 +1,4 @@
-"""The scoreboard: what engines make of scenes that say what must be true."""
+"""The scoreboard: how engines do on scenes that say what must come out."""
 
 from collections.abc import Iterable, Sequence
 
@@ -8,20 +8,20 @@ from sandbox.analysis.reference import REFERENCE
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
 
-Board = dict[str, dict[str, Score | Refused]]  # scene -> engine -> its worst score, or why it has none
+Board = dict[str, dict[str, Score | Refused]]  # scene -> engine -> its worst score, or why it refused the scene
 
 
 def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Board:
-    """Score engines on scenes by the expectation that each misses most, as a share of its tolerance.
+    """Score engines on scenes by the expectation that each misses most, relative to its tolerance.
 
-    Scenes that expect nothing are left out. Raises SandboxError for a name that is no engine.
+    Scenes without expectations are left out. Raises SandboxError for an unknown engine.
     """
     return {scene.name: {name: _score(scene, name) for name in engines} for scene in scenes if scene.expect}
 
 
 def _score(scene: Scene, engine: str) -> Score | Refused:
     try:
-        end = max(1 / scene.rate, *(expect.at for expect in scene.expect))  # s; a run has one step at least
+        end = max(1 / scene.rate, *(expect.at for expect in scene.expect))  # s; a run has at least one step
         run = compare(scene.changed(seconds=end), [engine]).runs[engine]
     except Refused as refusal:
         return refusal
@@ -40,7 +40,7 @@ def as_json(board: Board) -> dict[str, object]:
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:
-    """Tell whether the engines asked for, or else the exact one, met every expectation that they did not refuse."""
+    """Return whether the given engines, by default the exact one, met every expectation that they did not refuse."""
     must_pass = engines or [REFERENCE]
     return all(
         result.passed

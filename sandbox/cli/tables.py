@@ -1,4 +1,4 @@
-"""What the commands print: a comparison, advice, scores, as tables that fit the terminal."""
+"""What commands print: a comparison, advice and scores, as tables that fit the terminal."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -7,27 +7,27 @@ from typing import Final
 from rich.table import Table
 
 from sandbox.analysis.advice import Trial, advice
-from sandbox.analysis.causes import CAUSES
+from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.difference import Difference, who
+from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.expectations import Score
-from sandbox.analysis.verdict import key_figures, verdict
+from sandbox.analysis.verdict import horizon_words, key_figures, verdict
 from sandbox.analysis.verify import Board
 from sandbox.bench.figure import Figure
 from sandbox.text import console
 
-LEAST_SHOWN: Final = 5e-7  # share of the energy, which the table shows to a millionth
+MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
 
 
 def print_comparison(comparison: Comparison) -> None:
-    """Print what a comparison comes to, its figures, and each engine's first difference."""
-    scene, horizon = comparison.scene, comparison.horizon
+    """Print a comparison: its verdict, its figures, and each engine's first difference."""
+    scene = comparison.scene
     edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
     terminal = console()
     terminal.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} a second, against {comparison.against}; "
-        f"horizon {'after the end' if horizon is None else f'{horizon:.2f} s'}\n"
+        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} per second, "
+        f"measured against {comparison.against}; {horizon_words(comparison)}\n"
     )
     terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
@@ -39,57 +39,67 @@ def print_comparison(comparison: Comparison) -> None:
     terminal.print(table)
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
-            terminal.print(f"\n{name}, {first.time:.3f} s, {who(scene, first)}: {_KINDS[first.kind]}{first.because}")
+            terminal.print(
+                f"\n{name}, {first.time:.3f} s, {pair_name(scene, first)}: {_KINDS[first.kind]}{first.because}"
+            )
             terminal.print(_speeds(first, comparison.against))
 
 
-_KINDS: Final = {"outcome": "", "missing": "missing. ", "extra": "extra. ", "order": "in another order. "}
+_KINDS: Final = {
+    Kind.OUTCOME: "",
+    Kind.MISSING: "Missing contact. ",
+    Kind.EXTRA: "Extra contact. ",
+    Kind.ORDER: "In another order. ",
+}
 
 
 def _speeds(first: Difference, against: str) -> str:
-    """Say how fast the balls were before and after, in the engine and in the reference."""
-    told = []
+    """Give the balls' speeds before and after, in the engine and in the reference."""
+    parts = []
     for where, before, after in (
         ("", first.before, first.after),
         (f"in {against} ", first.should_before, first.should_after),
     ):
         if before and after:
             speeds = (" and ".join(f"{math.hypot(*one):.4g}" for one in velocities) for velocities in (before, after))
-            told.append(f"{where}{' before, '.join(speeds)} after")
-    return f"Speeds, px/s: {'; '.join(told)}."
+            parts.append(f"{where}{' before, '.join(speeds)} after")
+    return f"Speeds, px/s: {'; '.join(parts)}."
 
 
 def rows_of(comparison: Comparison) -> Iterator[list[str]]:
-    """Yield the lines of the table: a label, and what stands under each engine."""
+    """Yield the rows of the table: a label, and a value for each engine."""
     runs = comparison.runs.values()
     yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
-    yield ["  its cause", *(CAUSES[first.cause] if first else "-" for first in firsts)]
+    yield ["  cause", *(first.cause.label if first else "-" for first in firsts)]
     if any(run.missed for run in runs):
-        yield ["contacts missed", *(str(len(run.missed)) for run in runs)]
-    booked = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
-    for cause, words in CAUSES.items():
+        yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
+    energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
+    for cause in Cause:
         shares = [
-            of_run[cause] / run.energy[0] if run.energy[0] and cause in of_run else 0.0
-            for of_run, run in zip(booked, runs, strict=True)
+            energy[cause] / run.energy[0] if run.energy[0] and cause in energy else 0.0
+            for energy, run in zip(energies, runs, strict=True)
         ]
-        if any(abs(share) > LEAST_SHOWN for share in shares):
-            yield [f"energy: {words}", *(f"{share:+.4%}" if abs(share) > LEAST_SHOWN else "-" for share in shares)]
+        values = [f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else "-" for share in shares]
+        if any(value != "-" for value in values):
+            yield [f"energy: {cause.label}", *values]
     for rows in zip(*(run.theory for run in runs if run.theory), strict=True):
         yield [rows[0].figure, *(f"{row.measured:.4g}" for row in rows)]
         yield [f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows)]
 
 
 def print_advice(trials: Sequence[Trial]) -> None:
-    """Print how other settings do, where some were tried."""
+    """Print how other settings of Pymunk do, if some were tried."""
     if not trials:
         return
     table = Table("pymunk with", box=None, pad_edge=False)
-    for column in ("paths hold until", "energy astray", "gap, RMS"):
+    for column in ("agrees until", "energy error", "RMS gap"):
         table.add_column(column, justify="right")
     for trial in trials:
         until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
-        table.add_row(trial.settings, until, f"{trial.astray:.2e}", f"{trial.gap_rms:.4g} px")
+        table.add_row(
+            trial.settings.replace(", ", ",\n"), until, f"{trial.energy_error:.2e}", f"{trial.gap_rms:.4g} px"
+        )
     terminal = console()
     terminal.print()
     terminal.print(table)
@@ -97,7 +107,7 @@ def print_advice(trials: Sequence[Trial]) -> None:
 
 
 def print_board(board: Board) -> None:
-    """Print the scores: a row a scene, a column an engine."""
+    """Print the scores: a row for each scene, a column for each engine."""
     table = Table(box=None, pad_edge=False)
     table.add_column("scene")
     for name in next(iter(board.values()), {}):
@@ -111,13 +121,13 @@ def print_board(board: Board) -> None:
     console().print(table)
 
 
-def counted(count: int, what: str) -> str:
-    """Say how many of what: 1 ball, 2 balls."""
-    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: 1 ball, 2 balls."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
 def print_figures(title: str, figures: Sequence[Figure]) -> None:
-    """Print what was measured, with its spread."""
+    """Print measured figures with their spread."""
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     table.add_column("", width=42)
     for column in ("median", "lowest", "highest"):

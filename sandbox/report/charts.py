@@ -1,25 +1,29 @@
-"""The report's charts: what each engine did over time, under one cursor, and the ledger."""
+"""The report's charts: each engine over time, under one cursor, and the ledger."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any, Final
 
 import numpy as np
 from bokeh.document import Document
-from bokeh.models import FactorRange, Range1d
+from bokeh.models import BasicTicker, FactorRange, Range1d
 from bokeh.models.annotations import Label, Legend, LegendItem, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from bokeh.transform import dodge
 
-from sandbox.analysis.causes import CAUSES
-from sandbox.analysis.comparison import Comparison, Run
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.measurement import Run
 from sandbox.quantity import length
 from sandbox.scene.model import PALETTE
 from sandbox.state import Floats
 
-POINTS: Final = 2_000  # of a line, about: more than a screen has columns
-MARKS: Final = 12  # along a line, so that lines are told apart without colour
+MAX_POINTS: Final = 2_000  # of a line, about: more than a screen has columns
+MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
+LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
+MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
 DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
 MARKERS: Final = ("circle", "square", "triangle", "diamond", "inverted_triangle", "star")
 HATCHES: Final = ("blank", "right_diagonal_line", "dot", "horizontal_line", "cross", "left_diagonal_line")
@@ -60,18 +64,18 @@ THEME: Final = Theme(
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure with the words that stand round it; `told` is for those who do not see it."""
+    """A figure with its title, caption and alternative text."""
 
     name: str
     title: str
     about: str
-    told: str
+    alt: str
     figure: figure
 
 
 @dataclass(frozen=True)
-class Look:
-    """How an engine's lines and bars look; no two share a dash and a marker, and the reference's is black."""
+class Style:
+    """How an engine's lines and bars are drawn. No two share a dash and a marker; the reference's is black."""
 
     color: str
     dash: str
@@ -79,13 +83,13 @@ class Look:
     hatch: str
 
 
-def look_of(index: int) -> Look:
-    """Choose how an engine looks, by its number: told apart by dash, marker and hatch too."""
-    return Look(*(kind[index % len(kind)] for kind in (PALETTE, DASHES, MARKERS, HATCHES)))
+def style_of(index: int) -> Style:
+    """Return the style of an engine by its number, distinct in dash, marker and hatch as well as in colour."""
+    return Style(*(kind[index % len(kind)] for kind in (PALETTE, DASHES, MARKERS, HATCHES)))
 
 
 def charts(comparison: Comparison) -> list[Chart]:
-    """Draw gap, energy, momentum and contacts over time, and the ledger, where there is one."""
+    """Draw gap, energy, momentum and contacts over time, and the ledger if it has entries."""
     over_time = [_energy(comparison), _momentum(comparison), _contacts(comparison)]
     gap = [_gap(comparison)] if len(comparison.runs) > 1 else []
     ledger = [_ledger(comparison)] if _bars(comparison)[1] else []
@@ -93,17 +97,17 @@ def charts(comparison: Comparison) -> list[Chart]:
 
 
 def as_document(drawn: Sequence[Chart]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return Bokeh's JSON of charts, and the name of the chart that each root is, by its id."""
+    """Return Bokeh's JSON of charts, and the chart's name for each root's id."""
     document = Document(theme=THEME)
     for chart in drawn:
         document.add_root(chart.figure)
     numbers: dict[str, str] = {}
-    written = _renumbered(document.to_json(deferred=False), numbers)
-    return written, {numbers[chart.figure.id]: chart.name for chart in drawn}
+    rendered = _renumbered(document.to_json(deferred=False), numbers)
+    return rendered, {numbers[chart.figure.id]: chart.name for chart in drawn}
 
 
 def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
-    """Give Bokeh's models ids of the page's own: its own ids go on counting from one page to the next."""
+    """Replace the ids of Bokeh's models, which it counts on from page to page, so that equal pages have equal ids."""
     if isinstance(node, list):
         return [_renumbered(value, numbers) for value in node]
     if not isinstance(node, dict):
@@ -114,19 +118,19 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
     }
 
 
-def keeping_extremes(values: Floats, most: int = POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Choose about `most` indices of a series: the ends, and the lowest and the highest of each stretch."""
+def thinned(values: Floats, most: int = MAX_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return about `most` indices of a series: its ends, and the lowest and the highest value of each interval."""
     if len(values) <= most:
         return np.arange(len(values))
-    stretch = -(-2 * len(values) // most)
-    stretches = np.pad(values, (0, -len(values) % stretch), mode="edge").reshape(-1, stretch)
-    starts = np.arange(len(stretches)) * stretch
-    chosen = np.concatenate([[0], starts + stretches.argmin(axis=1), starts + stretches.argmax(axis=1)])
+    size = -(-2 * len(values) // most)
+    intervals = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
+    starts = np.arange(len(intervals)) * size
+    chosen = np.concatenate([[0], starts + intervals.argmin(axis=1), starts + intervals.argmax(axis=1)])
     return np.unique(np.append(np.minimum(chosen, len(values) - 1), len(values) - 1))
 
 
 def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: % of the start, or where that was 0, kg px²/s²."""
+    """Return each engine's energy over time and its unit: % of the start, or kg px²/s² if that was 0."""
     runs = comparison.runs
     if all(run.energy[0] for run in runs.values()):
         return {name: 100 * run.energy / run.energy[0] for name, run in runs.items()}, "%"
@@ -134,15 +138,15 @@ def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
 
 
 def contacts_by(time: Floats, run: Run) -> Floats:
-    """Count a run's contacts up to each time."""
+    """Return the number of a run's contacts up to each time."""
     return np.searchsorted(run.contacts["time"], time + 1e-9, side="right").astype(float)
 
 
-def _looks(comparison: Comparison) -> dict[str, Look]:
+def _styles(comparison: Comparison) -> dict[str, Style]:
     others = [name for name in comparison.runs if name != comparison.against]
-    looks = {comparison.against: Look("#000000", "solid", "x", "blank")}
-    looks |= {name: look_of(index) for index, name in enumerate(others)}
-    return {name: looks[name] for name in comparison.runs}
+    styles = {comparison.against: Style("#000000", "solid", "x", "blank")}
+    styles |= {name: style_of(index) for index, name in enumerate(others)}
+    return {name: styles[name] for name in comparison.runs}
 
 
 # Over time
@@ -153,7 +157,7 @@ def _gap(comparison: Comparison) -> Chart:
     positive = np.concatenate([values[values > 0] for values in series.values()])
     low, high = (positive.min(), positive.max()) if len(positive) else (1e-15, 1.0)
     plot = _figure(comparison, "px", y_axis_type="log", y_range=Range1d(start=float(low) / 3, end=float(high) * 3))
-    # A log axis has no 0: a line begins where its engine first differs at all.
+    # A log axis has no 0, so a line begins at the first gap.
     _draw(plot, comparison, {name: np.where(values > 0, values, np.nan) for name, values in series.items()})
     _mark_first_differences(plot, comparison)
     if comparison.horizon is not None:
@@ -164,10 +168,10 @@ def _gap(comparison: Comparison) -> Chart:
     return Chart(
         "gap",
         "Gap",
-        f"How far the furthest ball is from its copy in {comparison.against}, on a log scale. Where a line begins, an "
-        "engine differs at all; a large mark is the first contact that differs; beyond the horizon only statistics "
-        "mean anything.",
-        _told("Largest gap at the end", series, "px"),
+        f"The largest distance of a ball from its position in {comparison.against}, on a log scale. A line starts at "
+        "the first gap; a large marker is the first contact that differs; after the horizon only statistics are "
+        "meaningful.",
+        _ends("Largest gap at the end", series, "px"),
         plot,
     )
 
@@ -176,28 +180,30 @@ def _energy(comparison: Comparison) -> Chart:
     series, unit = energies(comparison)
     plot = _figure(comparison, "% of the start" if unit == "%" else unit, y_range=_from_zero(series))
     _draw(plot, comparison, series)
-    about = "Of motion and height together. Elastic balls keep all of it."
-    return Chart("energy", "Energy", about, _told("Energy at the end", series, unit), plot)
+    about = "Kinetic and potential energy together. Elastic balls keep all of it."
+    return Chart("energy", "Energy", about, _ends("Energy at the end", series, unit), plot)
 
 
 def _momentum(comparison: Comparison) -> Chart:
     series = {name: length(run.momentum) for name, run in comparison.runs.items()}
     plot = _figure(comparison, "kg px/s", y_range=_from_zero(series))
     _draw(plot, comparison, series)
-    about = "The length of all balls' momenta added. Walls, gravity and the hand change it; contacts of balls must not."
-    return Chart("momentum", "Momentum", about, _told("Momentum at the end", series, "kg px/s"), plot)
+    about = (
+        "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
+    )
+    return Chart("momentum", "Momentum", about, _ends("Momentum at the end", series, "kg px/s"), plot)
 
 
 def _contacts(comparison: Comparison) -> Chart:
     series = {name: contacts_by(comparison.time, run) for name, run in comparison.runs.items()}
     plot = _figure(comparison, "so far", y_range=_from_zero(series))
     _draw(plot, comparison, series)
-    about = "Of balls with each other and with walls. Balls that stick are counted again in every step."
-    return Chart("contacts", "Contacts", about, _told("Contacts in all", series, ""), plot)
+    about = "Contacts of balls with each other and with walls, so far. Balls that stick count again in every step."
+    return Chart("contacts", "Contacts", about, _ends("All contacts", series, ""), plot)
 
 
 def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
-    """Make an empty chart over time, with the cursor that the player moves and the horizon."""
+    """Return an empty chart over time, with the horizon and the cursor that the player moves."""
     end = float(comparison.time[-1]) or 1.0
     plot = figure(
         height=300,
@@ -210,31 +216,31 @@ def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
     plot.toolbar.logo = None
     if comparison.horizon is not None:
         plot.add_layout(Span(location=comparison.horizon, dimension="height", line_dash="dashed", line_color="#777777"))
-    # On the overlay level, moving it does not paint the lines again.
+    # On the overlay level, moving the cursor does not redraw the lines.
     plot.add_layout(Span(name="cursor", location=0, dimension="height", line_color=INK, line_width=2, level="overlay"))
     return plot
 
 
 def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> None:
-    """Draw a line an engine, the reference's below the others, and name them above the chart."""
+    """Draw a line for each engine, the reference's below the others, and a legend above the chart."""
     items = {}
-    looks = _looks(comparison)
+    styles = _styles(comparison)
     for name in sorted(series, key=lambda name: name != comparison.against):
-        look, values = looks[name], series[name].astype(np.float32)
-        kept = keeping_extremes(np.nan_to_num(values))
-        marked = _marks(len(values), list(looks).index(name), len(looks))
+        style, values = styles[name], series[name].astype(np.float32)
+        kept = thinned(np.nan_to_num(values))
+        marked = _marker_positions(len(values), list(styles).index(name), len(styles))
         time = comparison.time.astype(np.float32)
-        line = plot.line(time[kept], values[kept], line_color=look.color, line_dash=look.dash, line_width=2.5)
-        marks = plot.scatter(
+        line = plot.line(time[kept], values[kept], line_color=style.color, line_dash=style.dash, line_width=2.5)
+        markers = plot.scatter(
             time[marked],
             values[marked],
-            marker=look.marker,
+            marker=style.marker,
             size=10,
-            line_color=look.color,
+            line_color=style.color,
             line_width=2,
             fill_color="white",
         )
-        items[name] = _legend_item(name, line, marks)
+        items[name] = _legend_item(name, line, markers)
     _add_legend(plot, [items[name] for name in series])
 
 
@@ -248,13 +254,15 @@ def _legend_item(name: str, *renderers: Any) -> LegendItem:
     return LegendItem(label=name, renderers=list(renderers))
 
 
-def _marks(steps: int, index: int, of: int) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Choose where a line has its marks: evenly, and no two lines in one place."""
-    return np.unique(((np.arange(MARKS) + (index + 0.5) / of) / MARKS * (steps - 1)).astype(np.intp))
+def _marker_positions(steps: int, index: int, of: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return where a line has its markers: evenly spaced, and at other steps than the other lines'."""
+    return np.unique(
+        ((np.arange(MARKERS_PER_LINE) + (index + 0.5) / of) / MARKERS_PER_LINE * (steps - 1)).astype(np.intp)
+    )
 
 
 def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
-    for name, look in _looks(comparison).items():
+    for name, style in _styles(comparison).items():
         run = comparison.runs[name]
         if not run.differences:
             continue
@@ -264,9 +272,9 @@ def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
             plot.scatter(
                 [time],
                 [run.gap_max[step]],
-                marker=look.marker,
+                marker=style.marker,
                 size=22,
-                line_color=look.color,
+                line_color=style.color,
                 line_width=3,
                 fill_alpha=0,
             )
@@ -278,7 +286,7 @@ def _from_zero(series: dict[str, Floats]) -> Range1d:
     return Range1d(start=low, end=high + 0.08 * (high - low) or 1.0)
 
 
-def _told(what: str, series: dict[str, Floats], unit: str) -> str:
+def _ends(what: str, series: dict[str, Floats], unit: str) -> str:
     ends = ", ".join(f"{name} {values[-1]:.4g} {unit}".rstrip() for name, values in series.items())
     return f"{what}: {ends}."
 
@@ -289,48 +297,49 @@ def _told(what: str, series: dict[str, Floats], unit: str) -> str:
 def _ledger(comparison: Comparison) -> Chart:
     """Draw a bar for each cause and engine."""
     energy, causes = _bars(comparison)
-    looks = {name: look for name, look in _looks(comparison).items() if energy[name]}
+    styles = {name: style for name, style in _styles(comparison).items() if energy[name]}
     _, unit = energies(comparison)
-    axis = "% of the energy at the start" if unit == "%" else unit
-    rows = FactorRange(factors=causes[::-1])
-    height = 90 + len(causes) * max(40, 22 * len(looks))
+    axis = "energy, % of start" if unit == "%" else unit
+    labels = [fill(cause.label, LABEL_LETTERS) for cause in causes]
+    rows = FactorRange(factors=labels[::-1])
+    height = 90 + len(causes) * max(40, 22 * len(styles))
     plot = figure(height=height, y_range=rows, x_axis_label=axis, tools="", toolbar_location=None)
-    thick = 0.8 / len(looks)
+    plot.xaxis[0].ticker = BasicTicker(desired_num_ticks=3)  # more would overlap on a telephone
+    thickness = 0.8 / len(styles)
     items = []
-    for index, (name, look) in enumerate(looks.items()):
+    for index, (name, style) in enumerate(styles.items()):
         bars = plot.hbar(
-            y=dodge("cause", (len(looks) - 1 - 2 * index) / 2 * thick, range=rows),
+            y=dodge("cause", (len(styles) - 1 - 2 * index) / 2 * thickness, range=rows),
             right="energy",
-            height=0.85 * thick,
-            source={"cause": causes, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
-            fill_color=look.color,
+            height=0.85 * thickness,
+            source={"cause": labels, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
+            fill_color=style.color,
             fill_alpha=0.75,
             line_color=INK,
-            hatch_pattern=look.hatch,
+            hatch_pattern=style.hatch,
             hatch_color=INK,
             hatch_alpha=0.6,
         )
         items.append(_legend_item(name, bars))
     plot.add_layout(Span(location=0, dimension="height", line_color=INK))
     _add_legend(plot, items)
-    told = "Change of energy by cause, as in the table that follows."
+    alt = "Change of energy by cause, as in the table below."
     about = (
-        "What each cause changed of an engine's energy; an engine's bars add up to all that it gained or lost. "
-        "Causes that changed less than a thousandth of the longest bar are in the table only."
+        "How much each cause changed an engine's energy; an engine's bars add up to its whole gain or loss. Causes "
+        "below a thousandth of the longest bar are in the table only."
     )
-    return Chart("ledger", "Energy by cause", about, told, plot)
+    return Chart("ledger", "Energy by cause", about, alt, plot)
 
 
-def _bars(comparison: Comparison) -> tuple[dict[str, dict[str, float]], list[str]]:
-    """Return the energy that each engine's causes changed, in the unit of `energies`, and the causes worth a bar."""
+def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:
+    """Return each engine's change of energy by cause, in the unit of `energies`, and the causes that get a bar."""
     _, unit = energies(comparison)
     energy = {
         name: {
-            CAUSES[entry.cause]: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0)
-            for entry in run.figures.ledger
+            entry.cause: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0) for entry in run.figures.ledger
         }
         for name, run in comparison.runs.items()
     }
-    largest = {words: max(abs(of_run.get(words, 0.0)) for of_run in energy.values()) for words in CAUSES.values()}
+    largest = {cause: max(abs(changes.get(cause, 0.0)) for changes in energy.values()) for cause in Cause}
     longest = max(largest.values())
-    return energy, [words for words, length in largest.items() if length > longest / 1000]
+    return energy, [cause for cause, change in largest.items() if change > MIN_BAR * longest]

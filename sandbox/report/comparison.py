@@ -1,4 +1,4 @@
-"""A comparison -> one HTML page that needs nothing else: no network, no server, no other file."""
+"""A comparison -> one self-contained HTML page: no network, no server, no other file."""
 
 import base64
 import hashlib
@@ -15,30 +15,35 @@ from bokeh.resources import Resources
 from jinja2 import Environment, StrictUndefined
 from numpy.typing import NDArray
 
-from sandbox.analysis.causes import CAUSES
-from sandbox.analysis.comparison import Comparison, Run
-from sandbox.analysis.difference import MOST, who
-from sandbox.analysis.verdict import key_figures, verdict
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
+from sandbox.analysis.measurement import Run
+from sandbox.analysis.verdict import horizon_words, key_figures, verdict
 from sandbox.report.charts import as_document, charts, contacts_by, energies
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene, rgb
 from sandbox.state import Floats
 
-PATHS_BYTES: Final = 3_300_000  # of all balls' packed paths; with Bokeh's script a page stays under 6 MB
-FEW: Final = 20  # balls, up to which each has its number drawn on it
-TRAILED: Final = 200  # balls, up to which trails are on from the start
-COUNTS: Final = 65_535  # of a coordinate's fixed point
+MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
+MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
+MAX_TRAILED: Final = 200  # balls for which trails are on at first
+MAX_COUNT: Final = 65_535  # of a coordinate packed into 16 bits
 PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
-Velocities = tuple[tuple[float, float], ...]
-KINDS: Final = {"outcome": "other outcome", "missing": "missing", "extra": "extra", "order": "other order"}
+KINDS: Final = {
+    Kind.OUTCOME: "other outcome",
+    Kind.MISSING: "missing",
+    Kind.EXTRA: "extra",
+    Kind.ORDER: "other order",
+}
 KEYS: Final = (
-    ("Space", "plays and pauses"),
-    ("← →", "a frame back and on"),
-    ("Home End", "the start and the end"),
-    ("D", "the next contact that differs"),
-    ("G", "ghosts"),
-    ("T", "trails"),
-    ("+ -", "twice and half as fast"),
+    ("Space", "play or pause"),
+    ("← →", "previous or next frame"),
+    ("Home End", "first or last frame"),
+    ("D", "next contact that differs"),
+    ("G", "ghosts on or off"),
+    ("T", "trails on or off"),
+    ("+ -", "double or halve the speed"),
 )
 
 
@@ -60,23 +65,23 @@ def page(comparison: Comparison) -> str:
         settings=_settings(comparison),
         comparison=comparison,
         others={name: run for name, run in comparison.runs.items() if name != comparison.against},
-        booked={name: run for name, run in comparison.runs.items() if run.figures.ledger},
+        ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
         figures=[(label, values) for label, *values in key_figures(comparison)],
         verdict=verdict(comparison),
         theory={name: run.theory for name, run in comparison.runs.items() if run.theory},
         charts=drawn,
-        causes=CAUSES,
         kinds=KINDS,
         keys=KEYS,
-        most=MOST,
-        pair=lambda difference: who(scene, difference),
+        missed=Cause.MISSED,
+        max_differences=MAX_DIFFERENCES,
+        pair_name=lambda difference: pair_name(scene, difference),
         outcome=_outcome,
         command=_command(comparison) if _is_as_read(scene) else None,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
         inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
         versions=_versions(),
-        trailed=len(scene.bodies) <= TRAILED,
-        shown=_what_is_shown(comparison, every),
+        trailed=len(scene.bodies) <= MAX_TRAILED,
+        frames=_about_frames(comparison, every),
         policy=_policy(scripts.values()),
         style=_text("page.css"),
         scripts=scripts,
@@ -86,15 +91,15 @@ def page(comparison: Comparison) -> str:
 
 
 def thinning(comparison: Comparison) -> int:
-    """Return how many rows of the paths there are to each one that the page shows."""
+    """Return the number n such that the page shows every n-th frame of the paths."""
     whole = sum(run.path.size for run in comparison.runs.values()) * 2 * 4 / 3  # two bytes a number, then base64
-    return max(1, int(np.ceil(whole / PATHS_BYTES)))
+    return max(1, int(np.ceil(whole / MAX_PATHS_BYTES)))
 
 
 def fixed_point(scene: Scene) -> tuple[float, float]:
-    """Return how a coordinate is packed: px to a count, and px of margin round the arena, for balls that left it."""
+    """Return how coordinates are packed: px per count, and px of margin around the arena, for balls that left it."""
     margin = 2 * float(scene.bodies.radius.max())
-    return (max(scene.arena.size) + 2 * margin) / COUNTS, margin
+    return (max(scene.arena.size) + 2 * margin) / MAX_COUNT, margin
 
 
 def _text(name: str) -> str:
@@ -102,18 +107,18 @@ def _text(name: str) -> str:
 
 
 def _policy(scripts: Iterable[str]) -> str:
-    """Return the page's Content-Security-Policy: no network at all, and no script but ours, whatever a scene says."""
+    """Return the page's Content-Security-Policy: no network, and no script but these, whatever a scene contains."""
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
     return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:"
 
 
 def _json(value: object) -> str:
-    """Return JSON in which no text can end the script element that it stands in."""
+    """Return JSON that cannot end the script element that contains it."""
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
-# What the player draws
+# Data of the player
 
 
 def _data(comparison: Comparison, every: int) -> dict[str, Any]:
@@ -126,7 +131,7 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
         "walls": [(*wall.start, *wall.to, wall.thickness) for wall in scene.walls],
         "radius": scene.bodies.radius.tolist(),
         "colors": [_hex(color) for color in scene.colors],
-        "numbered": len(scene.bodies) <= FEW,
+        "numbered": len(scene.bodies) <= MAX_NUMBERED,
         "frame": comparison.stride * every / scene.rate,
         "unit": unit,
         "margin": margin,
@@ -143,12 +148,12 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
 
 
 def _packed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
-    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, COUNTS).astype("<u2")
+    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_COUNT).astype("<u2")
     return packed
 
 
 def _readings(comparison: Comparison, run: Run, energy: Floats) -> NDArray[np.float32]:
-    """Return what stands below a pane, (steps + 1, 3): gap (px), energy, contacts so far."""
+    """Return the readings below a pane, (steps + 1, 3): gap (px), energy, contacts so far."""
     return np.column_stack([run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
 
 
@@ -160,28 +165,27 @@ def _hex(color: str) -> str:
     return "#{:02x}{:02x}{:02x}".format(*rgb(color))
 
 
-# What is written on the page
+# Text of the page
 
 
 def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
-    replayed = " A recorded mouse was replayed into all of them." if comparison.inputs else ""
+    replayed = " Recorded mouse input was replayed into all engines." if comparison.inputs else ""
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
-    horizon = "after the end" if comparison.horizon is None else f"{comparison.horizon:.2f} s"
-    against = f"measured against {comparison.against}, horizon {horizon}"
-    return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} a second, {against}.{replayed}"
+    against = f"measured against {comparison.against}; {horizon_words(comparison)}"
+    return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} per second, {against}.{replayed}"
 
 
-def _what_is_shown(comparison: Comparison, every: int) -> str:
+def _about_frames(comparison: Comparison, every: int) -> str:
     steps, stride = comparison.scene.steps, comparison.stride * every
     unit, _ = fixed_point(comparison.scene)
     shown = "Every step is shown" if stride == 1 else f"To keep the page small, 1 step in {stride} is shown"
     states = f"{steps // stride + 1:,} of {steps + 1:,} states"
-    return f"{shown}: {states}, in which a ball's place is kept to {unit:.2g} px."
+    return f"{shown}: {states}, with positions rounded to {unit:.2g} px."
 
 
 def _command(comparison: Comparison) -> str:
-    """Return the command line that runs it again, from the files that the page holds."""
+    """Return the command that repeats the comparison, from the files on the page."""
     scene = comparison.scene
     options = {
         "--engines": ",".join(comparison.runs),
@@ -196,7 +200,7 @@ def _command(comparison: Comparison) -> str:
 
 
 def _is_as_read(scene: Scene) -> bool:
-    """Tell whether a scene is what its text says but for seed, rate and seconds, which the command line gives."""
+    """Return whether a scene equals its text, apart from seed, rate and seconds, which the command gives."""
     if not scene.source:
         return False
     read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)
@@ -211,7 +215,7 @@ def _installed() -> Iterator[tuple[str, str]]:
     for package in PACKAGES:
         try:
             yield package, version(package)
-        except PackageNotFoundError:  # of an extra
+        except PackageNotFoundError:  # an extra
             continue
 
 
@@ -220,10 +224,10 @@ def _seconds(seconds: float) -> str:
 
 
 def _outcome(before: Velocities | None, after: Velocities | None) -> list[str]:
-    """Write the velocities before and after a contact, one line a ball."""
+    """Return the velocities before and after a contact, a line for each ball."""
     if before is None or after is None:
         return ["no such contact"]
-    return [" → ".join(_vector(one) for one in of_ball) for of_ball in zip(before, after, strict=True)]
+    return [" → ".join(map(_vector, of_ball)) for of_ball in zip(before, after, strict=True)]
 
 
 def _vector(velocity: tuple[float, float]) -> str:
@@ -235,7 +239,7 @@ def _number(value: float) -> str:
 
 
 def _share(value: float, whole: float) -> str:
-    """Write an energy as a share of the start, or in its unit where there was none."""
+    """Format an energy as a percentage of the start, or in its unit if that was 0."""
     if not value:
         return "0"
     return _minus(f"{100 * value / whole:+.4g} %") if whole else f"{_number(value)} kg px²/s²"

@@ -1,8 +1,8 @@
-"""How a notebook shows a comparison: as its report. Importing this module registers that."""
+"""How a notebook shows a comparison: as its report. Importing this module turns that on."""
 
 import html
 
-from sandbox.analysis.comparison import Comparison, show_in_notebooks
+from sandbox.analysis.comparison import Comparison
 
 
 def iframe(comparison: Comparison) -> str:
@@ -15,4 +15,5 @@ def iframe(comparison: Comparison) -> str:
     )
 
 
-show_in_notebooks(iframe)
+# Set here because analysis must not import the report.
+Comparison._repr_html_ = iframe  # type: ignore[assignment, method-assign]

@@ -1,5 +1,5 @@
-// The player: draws the panes at a time, and moves the cursor that the charts share.
-// Lengths are px of the scene, times s; a frame is a row of the packed paths.
+// The player: draws the panes at one time, and moves the cursor shared by the charts.
+// Lengths are in px of the scene, times in s; a frame is a row of the packed paths.
 "use strict";
 (() => {
   const element = (id) => document.getElementById(id);
@@ -16,8 +16,8 @@
     path: unpack(data.engines[index].path, Uint16Array),
     readings: unpack(data.engines[index].readings, Float32Array),
   }));
-  const yardstick = panes[data.against];
-  const last = yardstick.path.length / (2 * balls) - 1;
+  const reference = panes[data.against];
+  const last = reference.path.length / (2 * balls) - 1;
   const second = Math.round(1 / data.frame);
 
   const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);
@@ -25,7 +25,7 @@
   differences.sort((a, b) => a.dataset.time - b.dataset.time);
   let frame = 0;
   let playing = false;
-  let chosen = null; // the button of a difference
+  let chosen = null; // the button of the selected difference
   const cursors = [];
 
   // Panes
@@ -39,7 +39,7 @@
     const [red, green, blue] = [1, 3, 5].map((start) => parseInt(color.slice(start, start + 2), 16));
     return 0.299 * red + 0.587 * green + 0.114 * blue < 128;
   };
-  const ink = isDark(data.background) ? "#ffffff" : "#000000"; // seen on the background, as a ball's own colour may not be
+  const ink = isDark(data.background) ? "#ffffff" : "#000000"; // visible on the background, as a ball's own colour may not be
 
   const addCircle = (context, x, y, radius) => {
     context.moveTo(x + radius, y);
@@ -57,7 +57,7 @@
     drawWalls(context, thin);
     if (trails.checked) drawTrails(context, pane, 2 * thin);
     drawBalls(context, pane, thin);
-    if (ghosts.checked && pane !== yardstick) drawGhosts(context, thin);
+    if (ghosts.checked && pane !== reference) drawGhosts(context, thin);
     if (isChosen(pane)) drawRings(context, pane, 3 * thin);
   }
 
@@ -76,7 +76,7 @@
     context.lineWidth = thick;
     context.lineJoin = "bevel";
     context.globalAlpha = 0.45;
-    const skip = data.numbered ? 1 : 5; // with many balls, corners are cut a little, which is several times as fast
+    const skip = data.numbered ? 1 : 5; // with many balls, coarser trails draw several times as fast
     const start = Math.ceil(Math.max(0, frame - second) / skip) * skip;
     for (let ball = 0; ball < balls; ball++) {
       context.strokeStyle = data.colors[ball] === data.background ? ink : data.colors[ball];
@@ -114,14 +114,14 @@
     context.strokeStyle = ink;
     context.setLineDash([4 * thin, 3 * thin]);
     context.beginPath();
-    for (let ball = 0; ball < balls; ball++) addCircle(context, ...place(yardstick, frame, ball), data.radius[ball]);
+    for (let ball = 0; ball < balls; ball++) addCircle(context, ...place(reference, frame, ball), data.radius[ball]);
     context.stroke();
     context.setLineDash([]);
   }
 
   const isChosen = (pane) =>
     chosen &&
-    (pane === yardstick || pane.name === chosen.dataset.engine) &&
+    (pane === reference || pane.name === chosen.dataset.engine) &&
     Math.abs(frame * data.frame - chosen.dataset.time) <= 1;
 
   function drawRings(context, pane, thick) {
@@ -152,21 +152,21 @@
     scrubber.setAttribute("aria-valuetext", element("time").value);
     for (const pane of panes) {
       draw(pane);
-      tell(pane);
+      showReadings(pane);
     }
     for (const cursor of cursors) cursor.location = time;
   }
 
-  function tell(pane) {
+  function showReadings(pane) {
     const [gap, energy, contacts] = pane.readings.subarray(3 * frame, 3 * frame + 3);
-    const told = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts} contact${contacts === 1 ? "" : "s"}`];
-    if (pane !== yardstick) told.unshift(`gap ${gap === 0 || gap >= 0.1 ? gap.toFixed(1) : gap.toExponential(0)} px`);
+    const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts} contact${contacts === 1 ? "" : "s"}`];
+    if (pane !== reference) texts.unshift(`gap ${gap === 0 || gap >= 0.1 ? gap.toFixed(1) : gap.toExponential(0)} px`);
     pane.reading.replaceChildren(
-      ...told.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
+      ...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
     );
   }
 
-  const frameAt = (time) => Math.ceil(time / data.frame - 1e-6); // the first that has what happened at that time
+  const frameAt = (time) => Math.ceil(time / data.frame - 1e-6); // the first frame at or after a time
 
   function setPlaying(value) {
     playing = value;
@@ -195,9 +195,9 @@
     chosen?.removeAttribute("aria-current");
     chosen = button;
     chosen.setAttribute("aria-current", "true");
-    const told = chosen.closest("li").cloneNode(true);
-    told.querySelector("button").replaceWith(`${chosen.dataset.engine} at ${chosen.textContent}: `);
-    element("chosen").replaceChildren(...told.childNodes);
+    const details = chosen.closest("li").cloneNode(true);
+    details.querySelector("button").replaceWith(`${chosen.dataset.engine} at ${chosen.textContent}: `);
+    element("chosen").replaceChildren(...details.childNodes);
     seek(frameAt(chosen.dataset.time));
   }
 
@@ -218,7 +218,7 @@
     show(frame);
   }
 
-  // Hands
+  // Input
 
   const keys = {
     " ": () => setPlaying(!playing),

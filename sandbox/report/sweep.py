@@ -1,4 +1,4 @@
-"""A sweep's rows -> one HTML page that needs no network: what the seeds agree on, and how far they are spread."""
+"""A sweep's rows -> one HTML page that needs no network: each engine's figures, and their spread over the seeds."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -16,18 +16,18 @@ from bokeh.models.widgets import Div
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
-from sandbox.report.charts import Look, look_of
+from sandbox.report.charts import Style, style_of
 from sandbox.scene.model import PALETTE
 from sandbox.sweep.jobs import SHARES, Row, Sweep
 
 SIZE: Final[dict[str, Any]] = {"width": 1150, "height": 420, "toolbar_location": None}  # px of a chart
-ASIDE: Final = 1.03  # times a rate, by which each engine stands beside the one before
+RATE_OFFSET: Final = 1.03  # factor on the rate axis between one engine and the next, so that they do not overlap
 
-Groups = dict[str, list[float]]  # what is told apart -> a value for each seed
+Groups = dict[str, list[float]]  # engine and rate -> a value for each seed
 
 
 def page(sweep: Sweep, rows: Sequence[Row]) -> str:
-    """Make the page. A chart that no row has anything for is left out."""
+    """Return the page. Charts without data are left out."""
     style: dict[str, str | None] = {"overflow-wrap": "anywhere", "font-size": "16px"}
     # TeX in a title could link to a script.
     heading = Div(text=_heading(sweep, rows), disable_math=True, width=SIZE["width"], styles=style)
@@ -39,7 +39,7 @@ def _heading(sweep: Sweep, rows: Sequence[Row]) -> str:
     title = escape(sweep.scene.title or sweep.scene.name)
     return (
         f"<h1>{title}</h1><p>{len(rows):,} of {len(sweep.jobs):,} runs of {sweep.scene.seconds:g} s: "
-        f"{len(seeds):,} seeds, {escape(', '.join(map(str, sorted(rates))))} steps a second, "
+        f"{len(seeds):,} seeds, {escape(', '.join(map(str, sorted(rates))))} steps per second, "
         f"against {escape(sweep.against)}.</p>"
     )
 
@@ -50,7 +50,7 @@ def _charts(rows: Sequence[Row]) -> Iterator[UIElement]:
     for title, name, log in (
         ("First difference, s", "first_difference.time", False),
         ("Horizon, s", "horizon", False),
-        ("Largest change of energy, as a share", "energy_drift", True),
+        ("Largest change of energy, as a fraction", "energy_drift", True),
     ):
         groups = _grouped(rows, name, positive=log)
         if groups:
@@ -64,7 +64,7 @@ def _name(row: Row) -> str:
 
 
 def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
-    """Collect what the seeds say, for each engine and rate; on a logarithmic axis only what is positive has a place."""
+    """Collect the seeds' values for each engine and rate. positive: only positive ones, for a logarithmic axis."""
     groups: Groups = defaultdict(list)
     names = list(dict.fromkeys(map(_name, rows)))
     for row in sorted(rows, key=lambda row: (names.index(_name(row)), row["rate"])):
@@ -73,32 +73,31 @@ def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
     return groups
 
 
-def _looks(rows: Sequence[Row]) -> dict[str, Look]:
-    """Choose how each engine is drawn."""
-    return {name: look_of(index) for index, name in enumerate(dict.fromkeys(map(_name, rows)))}
+def _styles(rows: Sequence[Row]) -> dict[str, Style]:
+    return {name: style_of(index) for index, name in enumerate(dict.fromkeys(map(_name, rows)))}
 
 
 def _error_by_rate(rows: Sequence[Row]) -> Any:
-    """Draw each engine's median gap against the rate, and its range over the seeds."""
+    """Draw each engine's median gap against the rate, with its range over the seeds."""
     gaps = [row["gap_rms"] for row in rows if row["gap_rms"] > 0]
     chart = figure(
         title="Gap to the reference, RMS: median and range over the seeds",
-        x_axis_label="steps a second",
+        x_axis_label="steps per second",
         y_axis_label="px",
         x_axis_type="log",
         y_axis_type="log",
         y_range=Range1d(min(gaps) / 2, max(gaps) * 2),
         **SIZE,
     )
-    for index, (name, look) in enumerate(_looks(rows).items()):
+    for index, (name, style) in enumerate(_styles(rows).items()):
         of_engine = [row for row in rows if _name(row) == name and row["gap_rms"] > 0]
         by_rate = {rate: [row["gap_rms"] for row in of_engine if row["rate"] == rate] for rate in _rates(of_engine)}
         if by_rate:
-            where = [rate * ASIDE**index for rate in by_rate]
+            at = [rate * RATE_OFFSET**index for rate in by_rate]
             middle = [median(values) for values in by_rate.values()]
-            chart.line(where, middle, color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5)
-            chart.scatter(where, middle, color=look.color, marker=look.marker, legend_label=name, size=10)
-            _add_range(chart, where, list(by_rate.values()), look.color)
+            chart.line(at, middle, color=style.color, line_dash=style.dash, legend_label=name, line_width=2.5)
+            chart.scatter(at, middle, color=style.color, marker=style.marker, legend_label=name, size=10)
+            _add_range(chart, at, list(by_rate.values()), style.color)
     chart.xaxis.ticker = FixedTicker(ticks=_rates(rows))
     return _legible(chart)
 
@@ -108,7 +107,7 @@ def _rates(rows: Sequence[Row]) -> list[int]:
 
 
 def _spread(title: str, groups: Groups, *, log: bool) -> Any:
-    """Draw a point for each seed, and the median and range of each group."""
+    """Draw a point for each seed, and each group's median and range."""
     chart = figure(
         title=title, x_range=FactorRange(factors=list(groups)), y_axis_type="log" if log else "linear", **SIZE
     )
@@ -120,34 +119,40 @@ def _spread(title: str, groups: Groups, *, log: bool) -> Any:
     return _legible(chart)
 
 
-def _add_range(chart: Any, where: Sequence[object], values: Sequence[Sequence[float]], colour: str) -> None:
-    ends = {"where": where, "low": [min(one) for one in values], "high": [max(one) for one in values]}
+def _add_range(chart: Any, at: Sequence[object], values: Sequence[Sequence[float]], colour: str) -> None:
+    ends = {"at": at, "low": list(map(min, values)), "high": list(map(max, values))}
     source = ColumnDataSource(ends)
-    chart.add_layout(Whisker(source=source, base="where", lower="low", upper="high", line_color=colour))
+    chart.add_layout(Whisker(source=source, base="at", lower="low", upper="high", line_color=colour))
 
 
 def _speeds(rows: Sequence[Row]) -> Any:
-    """Draw how many speeds at the end are in each twentieth of their law: 1 where the law holds."""
+    """Draw the fraction of final speeds in each twentieth of their law, relative to the law's own: 1 if it holds."""
     chart = figure(
-        title="Speeds at the end, beside the law of as many balls with their energy",
-        x_axis_label="share of balls that are slower, by the law",
+        title="Speeds at the end, compared with the law for as many balls of the same energy",
+        x_axis_label="fraction of balls that are slower, by the law",
         y_axis_label="balls found / expected",
         **SIZE,
     )
     middles = (np.arange(SHARES) + 0.5) / SHARES
-    for name, look in _looks(rows).items():
+    for name, style in _styles(rows).items():
         counts = np.sum([row["speeds"] for row in rows if _name(row) == name and row["speeds"]], axis=0)
         if np.sum(counts):
             shares = counts * SHARES / np.sum(counts)
             chart.step(
-                middles, shares, mode="center", color=look.color, line_dash=look.dash, legend_label=name, line_width=2.5
+                middles,
+                shares,
+                mode="center",
+                color=style.color,
+                line_dash=style.dash,
+                line_width=2.5,
+                legend_label=name,
             )
     chart.line([0, 1], [1, 1], color="black")
     return _legible(chart)
 
 
 def _legible(chart: Any) -> Any:
-    """Let a chart be read from the back of a room."""
+    """Set a chart's text large enough for a projector."""
     chart.title.text_font_size = "18px"
     chart.axis.axis_label_text_font_size = chart.axis.major_label_text_font_size = "15px"
     if chart.legend:

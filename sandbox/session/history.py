@@ -1,4 +1,4 @@
-"""What a run has shown, kept in bounded memory: all recent moments, and of the older ones every so many-th."""
+"""What a run has shown, kept in bounded memory: all recent moments, and one in so many of the older ones."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,17 +6,17 @@ from typing import Final
 from sandbox.scene.model import Scene, Vector
 from sandbox.state import Contacts, State
 
-RECENT: Final = 1200  # moments kept one by one: twenty seconds at 60 steps a second
-BYTES: Final = 12_000_000  # of recent moments, and as much again of older ones
-OVERHEAD: Final = 1_500  # bytes of a moment without its arrays, about, and as much again for each engine
+MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
+MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
+MOMENT_BYTES: Final = 1_500  # of a moment without its arrays, about, and as much again for each engine
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
     """One step of a run, as it is shown.
 
-    states, contacts (found in the step that led here), counts (of contacts so far): of each engine. balls: which
-    each ball is of all that there ever were. held: the ball in the hand, pulled to target (px).
+    states, contacts (found in the step that led here), counts (of contacts so far): for each engine. balls: each
+    ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
     """
 
     step: int
@@ -31,14 +31,14 @@ class Moment:
 
     @property
     def size(self) -> int:
-        """About how many bytes it takes."""
+        """Its size, about, in bytes."""
         states = sum(state.position.nbytes + state.velocity.nbytes for state in self.states.values())
         contacts = sum(found.nbytes for found in self.contacts.values())
-        return states + contacts + 8 * len(self.balls) + OVERHEAD * (1 + len(self.states))
+        return states + contacts + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.states))
 
 
 class History:
-    """Moments by their step. Whenever the older ones become too many, every second of them is forgotten."""
+    """Moments by their step. Whenever the older ones become too many, every second one is dropped."""
 
     def __init__(self) -> None:
         self._recent: dict[int, Moment] = {}  # in the order in which they were kept
@@ -48,38 +48,38 @@ class History:
         self._stride = 1  # of the older ones
 
     def keep(self, moment: Moment) -> None:
-        """Remember a moment, in place of what was remembered of its step."""
-        self._forget(moment.step)
+        """Keep a moment, in place of any kept for its step."""
+        self._drop(moment.step)
         self._recent[moment.step] = moment
         self._recent_bytes += moment.size
-        while len(self._recent) > 1 and (len(self._recent) > RECENT or self._recent_bytes > BYTES):
+        while len(self._recent) > 1 and (len(self._recent) > MAX_RECENT or self._recent_bytes > MAX_BYTES_KEPT):
             oldest = self._recent.pop(next(iter(self._recent)))
             self._recent_bytes -= oldest.size
             if oldest.step % self._stride == 0:
                 self._older[oldest.step] = oldest
                 self._older_bytes += oldest.size
-        while len(self._older) > 1 and self._older_bytes > BYTES:
+        while len(self._older) > 1 and self._older_bytes > MAX_BYTES_KEPT:
             self._stride *= 2
             self._older = {step: kept for step, kept in self._older.items() if step % self._stride == 0}
             self._older_bytes = sum(kept.size for kept in self._older.values())
 
     def nearest(self, step: int) -> Moment:
-        """Return the moment that is nearest to a step; at least one must be kept."""
+        """Return the moment nearest to a step; at least one must be kept."""
         exact = self._recent.get(step) or self._older.get(step)
-        return exact or min((*self._recent.values(), *self._older.values()), key=lambda one: abs(one.step - step))
+        return exact or min((*self._recent.values(), *self._older.values()), key=lambda moment: abs(moment.step - step))
 
     def between(self, first: int, last: int) -> list[Moment]:
-        """Return the moments that are kept of some steps, in order."""
+        """Return the moments kept between two steps, both included, in order."""
         steps = range(first, last + 1)
         return [kept for step in steps if (kept := self._recent.get(step) or self._older.get(step))]
 
-    def forget_from(self, step: int) -> None:
-        """Forget a step and all after it."""
+    def drop_from(self, step: int) -> None:
+        """Drop a step and all after it."""
         for kept in [*self._recent, *self._older]:
             if kept >= step:
-                self._forget(kept)
+                self._drop(kept)
 
-    def _forget(self, step: int) -> None:
+    def _drop(self, step: int) -> None:
         if step in self._recent:
             self._recent_bytes -= self._recent.pop(step).size
         if step in self._older:

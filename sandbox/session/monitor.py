@@ -6,82 +6,83 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.difference import LOOKED, Account, differences
+from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Twin, reference_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
 
-EVERY: Final = 15  # steps between two looks for a difference, and half of how long contacts are news
+CHECK_STEPS: Final = 15  # between two searches for a difference
+RECENT_STEPS: Final = 2 * CHECK_STEPS  # since the last contact, after which a search finds nothing new
 
 
 @dataclass(frozen=True)
 class Marks:
-    """Times in a run that stand out, s. differences: of each engine that has one, its first from the reference."""
+    """Times in a run that stand out, s. differences: for each engine that has one, its first from the reference."""
 
     horizon: float | None = None
     differences: Mapping[str, float] = field(default_factory=dict)
 
 
 class Monitor:
-    """Follows the engines of a lockstep, from where they are now, and marks what stands out.
+    """Follows the engines of a lockstep and marks what stands out.
 
-    An engine is followed until it differs, or for LOOKED contacts.
+    An engine is followed until it differs, or for MAX_CONTACTS_COMPARED contacts.
     """
 
     def begin(self, lockstep: Lockstep) -> None:
         """Follow engines that are at their first step."""
         self._lockstep = lockstep
-        self._yardstick = reference_of(list(lockstep.engines))
-        self._twin = Twin(lockstep, self._yardstick)
+        self._reference = reference_of(list(lockstep.engines))
+        self._twin = Twin(lockstep, self._reference)
         self._differences: dict[str, float] = {}
-        self._begin_stretch()
+        self._begin_segment()
 
     @property
     def marks(self) -> Marks:
         """What has been found so far."""
         return Marks(self._twin.apart, dict(self._differences))
 
-    def look(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
-        """Look at the engines, with the contacts that they had in the last step. After an edit, begin anew."""
-        self._twin.look(states[self._yardstick])
+    def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
+        """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
+        self._twin.update(states[self._reference])
         if self._lockstep.edited:
-            self._begin_stretch()
-        elif self._open and self._lockstep.steps > self._begun + self._steps:
+            self._begin_segment()
+        elif self._followed and self._lockstep.steps > self._begun + self._steps:
             self._steps += 1
-            for name, book in self._open.items():
-                book.add(states[name], contacts[name], self._lockstep)
+            for name, recorder in self._followed.items():
+                recorder.add(states[name], contacts[name], self._lockstep)
                 if len(contacts[name]):
-                    self._latest = self._steps
-            if self._steps % EVERY == 0 and self._steps - self._latest <= 2 * EVERY:
-                self._find()
+                    self._last_contact = self._steps
+            if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
+                self._find_differences()
 
-    def _begin_stretch(self) -> None:
+    def _begin_segment(self) -> None:
+        """Follow the engines that have not differed yet from the present step on."""
         lockstep = self._lockstep
-        names = [name for name in lockstep.engines if name != self._yardstick and name not in self._differences]
-        followed = [*names, self._yardstick] if names else []
+        names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
+        followed = [*names, self._reference] if names else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
         self._steps = 0  # since then
-        self._latest = 0  # of these, the last that had contacts
-        self._open: dict[str, _Book] = {name: _Book(name, lockstep) for name in followed}
+        self._last_contact = 0  # the step of it, since then
+        self._followed: dict[str, _Recorder] = {name: _Recorder(name, lockstep) for name in followed}
 
-    def _find(self) -> None:
-        """Look for first differences."""
-        accounts = {name: book.account() for name, book in self._open.items()}
-        right = accounts.pop(self._yardstick)
+    def _find_differences(self) -> None:
+        records = {name: recorder.record() for name, recorder in self._followed.items()}
+        reference = records.pop(self._reference)
         end = self._steps / self._scene.rate
-        for name, account in accounts.items():
-            found = differences(self._scene, account, right, np.inf, end)
+        for name, record in records.items():
+            found = differences(self._scene, record, reference, np.inf, end)
             if found:
                 self._differences[name] = self._since + found[0].time
-            if found or max(len(account.contacts), len(right.contacts)) > LOOKED:
-                del self._open[name]
-        if len(self._open) == 1:
-            self._open.clear()
+            if found or max(len(record.contacts), len(reference.contacts)) > MAX_CONTACTS_COMPARED:
+                del self._followed[name]
+        if len(self._followed) == 1:
+            self._followed.clear()
 
 
-class _Book:
-    """An engine's ledger, kept step by step."""
+class _Recorder:
+    """Keeps an engine's contacts and ledger, step by step."""
 
     def __init__(self, name: str, lockstep: Lockstep) -> None:
         runner = lockstep.engines[name]
@@ -91,7 +92,7 @@ class _Book:
         self._contacts = [no_contacts()]
 
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
-        """Enter a step."""
+        """Add a step."""
         if len(contacts):
             contacts = contacts.copy()
             contacts["time"] -= self._since
@@ -103,6 +104,6 @@ class _Book:
         self._ledger.add(position, velocity, contacts, np.array([-1, pulled]), np.array([(0.0, 0.0), pull]))
         self._before = state
 
-    def account(self) -> Account:
-        """Return all contacts so far with what the ledger says of them."""
-        return Account(np.concatenate(self._contacts), self._ledger.rows, self._ledger.missed)
+    def record(self) -> Record:
+        """Return all contacts so far with what the ledger found about them."""
+        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)

@@ -1,7 +1,7 @@
-"""A run that one can go back in: what was is shown from memory, and run again before one goes on from it.
+"""A run that can be rewound: the past is shown from its history, and run again before it continues from there.
 
-No engine can be copied bit for bit while it runs (a Pymunk space keeps what a copy would lose). So the past is the
-inputs: going on from a step means running again from the start, with the same inputs, to the same bytes.
+No engine can be copied bit for bit while it runs (a Pymunk space has state that a copy would lose). So a run is its
+inputs: to continue from a step, the engines run again from the start with the same inputs, to the same bytes.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,15 +22,15 @@ class Observer(Protocol):
     def begin(self, lockstep: Lockstep) -> None:
         """Follow engines that are at their first step."""
 
-    def look(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
-        """Look at the engines after a step, with the contacts that they had in it."""
+    def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
+        """Observe the engines after a step, with the contacts of that step."""
 
 
 class Session:
-    """Engines in step, at any step that they have been at.
+    """Engines in lockstep, at any step that they have reached.
 
-    What is done in the past replaces what was done after it. A *deed* is what is undone at once: an edit, or a grab
-    with all up to its release.
+    An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit, or a grab with
+    everything up to its release.
     """
 
     def __init__(
@@ -42,61 +42,61 @@ class Session:
     ) -> None:
         self.start = scene
         self.names = list(names)
-        self.inputs = list(inputs)  # all that were given or are to come, by step
-        self.step = 0  # where one is
+        self.inputs = list(inputs)  # up to here and to come, by step
+        self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the furthest that was reached with these inputs
         self._history = History()
         self._observer = observer
         self._undone: list[list[Input]] = []
         self._begin()
         self._obey_due()
-        self._remember()
+        self._keep_moment()
 
-    # Where one is
+    # The present step
 
     @property
     def shown(self) -> Moment:
-        """The moment that one is at, or the nearest that is remembered while the engines are not there."""
+        """The moment at the present step, or the nearest that is kept while the engines are elsewhere."""
         return self._history.nearest(self.step)
 
     @property
-    def behind(self) -> int:
-        """How many steps the engines must do before one can go on from here."""
+    def steps_behind(self) -> int:
+        """The number of steps that the engines must run before the session can continue from here."""
         return self.step if self._stale or self.lockstep.steps > self.step else self.step - self.lockstep.steps
 
     @property
-    def live(self) -> bool:
-        """Whether what is shown is what the engines are at."""
+    def is_live(self) -> bool:
+        """Whether the engines are at the present step."""
         return not self._stale and self.lockstep.steps == self.step
 
     @property
     def held(self) -> int | None:
-        """The ball in a person's hand, which is none of what was done before and is only seen again."""
+        """The ball that the mouse holds now; None during a replay of earlier inputs."""
         nothing_to_come = len(self.lockstep.given) == len(self.inputs)
-        return self.lockstep.hand.ball if self.live and nothing_to_come else None
+        return self.lockstep.hand.ball if self.is_live and nothing_to_come else None
 
-    def recall(self, first: int, last: int) -> list[Moment]:
-        """Return what is remembered of some steps, in order."""
+    def moments(self, first: int, last: int) -> list[Moment]:
+        """Return the moments kept between two steps, both included, in order."""
         return self._history.between(first, last)
 
     def given(self) -> list[Input]:
-        """Return the inputs of the run up to here."""
-        return [one for one in self.inputs if one.step <= self.step]
+        """Return the inputs up to the present step."""
+        return [given for given in self.inputs if given.step <= self.step]
 
     def seek(self, step: int) -> None:
-        """Go to a step that was reached before; the engines follow when they are needed."""
+        """Go to a step that was reached before; `catch_up` brings the engines there."""
         self.step = min(max(step, 0), self.end)
 
     def step_at(self, time: float) -> int:
-        """Return the step that is nearest to a time (s)."""
+        """Return the step nearest to a time (s)."""
         return clock_of(self.start.rate, self.inputs).step(time)
 
-    # What goes on
+    # Running
 
     def advance(self) -> None:
-        """Do one step from here, with the inputs that were given there if one has been there before.
+        """Run one step from here, with the inputs that were given there if it was reached before.
 
-        Raises SandboxError for edits to come that are refused; they are dropped, and the step is done.
+        Raises SandboxError if edits to come are refused; they are dropped, and the step is done.
         """
         self.catch_up()
         self.lockstep.step()
@@ -105,45 +105,45 @@ class Session:
         try:
             self._obey_due()
         finally:
-            self._remember()
+            self._keep_moment()
 
-    def catch_up(self, most: int | None = None) -> None:
-        """Run the engines again to where one is, by so many steps at most; by all where left out."""
+    def catch_up(self, max_steps: int | None = None) -> None:
+        """Run the engines again to the present step, by default all the way."""
         if self._stale or self.lockstep.steps > self.step:
             self._begin()
             self._obey_due()
-            self._remember()
-        steps = self.behind if most is None else min(self.behind, most)
+            self._keep_moment()
+        steps = self.steps_behind if max_steps is None else min(self.steps_behind, max_steps)
         for _ in range(steps):
             self.lockstep.step()
             self._obey_due()
-            self._remember()
+            self._keep_moment()
 
     def give(self, given: Input) -> None:
-        """Take an input here. What was to come after it is dropped, and a hand that is only seen again lets go.
+        """Add an input here. Inputs to come are dropped; a grab that is only replayed is released.
 
-        Raises SandboxError, with nothing changed, where an edit is refused.
+        Raises SandboxError, with nothing changed, if an edit is refused.
         """
         self.catch_up()
-        if isinstance(given, Edit) and sum(isinstance(one, Edit) for one in self.lockstep.given) >= MAX_EDITS:
+        if isinstance(given, Edit) and sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
             raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
-        before, hand, led = self.lockstep.given, self.lockstep.hand, self.held is not None
+        before, hand, is_held = self.lockstep.given, self.lockstep.hand, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
-            del before[-1]  # the last of a step's moves is the one that pulls
+            del before[-1]  # only the last move of a step pulls
         if isinstance(given, Grab) and hand.ball is not None:
             self.lockstep.apply(Release(step=given.step))
         self.lockstep.apply(given)
-        if isinstance(given, Edit) and hand.ball is not None and not led:
+        if isinstance(given, Edit) and hand.ball is not None and not is_held:
             self.lockstep.apply(Release(step=given.step))
         self.inputs = list(before)
         self._undone.clear()
         self._branch()
-        self._remember()
+        self._keep_moment()
 
     def undo(self) -> bool:
-        """Go back to before the last deed, as if it had not been; tell whether there was one."""
+        """Undo the last action, and go to where it began. Return whether there was one."""
         here = len(self.given())
-        first = self._last_deed(here)
+        first = self._start_of_last_action(here)
         if first is None:
             return False
         self._undone.append(self.inputs[first:])
@@ -151,7 +151,7 @@ class Session:
         return True
 
     def redo(self) -> bool:
-        """Do again what was undone last, and go to where it was done; tell whether there was anything."""
+        """Redo the action undone last, and go to where it ended. Return whether there was one."""
         if not self._undone:
             return False
         again = self._undone.pop()
@@ -163,8 +163,8 @@ class Session:
         self.step = self.end = inputs[last].step
         return True
 
-    def _last_deed(self, count: int) -> int | None:
-        """Find where the last deed among the first inputs begins; what was done with a ball in hand is part of that."""
+    def _start_of_last_action(self, count: int) -> int | None:
+        """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
         found = None
         for k in reversed(range(count)):
             match self.inputs[k]:
@@ -177,7 +177,7 @@ class Session:
         return found
 
     def _return_to(self, step: int, inputs: list[Input]) -> None:
-        """Go to a step, from which on the inputs are others."""
+        """Go to a step, and replace the inputs from there on."""
         self.inputs = inputs
         self.step = step
         self._stale = True
@@ -187,7 +187,7 @@ class Session:
 
     def _branch(self) -> None:
         self.end = self.step
-        self._history.forget_from(self.step)
+        self._history.drop_from(self.step)
 
     def _begin(self) -> None:
         self.lockstep = Lockstep(self.start, self.names)
@@ -203,21 +203,21 @@ class Session:
         while (k := len(lockstep.given)) < len(self.inputs) and self.inputs[k].step <= lockstep.steps:
             try:
                 lockstep.apply(self.inputs[k])
-            except SandboxError as mistake:
+            except SandboxError as error:
                 del self.inputs[k]
-                refused.append(str(mistake))
+                refused.append(str(error))
         if refused:
             raise SandboxError("\n".join(refused))
 
-    def _remember(self) -> None:
+    def _keep_moment(self) -> None:
         lockstep = self.lockstep
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
         for name, found in contacts.items():
             self._counts[name] += len(found)
         states = lockstep.states()
         if self._observer:
-            self._observer.look(states, contacts)
-        if lockstep.edited:  # they were between balls whose numbers may be others now
+            self._observer.observe(states, contacts)
+        if lockstep.edited:  # the balls of these contacts may have other numbers now
             contacts = dict.fromkeys(contacts, no_contacts())
         self._history.keep(
             Moment(

@@ -12,8 +12,9 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.comparison import Comparison, Figures, Run, compare, flat
+from sandbox.analysis.comparison import Comparison, compare, flatten
 from sandbox.analysis.gas import speed_law
+from sandbox.analysis.measurement import Figures, Run
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import TUNED
 from sandbox.engines import create, takes
@@ -118,7 +119,7 @@ def run(scene: Scene, against: str, job: Job) -> Row:
         "wall_s": round(wall, 6),
         "speeds": speed_shares(comparison, done),
     }
-    return {name: value for name, value in flat(row).items() if value is not None}
+    return {name: value for name, value in flatten(row).items() if value is not None}
 
 
 @cache

@@ -64,12 +64,12 @@ class Playback:
     def catch_up(self) -> bool:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
         deadline = perf_counter() + FRAME_BUDGET
-        while self.session.behind:
+        while self.session.steps_behind:
             self.session.catch_up(STEPS_PER_CHECK)
             if perf_counter() > deadline:
                 break
         self.view.update()
-        return self.session.behind > 0
+        return self.session.steps_behind > 0
 
     def settle(self) -> None:
         """Run the engines until they are at the current step."""

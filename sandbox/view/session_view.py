@@ -38,14 +38,14 @@ class SessionView:
     def update(self) -> None:
         """Show the session's current step, or the nearest in its history."""
         session, before = self.session, self.moment
-        moment, live = session.shown, session.live
+        moment, live = session.shown, session.is_live
         if moment is before and live == self._live:
             return
         afresh = not 0 < moment.step - before.step <= MAX_TRACED_STEPS or live != self._live
         first = max(0, moment.step - MAX_TRACED_STEPS) if afresh else before.step + 1
         for pane in self.panes:
             engine = session.lockstep.engines[pane.name].engine
-            pane.show(session.recall(first, moment.step), engine, live=live, afresh=afresh)
+            pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
         self.charts.data.scene = moment.scene
         self.charts.data.add(moment.step, moment.states)

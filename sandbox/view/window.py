@@ -298,7 +298,7 @@ class Window:
     @property
     def status(self) -> str:
         """The status line, or a notice in its place."""
-        playback, behind = self.playback, self.view.session.behind
+        playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.exact):
             return f"catching up: {behind:,} steps to go"
         pace = "paused" if playback.paused else "fastest" if playback.speed == math.inf else f"{playback.speed:g} x"

@@ -1,4 +1,4 @@
-"""The first difference: planted faults are named as what they are, at the contact where they are."""
+"""The first difference: planted faults get the right name, at the contact where they are."""
 
 from collections.abc import Callable
 from importlib.metadata import EntryPoint
@@ -9,6 +9,7 @@ import pytest
 from conftest import scene_of
 
 import sandbox.engines
+from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
 from sandbox.scene.files import load
@@ -17,7 +18,7 @@ from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 
 class Faulty:
-    """A plain stepped engine in a box, right up to what is found late; faults are planted by overriding a method."""
+    """A plain stepped engine in a box, right except that it finds contacts late. Overriding a method plants a fault."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.scene, self.dt = scene, 1 / scene.rate
@@ -50,7 +51,7 @@ class Faulty:
                     impulse = self.bounce(2 * self.m[i] * u)
                     self.v[i] -= impulse / self.m[i] * n
                     self.x[i] -= self.put_back(depth) * n
-                    self.tell(i, ~wall, n, impulse, depth)
+                    self.report(i, ~wall, n, impulse, depth)
         for i in range(len(self.x)):
             for j in range(i + 1, len(self.x)):
                 away = self.x[j] - self.x[i]
@@ -61,9 +62,9 @@ class Faulty:
                     impulse = self.impulse(i, j, 2 * u / (1 / self.m[i] + 1 / self.m[j]))
                     self.v[i] -= impulse / self.m[i] * n
                     self.v[j] += impulse / self.m[j] * n
-                    self.tell(i, j, n, impulse, depth)
+                    self.report(i, j, n, impulse, depth)
 
-    def tell(self, i: int, other: int, n: Any, impulse: float, depth: float) -> None:
+    def report(self, i: int, other: int, n: Any, impulse: float, depth: float) -> None:
         self.found.append((self.steps * self.dt, i, other, tuple(n), impulse, depth))
 
     def state(self) -> State:
@@ -83,7 +84,7 @@ class TooMuch(Faulty):
 
 
 class OneStepLate(Faulty):
-    """Waits for a step between seeing two overlap and parting them."""
+    """Waits for a step between seeing an overlap and resolving it."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         super().__init__(scene, initial)
@@ -111,13 +112,13 @@ class Discards(Faulty):
 
 
 class BeyondTheLine(Faulty):
-    """Turns a ball round at an inner wall at 400 px once its centre is beyond, and leaves it there."""
+    """Reverses a ball at an inner wall at 400 px once its centre is beyond, and leaves it there."""
 
     def step(self) -> None:
         before = self.x[0, 0]
         super().step()
         if before < 400 <= self.x[0, 0]:
-            self.tell(0, ~4, (1.0, 0.0), 2 * self.v[0, 0], 22.0)
+            self.report(0, ~4, (1.0, 0.0), 2 * self.v[0, 0], 22.0)
             self.v[0, 0] *= -1
 
 
@@ -154,17 +155,17 @@ WALL = scene_of(
 )
 
 
-def test_without_a_fault_there_is_no_difference_but_of_places(first_of: First) -> None:
+def test_an_engine_without_a_fault_differs_in_displacements_only(first_of: First) -> None:
     assert first_of("Faulty", WALL) is None
     late = first_of("Faulty", load("oblique"))
     assert late is not None
-    assert late.cause == "late"
+    assert late.cause == Cause.LATE
 
 
 def test_two_per_cent_too_much_impulse(first_of: First) -> None:
     one = first_of("TooMuch", ROW)
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "large")
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LARGE)
     assert one.because == "The impulse is wrong: it is 2 % too large. It is a restitution of 1.04."
     assert one.after is not None
     assert one.after[0][0] == pytest.approx(-0.02 * 240)
@@ -174,7 +175,7 @@ def test_two_per_cent_too_much_impulse(first_of: First) -> None:
 def test_contacts_one_step_late(first_of: First) -> None:
     one = first_of("OneStepLate", load("oblique"))
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, "late")
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LATE)
     late = 1e3 * (53 / 60 - EXACT_OBLIQUE)
     assert late > 1e3 / 60
     assert one.because.startswith(f"Found {late:.3g} ms late, which is more than a step of 16.7 ms, ")
@@ -183,13 +184,13 @@ def test_contacts_one_step_late(first_of: First) -> None:
 EXACT_OBLIQUE = 0.8585786437626906  # s
 
 
-def test_what_may_yet_be_resolved_after_the_end_is_not_missing(first_of: First) -> None:
+def test_a_contact_that_may_be_resolved_after_the_end_is_not_missing(first_of: First) -> None:
     """The two touch in step 52, and this engine parts them in the next."""
     assert first_of("OneStepLate", load("oblique").changed(seconds=52 / 60)) is None
     assert first_of("Blind", ROW.changed(seconds=0.1 + (160 + 162) / 240)) is not None
 
 
-def test_balls_that_fall_together_have_the_same_contact_later() -> None:
+def test_balls_falling_together_have_the_same_contact_later() -> None:
     """Found 6.7 ms late, they have fallen on at 900 px/s²; what they give each other is the same."""
     scene = scene_of(
         "radius = 20\nposition = [100, 100]\nvelocity = [240, 0]",
@@ -201,20 +202,20 @@ def test_balls_that_fall_together_have_the_same_contact_later() -> None:
     assert one.after is not None
     assert one.should_after is not None
     assert one.after[0][1] - one.should_after[0][1] == pytest.approx(900 * (41 / 60 - 162.4 / 240))
-    assert one.cause == "pushed"
+    assert one.cause == Cause.PUSHED
 
 
 def test_one_pair_ignored(first_of: First) -> None:
     one = first_of("Blind", ROW)
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, "missed")
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, Cause.MISSED)
     assert one.because == "The two passed into each other, and the engine told of no contact."
     assert one.time == pytest.approx((160 + 162) / 240)
     assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
 
 
 def beside_a_wall(x: float, vx: float) -> Scene:
-    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` does not know of."""
+    """Make a scene of a ball that flies at an inner wall at 400 px, which `Faulty` ignores."""
     wall = "[[walls]]\nfrom = [400, 250]\nto = [400, 350]\nthickness = 4"
     return scene_of(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{vx}, 0]\n{wall}", more="seconds = 0.5")
 
@@ -225,7 +226,7 @@ def beside_a_wall(x: float, vx: float) -> Scene:
 def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -> None:
     one = first_of("Faulty", beside_a_wall(x, vx))
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, "missed")
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, Cause.MISSED)
     assert one.because == (
         "The ball went through the wall, from (400, 250) to (400, 350): it flew 50 px in the step, and the wall is "
         "4 px thick."
@@ -234,8 +235,8 @@ def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -
     assert (one.before, one.should_after) == (None, ((-vx, 0.0),))
 
 
-def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From 310 px to 360, to 410, where it is told, and back through the wall to 360, where it is not."""
+def test_a_wall_contact_reported_in_the_step_is_not_missed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 310 px to 360, to 410, which is reported, and back through the wall to 360, which is not."""
     register("BeyondTheLine", monkeypatch)
     run = compare(beside_a_wall(310, 3000).changed(seconds=0.1), ["faulty"]).runs["faulty"]
     [passage] = run.missed
@@ -243,18 +244,18 @@ def test_a_wall_that_is_told_of_in_the_step_was_not_missed(monkeypatch: pytest.M
     assert passage.flown == pytest.approx(50)
 
 
-def test_a_ball_that_the_yardstick_lets_through_a_wall() -> None:
+def test_a_ball_that_the_reference_lets_through_a_wall() -> None:
     runs = compare(load("truths/thin-wall-60-hz"), ["exact", "pymunk"], against="pymunk").runs
     one = runs["exact"].figures.first_difference
     assert one is not None
-    assert (one.kind, one.cause) == ("extra", "missed")
+    assert (one.kind, one.cause) == ("extra", Cause.MISSED)
     assert one.because.startswith("It is the reference's that is wrong. The ball went through the wall, from (900, 60)")
 
 
 def test_walls_that_give_back_too_little(first_of: First) -> None:
     one = first_of("SoftWalls", WALL)
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "small")
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.SMALL)
     assert one.because == "The right wall gave back 99 % of the speed, where 100 % is right."
     assert one.after is not None
     assert one.after[0] == pytest.approx((-0.99 * 480, 0.0))
@@ -263,7 +264,7 @@ def test_walls_that_give_back_too_little(first_of: First) -> None:
 def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
     one = first_of("Discards", WALL)
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, "overshoot")
+    assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.OVERSHOOT)
     assert one.because == "It was put back on the wall: 1 px of its way back were thrown away."
     assert one.after == one.should_after
 
@@ -274,14 +275,14 @@ def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
 @pytest.mark.parametrize(
     ("radius", "cause", "said"),
     [
-        (20, "small", ("2 v_n / 40 ", "95 % of it is missing, the balls are still approaching", " -0.9 (2/r - 1)")),
-        (4, "small", ("2 v_n / 8 ", "75 % of it is missing, the balls are still approaching", " -0.5 (2/r - 1)")),
-        (2, "small", ("2 v_n / 4 ", "50 % of it is missing.", " a restitution of 0 (2/r - 1)")),
-        (0.5, "large", ("2 v_n / 1 ", "it is 100 % too large.", " 3 (2/r - 1)")),
+        (20, Cause.SMALL, ("2 v_n / 40 ", "95 % of it is missing, the balls are still approaching", " -0.9 (2/r - 1)")),
+        (4, Cause.SMALL, ("2 v_n / 8 ", "75 % of it is missing, the balls are still approaching", " -0.5 (2/r - 1)")),
+        (2, Cause.SMALL, ("2 v_n / 4 ", "50 % of it is missing.", " a restitution of 0 (2/r - 1)")),
+        (0.5, Cause.LARGE, ("2 v_n / 1 ", "it is 100 % too large.", " 3 (2/r - 1)")),
     ],
 )
-def test_the_article_s_denominator_is_named_with_its_restitution(
-    radius: float, cause: str, said: tuple[str, ...]
+def test_the_article_s_divisor_is_named_with_its_restitution(
+    radius: float, cause: Cause, said: tuple[str, ...]
 ) -> None:
     scene = meeting(radius)
     run = compare(scene, ["article", "exact"]).runs["article"]
@@ -291,12 +292,12 @@ def test_the_article_s_denominator_is_named_with_its_restitution(
     for words in said:
         assert words in one.because
     gained = sum(entry.energy for entry in run.figures.ledger if entry.cause == cause)
-    assert (gained > 0) == (cause == "large")
+    assert (gained > 0) == (cause == Cause.LARGE)
 
 
 def test_at_radius_one_the_article_is_right() -> None:
     run = compare(meeting(1), ["article", "exact"]).runs["article"]
-    assert not {"small", "large"} & {entry.cause for entry in run.figures.ledger}
+    assert not {Cause.SMALL, Cause.LARGE} & {entry.cause for entry in run.figures.ledger}
     assert run.figures.energy_ratio == pytest.approx(1)
 
 
@@ -315,7 +316,7 @@ def test_each_engine_s_cause_in_the_article_s_scene() -> None:
     runs = compare(load("article"), ["pymunk", "article", "impulse", "exact"]).runs
     firsts = {name: run.figures.first_difference for name, run in runs.items()}
     causes = {name: first.cause for name, first in firsts.items() if first}
-    assert causes == {"pymunk": "late", "article": "small", "impulse": "late"}
+    assert causes == {"pymunk": Cause.LATE, "article": Cause.SMALL, "impulse": Cause.LATE}
     article = firsts["article"]
     assert article is not None
     assert article.because == (
@@ -324,8 +325,8 @@ def test_each_engine_s_cause_in_the_article_s_scene() -> None:
     )
 
 
-def test_a_contact_shorter_than_a_step_is_missing_and_told_as_such() -> None:
-    """400 px/s, the centres 39.9 px aside: they overlap for 2 √(40² - 39.9²) / 400 s = 14 ms, between two steps."""
+def test_a_contact_shorter_than_a_step_is_missing() -> None:
+    """With the centres 39.9 px aside, they overlap for 2 √(40² - 39.9²) / 400 s = 14 ms, between two steps."""
     scene = scene_of(
         "radius = 20\nposition = [100, 300]\nvelocity = [400, 0]",
         "radius = 20\nposition = [303.4, 339.9]",
@@ -333,13 +334,15 @@ def test_a_contact_shorter_than_a_step_is_missing_and_told_as_such() -> None:
     )
     one = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures.first_difference
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, "missed")
+    assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, Cause.MISSED)
     assert one.because == "The two would overlap for 14 ms, less than a step, which can miss them."
 
 
-@pytest.mark.parametrize(("engine", "found", "cause"), [("pymunk", "8.09 ms", "late"), ("box2d", "8.58 ms", "early")])
-def test_a_fault_of_the_yardstick_is_told_as_the_yardstick_s(engine: str, found: str, cause: str) -> None:
-    """In `oblique` exact is right, so what it has otherwise than another engine is that engine's error."""
+@pytest.mark.parametrize(
+    ("engine", "found", "cause"), [("pymunk", "8.09 ms", Cause.LATE), ("box2d", "8.58 ms", Cause.EARLY)]
+)
+def test_an_error_of_the_reference_is_reported_as_the_reference_s(engine: str, found: str, cause: Cause) -> None:
+    """In `oblique` exact is right, so any difference from another engine is that engine's error."""
     if engine not in sandbox.engines.registry():
         pytest.skip(f"needs {engine}")
     runs = compare(load("oblique"), ["exact", engine], against=engine).runs
@@ -347,10 +350,10 @@ def test_a_fault_of_the_yardstick_is_told_as_the_yardstick_s(engine: str, found:
     assert one is not None
     assert its is None
     assert one.cause == cause
-    assert one.because.startswith(f"It is the reference's that is wrong. Found {found} {cause}, ")
+    assert one.because.startswith(f"It is the reference's that is wrong. Found {found} {cause.key}, ")
 
 
-def test_balls_that_overlap_at_the_start_are_found_after_the_yardstick() -> None:
+def test_balls_that_overlap_at_the_start_are_found_after_the_reference() -> None:
     """Exact parts them at once, on the normal (3, 1); a step of 2.5 px along x later it is (0.5 + 30, 10 + 7 / 6)."""
     scene = scene_of(
         "radius = 20\nposition = [100, 300]\nvelocity = [100, 0]",
@@ -360,41 +363,41 @@ def test_balls_that_overlap_at_the_start_are_found_after_the_yardstick() -> None
     one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
     assert one is not None
     turned = np.degrees(np.arctan2(10 + 20 / 60, 30 - 150 / 60) - np.arctan2(10, 30))
-    assert one.cause == "late"
+    assert one.cause == Cause.LATE
     assert one.because == f"Found 16.7 ms after the reference, on a normal that is turned by {turned:.2g}°."
 
 
-def test_a_contact_with_no_impulse_is_none() -> None:
-    """Along a wall that it touches, the article turns a speed of 0 round in every step."""
+def test_a_contact_without_impulse_is_no_difference() -> None:
+    """Along a wall that it touches, the article reverses a speed of 0 in every step."""
     scene = scene_of("radius = 20\nposition = [20, 300]\nvelocity = [0, 100]", more="seconds = 1")
     run = compare(scene, ["article", "exact"]).runs["article"]
     assert run.figures.wall_contacts == 60
     assert run.differences == ()
-    assert not {"turned", "large"} & {entry.cause for entry in run.figures.ledger}
+    assert not {Cause.TURNED, Cause.LARGE} & {entry.cause for entry in run.figures.ledger}
 
 
-def test_balls_at_rest_that_are_only_pushed_apart_are_told_as_pushed() -> None:
+def test_balls_at_rest_that_are_pushed_apart_are_reported_as_pushed() -> None:
     scene = scene_of("radius = 20\nposition = [100, 300]", "radius = 20\nposition = [120, 300]", more="seconds = 1")
     one = compare(scene, ["article", "exact"]).runs["article"].figures.first_difference
     assert one is not None
-    assert one.cause == "pushed"
+    assert one.cause == Cause.PUSHED
     assert one.because == "The two were pushed apart, and are 20 px from where they should be."
 
 
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
-def test_a_chain_that_did_not_converge_is_told_so_of_each_of_its_contacts() -> None:
+def test_each_contact_of_an_unconverged_chain_is_reported_as_unconverged() -> None:
     """Box2D's first contact of the cradle ends with the right restitution, but the next ones take too little on."""
     for names in (["box2d", "exact"], ["exact", "box2d"]):
         run = compare(load("newtons-cradle").changed(seconds=2.0), names, against=names[1]).runs[names[0]]
         one = run.figures.first_difference
         assert one is not None
-        assert (one.first, one.second, one.cause) == (0, 1, "unconverged")
+        assert (one.first, one.second, one.cause) == (0, 1, Cause.UNCONVERGED)
         assert one.because.endswith("Several contacts at once: the solver's iterations ended before all were right.")
 
 
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
-def test_a_missing_contact_of_balls_that_did_not_approach_is_told() -> None:
-    """Box2D has a contact of the cradle's last two while both are at rest, which Pymunk has not."""
+def test_a_missing_contact_of_balls_that_did_not_approach_is_reported() -> None:
+    """Box2D has a contact between the cradle's last two while both are at rest; Pymunk does not."""
     scene = load("newtons-cradle").changed(seconds=2.0)
     one = compare(scene, ["pymunk", "box2d"], against="box2d").runs["pymunk"].figures.first_difference
     assert one is not None
@@ -412,13 +415,13 @@ def test_contacts_of_one_step_in_another_order() -> None:
     )
     one = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
     assert one is not None
-    assert (one.kind, one.first, one.second, one.cause) == ("order", 0, 1, "late")
+    assert (one.kind, one.first, one.second, one.cause) == ("order", 0, 1, Cause.LATE)
     assert one.because.startswith(
         "Several contacts were found late, at the end of a step, and resolved in another order"
     )
 
 
-def test_beyond_the_horizon_no_difference_is_told() -> None:
+def test_no_difference_is_reported_beyond_the_horizon() -> None:
     comparison = compare(load("gas-100"))
     assert comparison.horizon is not None
     for run in comparison.runs.values():
@@ -426,5 +429,5 @@ def test_beyond_the_horizon_no_difference_is_told() -> None:
         assert list(run.differences) == sorted(run.differences, key=lambda one: one.time)
 
 
-def test_the_yardstick_does_not_differ_from_itself() -> None:
+def test_the_reference_does_not_differ_from_itself() -> None:
     assert compare(load("funnel").changed(seconds=2.0), ["exact"]).runs["exact"].differences == ()

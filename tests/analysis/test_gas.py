@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from sandbox.analysis.gas import (
     VIRIAL,
-    beside_theory,
     compressibility,
     contact_value,
     enskog_rate,
     is_gas,
+    measure_gas,
     packing_fraction,
     pair_compressibility,
     speed_distance,
@@ -46,7 +46,7 @@ def contacts_of(*rows: tuple[int, int, float]) -> Contacts:
 # Speeds
 
 
-def test_of_two_discs_the_squares_of_speeds_are_uniform() -> None:
+def test_the_squared_speeds_of_two_discs_are_uniform() -> None:
     speed = np.linspace(0, 3, 7)
     assert speed_law(speed, 3.0, 2) == pytest.approx(speed**2 / 9)
 
@@ -64,7 +64,7 @@ def test_the_law_s_mean_square_speed_is_an_nth_of_the_whole(n: int, whole: float
     assert weight / 2 @ (1 - slower) == pytest.approx(1 / n)
 
 
-def test_of_many_discs_the_law_is_maxwell_s() -> None:
+def test_for_many_discs_the_law_is_maxwell_s() -> None:
     speed = np.linspace(0, 5, 50)
     away = [np.abs(speed_law(speed, math.sqrt(n), n) - (1 - np.exp(-(speed**2)))).max() for n in (10, 100, 1000, 10**6)]
     assert away == sorted(away, reverse=True)
@@ -87,7 +87,7 @@ def test_energy_lost_between_states_does_not_matter_and_another_n_does() -> None
     assert np.abs(away).max() > 0.05  # Maxwell's speeds are not those of four discs
 
 
-def test_equal_speeds_are_as_far_from_the_law_as_it_says() -> None:
+def test_equal_speeds_have_the_distance_that_the_law_gives() -> None:
     """All n speeds are R/√n, where the law's share is 1 - (1 - 1/n)^(n - 1)."""
     n = 10
     velocity = np.tile([3.0, 4.0], (1, n, 1))
@@ -187,11 +187,11 @@ def test_enskog_s_rate_makes_henderson_s_pressure(n: int, eta: float, side: floa
 GAS = "count = 120\nradius = 5\ngrid = [12, 10]\nspacing = 40\nrms_speed = 100"
 
 
-def test_a_run_is_put_beside_theory() -> None:
+def test_a_run_is_compared_with_theory() -> None:
     scene = scene_of(GAS)
     velocity = 1000 * on_the_sphere(300, 120)
     contacts = contacts_of((0, 1, 100.0), (0, LEFT, 300.0), (5, 7, 100.0))
-    rows = beside_theory(scene, contacts, velocity, 2.0)
+    rows = measure_gas(scene, contacts, velocity, 2.0)
     assert rows is not None
     speeds, pressure, state, rate = rows
     assert speeds.measured < 2.23 / math.sqrt(300 * 120)
@@ -213,10 +213,10 @@ def test_a_run_is_put_beside_theory() -> None:
     ],
     ids=["inelastic", "rough", "falling", "inner wall"],
 )
-def test_of_other_scenes_it_says_nothing(balls: str, more: str) -> None:
+def test_scenes_without_laws_have_no_theory(balls: str, more: str) -> None:
     scene = scene_of(balls, more=more)
     assert not is_gas(scene)
-    assert beside_theory(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0) is None
+    assert measure_gas(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0) is None
 
 
 @pytest.mark.parametrize("other", ["radius = 6", "radius = 5\nmass = 2"], ids=["larger", "heavier"])
@@ -230,15 +230,15 @@ def test_all_balls_must_be_alike(other: str) -> None:
     [(GAS.replace("120", "99"), "[800, 600]"), (GAS.replace("= 5", "= 20"), "[480, 410]")],
     ids=["few", "above freezing"],
 )
-def test_of_discs_that_are_no_fluid_it_says_what_is_exact(balls: str, size: str) -> None:
+def test_discs_that_are_no_fluid_have_the_exact_laws_only(balls: str, size: str) -> None:
     scene = scene_of(balls, size=size)
     assert not is_gas(scene)
-    rows = beside_theory(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0)
+    rows = measure_gas(scene, no_contacts(), np.ones((1, len(scene.bodies), 2)), 1.0)
     assert rows is not None
     assert [row.because for row in rows] == ["equal shares of the energy's sphere", "virial theorem"]
 
 
-def test_of_balls_at_rest_it_says_nothing() -> None:
+def test_balls_at_rest_have_no_theory() -> None:
     scene = scene_of(GAS)
     assert is_gas(scene)
-    assert beside_theory(scene, no_contacts(), np.zeros((3, 120, 2)), 1.0) is None
+    assert measure_gas(scene, no_contacts(), np.zeros((3, 120, 2)), 1.0) is None

@@ -1,4 +1,4 @@
-"""The books: every change has its cause, and the lines add up to the whole change."""
+"""The ledger: every change has its cause, and the lines add up to the whole change."""
 
 import math
 
@@ -8,8 +8,11 @@ from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sandbox.analysis.comparison import Run, compare
-from sandbox.analysis.ledger import LONGEST, Entry, Ledger, _first_fall
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, _first_touch_of_face
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import compare
+from sandbox.analysis.ledger import Entry, Ledger
+from sandbox.analysis.measurement import Run
 from sandbox.engines import create, registry, takes
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
@@ -23,15 +26,15 @@ RUNS = [
     for engine in ENGINES
     if takes(engine, load(name), spawn(load(name)))
 ]
-OWN = ("pymunk", "article", "impulse", "exact")  # that tell all they do
+OWN = ("pymunk", "article", "impulse", "exact")  # that report everything they do
 
 
-def books(scene: Scene, engine: str) -> tuple[Run, dict[str, Entry]]:
+def ledger_of(scene: Scene, engine: str) -> tuple[Run, dict[str, Entry]]:
     run = compare(scene, [engine]).runs[engine]
-    return run, {entry.cause: entry for entry in run.figures.ledger}
+    return run, {entry.cause.key: entry for entry in run.figures.ledger}
 
 
-def missing(run: Run) -> float:
+def remainder(run: Run) -> float:
     """Return how far the lines are from adding up to the change of energy, as a share of the most there was."""
     change = run.energy[-1] - run.energy[0]
     return float(abs(sum(entry.energy for entry in run.figures.ledger) - change) / (np.abs(run.energy).max() or 1.0))
@@ -40,9 +43,9 @@ def missing(run: Run) -> float:
 @pytest.mark.parametrize(("name", "engine"), RUNS)
 def test_the_lines_add_up_to_the_whole_change(name: str, engine: str) -> None:
     scene = load(name)
-    run, ledger = books(scene.changed(seconds=min(scene.seconds, 3.0)), engine)
-    assert missing(run) < 1e-9
-    if engine in OWN and name != "funnel":  # exact holds discs in a heap, which is no contact
+    run, ledger = ledger_of(scene.changed(seconds=min(scene.seconds, 3.0)), engine)
+    assert remainder(run) < 1e-9
+    if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
         assert "untold" not in ledger
         assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-6 * np.abs(run.energy).max()
 
@@ -72,14 +75,14 @@ def test_the_lines_add_up_in_any_scene(
     scene = scene_of(*balls[:-1], balls[-1] + wall, size="[300, 300]", more=head)
     for engine in ENGINES:
         if engine != "article":
-            run, _ = books(scene, engine)
-            assert missing(run) < 1e-9
+            run, _ = ledger_of(scene, engine)
+            assert remainder(run) < 1e-9
             assert engine != "exact" or all(one.second >= 0 for one in run.missed)
 
 
-def test_a_missing_share_of_the_impulse_is_what_the_article_loses() -> None:
+def test_the_article_loses_energy_by_the_missing_part_of_the_impulse() -> None:
     """Head-on, each contact with restitution -0.9 takes (1 - 0.81) μ u²/2, until the two go on together."""
-    run, ledger = books(load("head-on").changed(seconds=2.0), "article")
+    run, ledger = ledger_of(load("head-on").changed(seconds=2.0), "article")
     assert set(ledger) >= {"small", "pushed"}
     assert ledger["small"].energy == pytest.approx(run.energy[-1] - run.energy[0], rel=1e-12)
     first = run.energy[np.flatnonzero(np.diff(run.energy))[0] + 1]
@@ -88,12 +91,12 @@ def test_a_missing_share_of_the_impulse_is_what_the_article_loses() -> None:
 
 def test_elasticity_is_the_scene_s_own() -> None:
     scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [400, 0]")
-    _, ledger = books(scene.changed(seconds=3.0), "exact")  # one bounce, at 1.7 s
+    _, ledger = ledger_of(scene.changed(seconds=3.0), "exact")  # one bounce, at 1.7 s
     assert list(ledger) == ["elasticity"]
     assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 400**2 / 2)
 
 
-def test_elasticity_takes_of_the_speed_at_first_touch() -> None:
+def test_elasticity_acts_on_the_speed_at_first_touch() -> None:
     """As in `oblique`, the two touch at 45 degrees and approach at 100 √2 px/s along the normal, however late."""
     scene = scene_of(
         "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]\nelasticity = 0.5",
@@ -101,17 +104,17 @@ def test_elasticity_takes_of_the_speed_at_first_touch() -> None:
         more="seconds = 1.5",
     )
     for engine in ("pymunk", "impulse", "exact"):
-        run, ledger = books(scene, engine)
+        run, ledger = ledger_of(scene, engine)
         assert run.figures.pair_contacts == 1
         assert ledger["elasticity"].energy == pytest.approx(-(1 - 0.5**2) * 0.5 * (100 * math.sqrt(2)) ** 2 / 2)
 
 
 def test_a_fall_is_traced_back_to_the_face() -> None:
     """From 100 px/s at the face, 10 ms of 900 px/s² later a ball is 1.045 px deep at 109 px/s."""
-    assert _first_fall(1.045, 109.0, 900.0) == pytest.approx((0.01, 100.0))
+    assert _first_touch_of_face(1.045, 109.0, 900.0) == pytest.approx((0.01, 100.0))
 
 
-def test_a_contact_is_traced_back_no_further_than_to_the_last_of_either_ball() -> None:
+def test_a_contact_is_traced_back_to_the_last_contact_of_either_ball_at_most() -> None:
     """Ball 1 is hit, and hits 2 which it touches, all at the end of one step: the second is as new as the first."""
     scene = scene_of(
         "radius = 20\nposition = [100, 300]\nvelocity = [660, 0]",
@@ -127,69 +130,69 @@ def test_a_contact_is_traced_back_no_further_than_to_the_last_of_either_ball() -
     contacts, steps = engine.contacts(), len(states)
     ledger.add(position, velocity, contacts, np.full(steps, -1), np.zeros((steps, 2)))
     assert contacts[["first", "second"]].tolist() == [(0, 1), (1, 2)]
-    assert ledger.rows["free"].tolist() == [LONGEST / 60, 0]
-    assert ledger.rows["late"].tolist() == [pytest.approx(6 / 660), 0]
-    assert ledger.rows["turned"].tolist() == [0, 0]
+    assert ledger.findings["free_flight"].tolist() == [MAX_TRACE_STEPS / 60, 0]
+    assert ledger.findings["delay"].tolist() == [pytest.approx(6 / 660), 0]
+    assert ledger.findings["normal_error"].tolist() == [0, 0]
 
 
-def test_late_contacts_turn_the_normal_by_what_the_geometry_says() -> None:
+def test_late_contacts_turn_the_normal_as_geometry_predicts() -> None:
     """In `oblique` the centres are 20 √2 px aside; found d deep, the normal's slope is by asin(20 √2 / (40 - d))."""
-    run, ledger = books(load("oblique"), "impulse")
+    run, ledger = ledger_of(load("oblique"), "impulse")
     first = compare(load("oblique"), ["impulse", "exact"]).runs["impulse"].figures.first_difference
     assert first is not None
     contact = run.contacts[run.contacts["second"] == 1][0]
     turned = math.asin(20 * math.sqrt(2) / (40 - contact["depth"])) - math.asin(20 * math.sqrt(2) / 40)
     assert f"{math.degrees(turned):.2g}°" in first.because
     right = 2 * 0.5 * 200 * math.cos(math.pi / 4)  # the impulse along the normal of first touch
-    told = contact["impulse"]
-    apart = math.sqrt(told**2 + right**2 - 2 * told * right * math.cos(turned))
+    impulse = contact["impulse"]
+    apart = math.sqrt(impulse**2 + right**2 - 2 * impulse * right * math.cos(turned))
     assert ledger["late"].momentum == pytest.approx(apart, rel=1e-9)
     assert ledger["late"].energy == pytest.approx(0, abs=1e-9)
 
 
-def test_the_article_throws_away_what_is_beyond_the_wall() -> None:
-    """7 px a step from 100 px to a wall at 780: 97.14 steps, so 6 px are beyond it, and thrown away once."""
+def test_the_article_discards_the_overshoot() -> None:
+    """7 px a step from 100 px to a wall at 780: 97.14 steps, so it overshoots by 6 px, which are discarded once."""
     scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [420, 0]").changed(seconds=2.0)
-    _, ledger = books(scene, "article")
+    _, ledger = ledger_of(scene, "article")
     assert ledger["overshoot"].displacement == pytest.approx(6)
     assert ledger["overshoot"].contacts == 1
-    _, ledger = books(scene, "impulse")
+    _, ledger = ledger_of(scene, "impulse")
     assert "overshoot" not in ledger
 
 
-def test_pymunk_turns_a_ball_round_where_it_finds_it_in_the_wall() -> None:
-    """6 px deep, it lacks the 6 px to the wall and the 6 px of its way back; nothing is thrown away."""
+def test_pymunk_reverses_a_ball_where_it_finds_it_in_the_wall() -> None:
+    """6 px deep, it lacks the 6 px to the wall and the 6 px of its way back; nothing is discarded."""
     scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [420, 0]").changed(seconds=2.0)
-    _, ledger = books(scene, "pymunk")
+    _, ledger = ledger_of(scene, "pymunk")
     assert ledger["late"].displacement == pytest.approx(12)
     assert "overshoot" not in ledger
 
 
-def test_what_friction_takes_is_booked_to_friction() -> None:
+def test_energy_lost_to_friction_is_entered_as_friction() -> None:
     """Sliding against a wall of friction 1, a ball loses some of its speed along it."""
     scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [400, 100]\nfriction = 1").changed(
         seconds=2.0, arena={"size": (800, 600), "friction": 1}
     )
-    run, ledger = books(scene, "pymunk")
+    run, ledger = ledger_of(scene, "pymunk")
     assert run.energy[-1] < run.energy[0]
     assert ledger["friction"].energy == pytest.approx(run.energy[-1] - run.energy[0])
 
 
-def test_gravity_integrated_in_steps_is_booked() -> None:
+def test_gravity_integrated_in_steps_is_entered() -> None:
     """Pymunk flies on at the velocity that it had before gravity: g dt²/2 short in a step, m (g dt)²/2 too much."""
     scene = scene_of("radius = 20\nposition = [400, 100]", more="gravity = [0, 900]\nseconds = 0.5")
-    _, ledger = books(scene, "pymunk")
+    _, ledger = ledger_of(scene, "pymunk")
     assert ledger["gravity"].energy == pytest.approx(30 * (900 / 60) ** 2 / 2)
     assert set(ledger) <= {"gravity", "rounding"}
 
 
-def test_the_hand_s_work_is_booked_to_the_hand() -> None:
+def test_the_mouse_s_work_is_entered_as_the_mouse_s() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]").changed(seconds=0.6)
     inputs: list[Input] = [Grab(step=6, ball=0, at=(600, 300)), Move(step=20, at=(200, 200)), Release(step=30)]
     for engine in OWN:
         run = compare(scene, [engine], inputs=inputs).runs[engine]
-        [entry] = [entry for entry in run.figures.ledger if entry.cause != "rounding"]
-        assert entry.cause == "hand"
+        [entry] = [entry for entry in run.figures.ledger if entry.cause != Cause.ROUNDING]
+        assert entry.cause == Cause.HAND
         assert entry.energy == pytest.approx(run.energy[-1])
 
 
@@ -206,8 +209,8 @@ def dense() -> Scene:
     return scene
 
 
-def test_pymunk_s_loss_in_a_dense_gas_is_of_stale_impulses_and_few_iterations(dense: Scene) -> None:
-    run, ledger = books(dense, "pymunk")
+def test_pymunk_loses_energy_of_a_dense_gas_by_stale_impulses_and_few_iterations(dense: Scene) -> None:
+    run, ledger = ledger_of(dense, "pymunk")
     lost = run.energy[-1] - run.energy[0]
     assert lost / run.energy[0] < -1e-3
     assert ledger["stale"].energy + ledger["unconverged"].energy == pytest.approx(lost, rel=1e-3)
@@ -215,9 +218,9 @@ def test_pymunk_s_loss_in_a_dense_gas_is_of_stale_impulses_and_few_iterations(de
     assert ledger["unconverged"].energy < 0
 
 
-def test_without_both_pymunk_keeps_the_energy_of_a_dense_gas(dense: Scene) -> None:
+def test_with_fresh_impulses_and_many_iterations_pymunk_keeps_the_energy_of_a_dense_gas(dense: Scene) -> None:
     cured = dense.pymunk.model_copy(update={"collision_persistence": 1, "iterations": 200})
-    run, ledger = books(dense.changed(pymunk=cured), "pymunk")
+    run, ledger = ledger_of(dense.changed(pymunk=cured), "pymunk")
     assert run.figures.energy_drift is not None
     assert run.figures.energy_drift < 1e-12
     assert not {"stale", "unconverged"} & set(ledger)

@@ -1,4 +1,4 @@
-"""Until when paths mean anything: a twin of the reference, one unit in the last place aside."""
+"""The horizon: when a copy of the reference, begun one unit in the last place aside, is a radius away."""
 
 import math
 from dataclasses import replace
@@ -51,11 +51,11 @@ def test_the_horizon_is_when_the_twin_is_a_radius_away() -> None:
     assert compare(scene, ["exact", "impulse"]).horizon == first / 60
 
 
-def test_balls_that_meet_nothing_have_no_horizon() -> None:
+def test_balls_without_contacts_have_no_horizon() -> None:
     assert compare(load("head-on")).horizon is None
 
 
-def test_beyond_the_horizon_statistics_are_told_of_few_balls_too() -> None:
+def test_beyond_the_horizon_few_balls_have_statistics_too() -> None:
     """Four of 60 px in a small box collide often enough to forget where they were within 20 s."""
     scene = scene_of("count = 4\nradius = 60\ninside = [[0, 0], [300, 300]]\nspeed = 300", size="[300, 300]")
     comparison = compare(scene.changed(seconds=20.0), ["impulse", "exact"])
@@ -67,14 +67,14 @@ def test_beyond_the_horizon_statistics_are_told_of_few_balls_too() -> None:
     assert not any(run.theory for run in short.runs.values())
 
 
-def test_the_twin_feels_the_hand_too() -> None:
+def test_the_mouse_pulls_the_twin_too() -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]").changed(seconds=2.0)
     inputs: list[Input] = [Grab(step=6, ball=0, at=(700, 500)), Release(step=60)]
     assert compare(scene, ["exact"], inputs=inputs).horizon is None
 
 
 @pytest.mark.parametrize("against", ["pymunk", "article"])
-def test_any_yardstick_has_its_twin(against: str) -> None:
+def test_any_reference_has_a_twin(against: str) -> None:
     comparison = compare(load("gas-100").changed(seconds=8.0), ["pymunk", "article"], against=against)
     assert comparison.against == against
     assert comparison.horizon is None or 0 < comparison.horizon < 8

@@ -1,4 +1,4 @@
-"""What holds of every scene in scenes/truths: it is one law, and its numbers do not contradict each other."""
+"""Every scene in scenes/truths states a law, and its numbers do not contradict each other."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from sandbox.scene.spawn import spawn, warnings
 from sandbox.state import Floats
 
 NAMES = list(bundled(TRUTHS))
-OUTRUN = {"truths/thin-wall-60-hz"}  # where a ball moves more than its radius in a step, which is its point
+OUTRUN = {"truths/thin-wall-60-hz"}  # in which a ball deliberately moves more than its radius in a step
 
 
 @pytest.fixture(params=NAMES)
@@ -38,7 +38,7 @@ def centre(position: Floats, scene: Scene) -> Floats:
     return np.average(position, axis=0, weights=scene.bodies.mass)
 
 
-def test_there_are_truths_and_their_names_are_no_other_scenes() -> None:
+def test_there_are_truths_and_no_other_scene_has_their_names() -> None:
     assert len(NAMES) >= 30
     assert set(NAMES) >= {f"{TRUTHS}/{law}" for law in ("head-on-equal-masses", "grazing", "bounce-elastic")} | OUTRUN
     assert not {load(name).name for name in NAMES} & set(bundled())  # `name` is what files and reports are called by
@@ -54,7 +54,7 @@ def test_each_loads_by_its_name_and_warns_of_nothing(name: str, scene: Scene) ->
         assert warned == []
 
 
-def test_each_says_what_it_is_and_by_which_law(scene: Scene) -> None:
+def test_each_states_what_it_is_and_by_which_law(scene: Scene) -> None:
     assert scene.title
     assert scene.about
     assert scene.expect
@@ -102,10 +102,10 @@ def test_energy_is_that_of_the_expected_balls(scene: Scene) -> None:
             assert value == pytest.approx(ratio, abs=1e-12)
 
 
-def test_where_no_wall_is_met_momentum_centre_of_mass_and_every_ball_are_told_together() -> None:
-    """Guard the three tests above against scenes that say too little for them."""
+def test_enough_scenes_state_every_ball_along_with_the_sums() -> None:
+    """The three tests above check little if scenes state only the sums."""
     scenes = [load(name) for name in NAMES]
-    told = [(scene, at) for scene in scenes for at, _ in expected(scene, "momentum")]
-    assert sum(all_balls(scene, "velocity", at) is not None for scene, at in told) >= 15
-    told = [(scene, at) for scene in scenes for at, _ in expected(scene, "energy_ratio")]
-    assert sum(all_balls(scene, "position", at) is not None for scene, at in told) >= 25
+    stated = [(scene, at) for scene in scenes for at, _ in expected(scene, "momentum")]
+    assert sum(all_balls(scene, "velocity", at) is not None for scene, at in stated) >= 15
+    stated = [(scene, at) for scene in scenes for at, _ in expected(scene, "energy_ratio")]
+    assert sum(all_balls(scene, "position", at) is not None for scene, at in stated) >= 25

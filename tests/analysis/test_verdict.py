@@ -9,78 +9,87 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.advice import Trial, advice, advise
-from sandbox.analysis.comparison import Run, compare
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
-from sandbox.analysis.verdict import astray, verdict
+from sandbox.analysis.measurement import Run
+from sandbox.analysis.verdict import energy_error, verdict
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import load
 
 
-def test_it_says_whom_to_believe_until_when_and_what_is_most_wrong() -> None:
+def test_it_says_how_long_each_engine_agrees_and_what_the_largest_error_is() -> None:
     comparison = compare(load("article"), ["pymunk", "article", "impulse", "exact"])
     until = {name: run.apart for name, run in comparison.runs.items()}
     gap = comparison.runs["pymunk"].gap_max
     assert until["pymunk"] is not None
     assert gap[round(until["pymunk"] * 60)] > 20 >= gap[round(until["pymunk"] * 60) - 1]
     said = verdict(comparison)
-    assert said.startswith("Against exact, believe impulse until 1.42 s, pymunk until 1.08 s, article until 0.88 s: ")
-    assert "The largest error is article's: 58.4 % of the energy is lost, most of it by “impulse too small”." in said
+    assert said.startswith(
+        "impulse agrees with exact until 1.42 s, pymunk until 1.08 s, article until 0.88 s, when a ball is first more "
+        "than its radius off. "
+    )
+    assert (
+        "The largest energy error is article's: it loses 58.4 % of the energy, mostly through “impulse too small”."
+        in said
+    )
     assert "For pymunk, a higher rate, or more substeps, finds contacts sooner." in said
-    assert "No path means anything" not in said
+    assert "compare statistics only" not in said
 
 
-def test_beyond_the_horizon_it_sends_to_statistics() -> None:
+def test_beyond_the_horizon_it_recommends_statistics() -> None:
     comparison = compare(load("gas-100").changed(seconds=5.0), ["impulse", "exact"])
-    assert f"No path means anything after {comparison.horizon:.2f} s" in verdict(comparison)
+    assert f"After {comparison.horizon:.2f} s compare statistics only: " in verdict(comparison)
 
 
-def test_paths_that_hold_to_the_end_are_said_to() -> None:
+def test_paths_that_agree_to_the_end_are_reported() -> None:
     comparison = compare(load("oblique"), ["pymunk", "exact"])
-    assert verdict(comparison).startswith("Against exact, believe pymunk to the end at 3 s: no ball is its own radius ")
+    agrees = "pymunk agrees with exact to the end at 3 s"
+    assert verdict(comparison).startswith(f"{agrees}: no ball is more than its radius off.")
     said = verdict(compare(load("oblique"), ["pymunk", "article", "exact"]))
-    assert said.startswith("Against exact, believe pymunk to the end at 3 s, article until 1.07 s: by then a ball is ")
+    assert said.startswith(f"{agrees}, article until 1.07 s, when a ball is first more than its radius off.")
 
 
-def test_what_float32_rounds_is_no_error() -> None:
-    start, line = 1e6, Entry("rounding", 3, 0.9, 0.0, 0.0)  # kg px²/s²
+def test_float32_rounding_is_no_energy_error() -> None:
+    start, line = 1e6, Entry(Cause.ROUNDING, 3, 0.9, 0.0, 0.0)  # kg px²/s²
     run = compare(load("head-on").changed(seconds=0.1), ["exact"]).runs["exact"]
     kept = replace(run, energy=np.array([start, start + 0.9]), figures=replace(run.figures, ledger=(line,)))
-    assert astray(kept) is None
+    assert energy_error(kept) is None
     line = replace(line, energy=1.1)
-    found = astray(replace(kept, figures=replace(run.figures, ledger=(line,))))
+    found = energy_error(replace(kept, figures=replace(run.figures, ledger=(line,))))
     assert found is not None
     assert found[0] == pytest.approx(1.1e-6)
 
 
-def booked(run: Run, **lines: float) -> Run:
+def with_ledger(run: Run, **lines: float) -> Run:
     """Return a run that began with 100 kg px²/s² and has these lines in its ledger."""
-    ledger = tuple(Entry(cause, 1, energy, 0.0, 0.0) for cause, energy in lines.items())
+    ledger = tuple(Entry(Cause[cause.upper()], 1, energy, 0.0, 0.0) for cause, energy in lines.items())
     return replace(run, energy=np.array([100.0, 100.0]), figures=replace(run.figures, ledger=ledger))
 
 
-def test_the_largest_error_is_of_either_sign_and_its_cause_of_the_same() -> None:
+def test_the_largest_error_has_either_sign_and_its_cause_the_same_sign() -> None:
     comparison = compare(load("head-on").changed(seconds=1 / 60), ["pymunk", "impulse", "exact"])
-    lost = booked(comparison.runs["pymunk"], gravity=9.0, late=-8.0, stale=-4.0)
-    gained = booked(comparison.runs["impulse"], pushed=2.0)
+    lost = with_ledger(comparison.runs["pymunk"], gravity=9.0, late=-8.0, stale=-4.0)
+    gained = with_ledger(comparison.runs["impulse"], pushed=2.0)
     said = verdict(replace(comparison, runs=comparison.runs | {"pymunk": lost, "impulse": gained}))
-    assert "The largest error is pymunk's: 3 % of the energy is lost, most of it by “found late”." in said
+    assert "The largest energy error is pymunk's: it loses 3 % of the energy, mostly through “found late”." in said
 
 
-def test_of_one_engine_there_is_nothing_to_say() -> None:
+def test_a_single_engine_is_measured_against_nothing() -> None:
     assert verdict(compare(load("head-on"), ["exact"])) == "Nothing is measured against exact."
 
 
-def test_what_a_scene_takes_by_right_is_no_error() -> None:
+def test_energy_lost_to_the_scene_s_elasticity_is_no_error() -> None:
     scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [400, 0]").changed(seconds=3.0)
     run = compare(scene, ["pymunk", "exact"]).runs["pymunk"]
     assert run.figures.energy_ratio == pytest.approx(0.25)
-    assert astray(run) is None
+    assert energy_error(run) is None
 
 
 DENSE = scene_of("radius = 14\ngrid = [19, 19]\nspacing = 30.5\nspeed = 100", size="[600, 600]", more="seconds = 3")
 
 
-def test_it_finds_what_keeps_the_energy_of_a_dense_gas() -> None:
+def test_advice_finds_what_keeps_the_energy_of_a_dense_gas() -> None:
     trials = advise(DENSE, "exact")
     assert [trial.changes for trial in trials] == [
         {},
@@ -91,15 +100,15 @@ def test_it_finds_what_keeps_the_energy_of_a_dense_gas() -> None:
         {"iterations": 200, "collision_persistence": 1},
         {"substeps": 4, "iterations": 200, "collision_persistence": 1},
     ]
-    assert trials[0].astray > 1e-4
-    assert trials[5].astray == 0
+    assert trials[0].energy_error > 1e-4
+    assert trials[5].energy_error == 0
     assert advice(trials).startswith(
-        f"iterations = 200, collision_persistence = 1: none of the energy goes astray instead of "
-        f"{100 * trials[0].astray:.2g} %."
+        f"iterations = 200, collision_persistence = 1: the energy error is 0 % instead of "
+        f"{100 * trials[0].energy_error:.2g} %."
     )
 
 
-def test_a_trial_is_what_the_changed_scene_gives() -> None:
+def test_a_trial_has_the_figures_of_the_changed_scene() -> None:
     scene = load("article").changed(seconds=4.0)
     finer = scene.changed(rate=240)
     [trial] = [trial for trial in advise(scene, "exact") if trial.changes == {"rate": 240}]
@@ -118,10 +127,10 @@ def test_advice_names_the_fewest_changes_that_help() -> None:
     finer = Trial({"substeps": 4}, 3.0, 1e-4, 20.0)
     both = Trial({"substeps": 4, "iterations": 200}, 3.0, 1.1e-4, 20.0)
     assert advice([before, finer, both]) == (
-        "substeps = 4: 0.01 % of the energy goes astray instead of 0.1 %. "
-        "substeps = 4: the paths hold until 3.00 s, instead of until 1.00 s."
+        "substeps = 4: the energy error is 0.01 % instead of 0.1 %. "
+        "substeps = 4: the paths agree until 3.00 s instead of until 1.00 s."
     )
-    held = [Trial({"substeps": n}, None, 0.0, gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
-    assert advice(held) == "substeps = 4: the gap is 1 px RMS instead of 5 px."
+    agreeing = [Trial({"substeps": n}, None, 0.0, gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
+    assert advice(agreeing) == "substeps = 4: the RMS gap is 1 px instead of 5 px."
     assert advice([before, before, before]) == "None of the settings tried is better."
-    assert math.isclose(json.loads(json.dumps(vars(finer)))["astray"], 1e-4)
+    assert math.isclose(json.loads(json.dumps(vars(finer)))["energy_error"], 1e-4)

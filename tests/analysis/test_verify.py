@@ -24,14 +24,14 @@ def test_the_exact_engine_meets_every_truth(name: str) -> None:
     assert score.error < 1e-9
 
 
-def test_what_is_expected_of_the_start_alone_is_scored() -> None:
+def test_an_expectation_at_the_start_is_scored() -> None:
     expect = "[[expect]]\nat = 0\nball = 0\nposition = [100, 101]\ntolerance = 2\nbecause = 'It begins there.'"
     [row] = verify([scene_of(f"radius = 20\nposition = [100, 100]\n{expect}")], ["exact"]).values()
     assert isinstance(row["exact"], Score)
     assert row["exact"].error == 1
 
 
-def test_pymunk_s_score_is_what_it_is_off_by() -> None:
+def test_pymunk_s_score_is_its_error() -> None:
     """In `oblique` it leaves at 105.88, -99.83 px/s where 100, -100 is true."""
     [row] = verify([load("oblique")], ["pymunk", "article"]).values()
     assert isinstance(row["pymunk"], Score)
@@ -47,7 +47,7 @@ def test_the_json_names_error_tolerance_and_passed_or_why_it_was_refused() -> No
     assert document["article"]["refused"].startswith("article: gravity and elasticity below 1 are not")
 
 
-def test_a_score_is_of_the_expectation_that_is_missed_most() -> None:
+def test_the_score_is_that_of_the_expectation_missed_most() -> None:
     expect = "[[expect]]\nat = 1\nball = 0\nposition = [{}, 300]\ntolerance = {}\nbecause = 'it flies on'\n"
     scene = scene_of(
         "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n" + expect.format(262, 10) + expect.format(261, 1e-3)
@@ -59,7 +59,7 @@ def test_a_score_is_of_the_expectation_that_is_missed_most() -> None:
     assert score.expect.tolerance == 1e-3
 
 
-def test_an_error_is_the_largest_of_what_one_expectation_says() -> None:
+def test_an_error_is_the_largest_within_one_expectation() -> None:
     scene = scene_of(
         "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n[[expect]]\nat = 1\nball = 0\n"
         "position = [260, 300]\nvelocity = [57, 4]\ntolerance = 1\nbecause = 'its position is right'\n"
@@ -69,7 +69,7 @@ def test_an_error_is_the_largest_of_what_one_expectation_says() -> None:
     assert row["exact"].error == pytest.approx(5)
 
 
-def test_those_must_pass_that_were_asked_for_or_else_the_exact_engine() -> None:
+def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
     board = verify([load("oblique")], ["pymunk", "exact"])
     assert all_passed(board, None)
     assert all_passed(board, ["exact"])
@@ -79,7 +79,7 @@ def test_those_must_pass_that_were_asked_for_or_else_the_exact_engine() -> None:
     assert all_passed(refused, ["article"])
 
 
-def test_momentum_and_centre_of_mass_are_those_of_all_balls() -> None:
+def test_momentum_and_centre_of_mass_are_of_all_balls() -> None:
     scene = scene_of(
         "radius = 20\nmass = 3\nposition = [200, 300]\nvelocity = [60, 0]",
         "radius = 20\nposition = [600, 300]\nvelocity = [0, -60]\n[[expect]]\nat = 1\nmomentum = [180, -60]\n"

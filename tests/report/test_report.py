@@ -1,4 +1,4 @@
-"""The page of a comparison: what is in its bytes, and what a real browser makes of it."""
+"""The page of a comparison: its bytes, and its behaviour in a real browser."""
 
 import base64
 import html
@@ -15,9 +15,9 @@ from conftest import Command
 from hypothesis import given
 from hypothesis import strategies as st
 
-import sandbox.report.notebook  # noqa: F401  (registers how a notebook shows a comparison)
+import sandbox.report.notebook  # noqa: F401  (makes comparisons show as reports in notebooks)
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.report.charts import keeping_extremes
+from sandbox.report.charts import thinned
 from sandbox.report.comparison import fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.files import load, parse
@@ -76,7 +76,7 @@ def harmless() -> Reader:
 
 
 def hostile(text: str) -> Comparison:
-    """Compare a scene that says something in every place it can."""
+    """Compare a scene with a text in every place that takes one."""
     lines = [f"# {text} \u2028 \u202e", f"title = {json.dumps(text)}", f"about = {json.dumps(text)}"]
     rest = "seconds = 0.5\n[arena]\nsize = [200, 100]\n[[balls]]\nradius = 20\nposition = [50, 50]\nvelocity = [300, 0]"
     return compare(parse("\n".join([*lines, rest]), "hostile.toml"), ["pymunk", "exact"])
@@ -92,7 +92,7 @@ def data_of(text: str) -> dict[str, object]:
 # Its bytes
 
 
-def test_nothing_but_the_page_is_needed(text: str) -> None:
+def test_the_page_is_self_contained(text: str) -> None:
     read = Reader(text)
     for tag, attributes in read.elements:
         assert tag not in ("img", "iframe", "object", "embed", "base", "form")
@@ -108,7 +108,7 @@ def test_nothing_but_the_page_is_needed(text: str) -> None:
 
 
 @pytest.mark.parametrize("words", HOSTILE)
-def test_what_a_scene_says_is_text(words: str, harmless: Reader) -> None:
+def test_text_of_a_scene_stays_text(words: str, harmless: Reader) -> None:
     comparison = hostile(words)
     read = Reader(page(comparison))
     assert [(tag, set(attributes)) for tag, attributes in read.elements] == [
@@ -127,8 +127,8 @@ def test_a_hundred_balls_for_twenty_seconds_are_less_than_6_mb_and_every_step_is
     assert "Every step is shown: 1,201 of 1,201 states" in text
 
 
-def test_a_long_run_is_thinned_and_says_so(article: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.report.comparison.PATHS_BYTES", 20_000)
+def test_a_long_run_is_thinned_and_the_page_says_so(article: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.report.comparison.MAX_PATHS_BYTES", 20_000)
     text = page(article)
     every = thinning(article)
     assert every > 1
@@ -148,7 +148,7 @@ def test_a_long_run_is_thinned_and_says_so(article: Comparison, monkeypatch: pyt
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=300), st.integers(8, 40))
 def test_a_thinned_line_keeps_its_ends_and_extremes(values: list[float], most: int) -> None:
     series = np.array(values)
-    kept = keeping_extremes(series, most)
+    kept = thinned(series, most)
     assert kept[0] == 0
     assert kept[-1] == len(series) - 1
     assert (np.diff(kept) > 0).all()
@@ -168,7 +168,7 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(article: Comparison, te
     assert attributes["srcdoc"] == text
 
 
-def test_the_command_on_the_page_runs_it_again(
+def test_the_command_on_the_page_reproduces_the_comparison(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -181,7 +181,7 @@ def test_the_command_on_the_page_runs_it_again(
     assert json.loads(out) == json.loads(json.dumps(comparison.as_json()))
 
 
-def test_a_scene_changed_in_python_is_written_as_it_is() -> None:
+def test_a_scene_changed_in_python_is_on_the_page_as_json() -> None:
     scene = load("article").changed(gravity=(0, 100), seconds=1.0)
     text = Reader(page(compare(scene, ["impulse"]))).all("pre")[-1]
     assert Scene.model_validate_json(text).model_dump() == scene.model_dump()
@@ -193,12 +193,12 @@ def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
-def test_a_report_that_is_no_html_file_is_told_before_anything_runs(
+def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    told = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
-    assert told == (2, "", "article.pdf: a report must end in .html\n")
+    result = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
+    assert result == (2, "", "article.pdf: a report must end in .html\n")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -242,14 +242,14 @@ def opened(browser: Browser, file: Path) -> Browser:
 
 
 def shown_time(browser: Browser) -> float:
-    """Return the time that the page says it shows; the cursors of all charts are there."""
+    """Return the time that the page shows, after checking that the cursors of all charts are there."""
     time = float(browser.run("document.querySelector('#time').value").removesuffix(" s"))
     assert browser.run(CURSORS) == pytest.approx([time] * 4, abs=5e-4)
     return time
 
 
 def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Go to a frame, and return the circles that are drawn: pane, x, y, radius."""
+    """Go to a frame, and return the circles drawn: pane, x, y, radius."""
     browser.run(
         f"circles.length = 0; scrubber.value = {frame}; scrubber.dispatchEvent(new Event('input', {{bubbles: true}}))"
     )
@@ -257,7 +257,7 @@ def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[
 
 
 @pytest.mark.parametrize("width", [1280, 1920])
-def test_it_opens_without_a_network_a_complaint_or_a_scroll_bar_below(browser: Browser, file: Path, width: int) -> None:
+def test_it_opens_without_network_errors_or_horizontal_scrolling(browser: Browser, file: Path, width: int) -> None:
     browser.visit(file, width)
     assert browser.errors == []
     assert browser.requests == [file.as_uri()]
@@ -284,7 +284,7 @@ def test_play_moves_the_balls_at_the_scene_s_pace_and_stops_at_the_end(opened: B
     assert shown_time(opened) == 20
 
 
-def test_what_is_drawn_at_a_time_is_the_trace(opened: Browser, article: Comparison) -> None:
+def test_the_balls_drawn_at_a_time_are_the_run_s(opened: Browser, article: Comparison) -> None:
     opened.press("g")  # ghosts off, so that all circles are balls
     unit, _ = fixed_point(article.scene)
     for frame in (0, 333, 1200):
@@ -307,7 +307,7 @@ def pixel(browser: Browser, pane: int, x: float, y: float) -> tuple[int, ...]:
     )
 
 
-def test_ghosts_are_the_yardstick_s_balls(opened: Browser, article: Comparison) -> None:
+def test_ghosts_are_the_reference_s_balls(opened: Browser, article: Comparison) -> None:
     unit, _ = fixed_point(article.scene)
     circles = drawn(opened, 600)
     assert (circles[:, 0] == 3).sum() == 3  # the reference has none itself
@@ -333,7 +333,7 @@ def test_a_click_in_a_chart_goes_to_that_time(opened: Browser) -> None:
     assert 7 < shown_time(opened) < 13
 
 
-def test_the_keyboard_does_it_all(opened: Browser, article: Comparison) -> None:
+def test_every_control_has_a_key(opened: Browser, article: Comparison) -> None:
     opened.press("ArrowRight")
     opened.press("ArrowRight")
     opened.press("ArrowLeft")

@@ -252,7 +252,7 @@ def test_a_comparison_replays_edits_and_covers_what_follows_the_last(scene: Scen
         assert run.final.position.tobytes() == replay.position[-1, there].tobytes()
         assert run.path[0].tobytes() == replay.position[7, ~np.isnan(replay.position[7, :, 0])].astype("f4").tobytes()
         assert run.gap_max[0] < 1  # there was no contact yet; gravity's first step differs
-        booked = {entry.cause: entry.energy for entry in run.figures.ledger}
+        booked = {entry.cause.key: entry.energy for entry in run.figures.ledger}
         assert "untold" not in booked
         assert "hand" in booked
         assert sum(booked.values()) == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-9 * run.energy.max())

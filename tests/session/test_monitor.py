@@ -1,4 +1,4 @@
-"""What stands out in a run that goes on is what a comparison of it tells."""
+"""What stands out while a run goes on is what a comparison of it reports."""
 
 import tracemalloc
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ def run(watched: Watched, steps: int) -> Watched:
     ("name", "engines"),
     [("article", ["pymunk", "article", "impulse", "exact"]), ("gas-100", ["impulse", "exact"]), ("head-on", ["exact"])],
 )
-def test_they_are_those_of_the_comparison(name: str, engines: list[str]) -> None:
+def test_marks_are_those_of_the_comparison(name: str, engines: list[str]) -> None:
     marks = run(Watched(load(name), engines), 300).marks
     comparison = compare(load(name).changed(seconds=5.0), engines)
     firsts = {name: run.figures.first_difference for name, run in comparison.runs.items()}
@@ -46,14 +46,14 @@ def test_they_are_those_of_the_comparison(name: str, engines: list[str]) -> None
     assert marks.horizon == comparison.horizon
 
 
-def test_they_come_when_the_run_gets_there() -> None:
+def test_marks_appear_when_the_run_gets_there() -> None:
     """The first differences of `article` are at 0.82 and 0.83 s, and are known some steps later."""
     watched = run(Watched(load("article"), ["pymunk", "article", "exact"]), 49)
     assert watched.marks.differences == {}
     assert set(run(watched, 20).marks.differences) == {"pymunk", "article"}
 
 
-def test_the_past_run_again_has_the_same_marks_and_another_course_its_own() -> None:
+def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
     watched = run(Watched(load("article"), ["article", "exact"]), 80)
     before = watched.marks
     assert before.differences
@@ -66,7 +66,7 @@ def test_the_past_run_again_has_the_same_marks_and_another_course_its_own() -> N
     assert run(watched, 70).marks != before
 
 
-def test_after_an_edit_the_time_is_that_of_the_run() -> None:
+def test_after_an_edit_times_still_count_from_the_start() -> None:
     scene = scene_of(
         "radius = 20\nposition = [100, 300]", "radius = 20\nposition = [300, 320]", more="seconds = 20\nrate = 60"
     )
@@ -78,7 +78,7 @@ def test_after_an_edit_the_time_is_that_of_the_run() -> None:
     assert run(watched, 90).marks.differences["impulse"] == pytest.approx(0.5 + first.time)
 
 
-def test_the_hand_is_no_difference() -> None:
+def test_the_mouse_makes_no_difference() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]")
     inputs: list[Input] = [Grab(step=3, ball=0, at=(200, 200)), Release(step=30)]
     assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}
@@ -96,7 +96,7 @@ def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
     for _ in range(3):
         for _ in range(300):
             lockstep.step()
-            monitor.look(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
+            monitor.observe(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
         sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
     assert sizes[2] - sizes[1] < 3000  # ten bytes a step

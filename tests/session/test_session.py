@@ -1,4 +1,4 @@
-"""Going back in a run: what was is shown at once, run again bit for bit, and replaced by what is done there."""
+"""Rewinding a run: the past is shown at once, repeated bit for bit, and replaced by new inputs."""
 
 import pytest
 from conftest import scene_of
@@ -36,7 +36,7 @@ def run(session: Session, steps: int) -> None:
 
 
 def perform(session: Session, inputs: list[Input], until: int) -> None:
-    """Give each input at its step, as a person does."""
+    """Give each input at its step, as a user does."""
     for given in inputs:
         run(session, given.step - session.step)
         session.give(given)
@@ -44,7 +44,7 @@ def perform(session: Session, inputs: list[Input], until: int) -> None:
 
 
 def flat(moment: Moment) -> list[object]:
-    """Return all of a moment, to the bit."""
+    """Return everything in a moment, bit for bit."""
     arrays = [
         (state.time, state.position.tobytes(), state.velocity.tobytes(), moment.contacts[name].tobytes())
         for name, state in moment.states.items()
@@ -54,7 +54,7 @@ def flat(moment: Moment) -> list[object]:
 
 
 def is_replay(session: Session) -> bool:
-    """Tell whether what is shown has the bytes of a new run with the inputs up to here."""
+    """Return whether the moment shown has the bytes of a new run with the inputs up to here."""
     moment = session.shown
     for name, state in moment.states.items():
         replay = simulate(session.start, name, steps=session.step, inputs=session.given())
@@ -70,16 +70,16 @@ def test_ten_steps_back_and_ten_forward_are_the_same_bytes(session: Session) -> 
     before = [flat(session.shown)]
     session.seek(session.step - 10)
     before.append(flat(session.shown))
-    assert (session.shown.step, session.live, session.behind) == (30, False, 30)
+    assert (session.shown.step, session.is_live, session.steps_behind) == (30, False, 30)
     run(session, 10)
-    assert session.live
+    assert session.is_live
     assert flat(session.shown) == before[0]
     session.seek(30)
     assert flat(session.shown) == before[1]
     assert is_replay(session)
 
 
-def test_what_is_remembered_is_shown_without_an_engine_and_the_end_is_as_it_was_left(session: Session) -> None:
+def test_kept_moments_are_shown_without_running_engines_and_the_end_stays(session: Session) -> None:
     run(session, 60)
     lockstep, end = session.lockstep, flat(session.shown)
     for step in (0, 59, 17, 33):
@@ -87,10 +87,10 @@ def test_what_is_remembered_is_shown_without_an_engine_and_the_end_is_as_it_was_
         assert is_replay(session)
     assert (session.lockstep, lockstep.steps) == (lockstep, 60)
     session.seek(1000)
-    assert (session.step, session.live, flat(session.shown)) == (60, True, end)
+    assert (session.step, session.is_live, flat(session.shown)) == (60, True, end)
 
 
-def test_engines_that_run_again_pass_the_same_moments(session: Session) -> None:
+def test_engines_that_run_again_repeat_the_same_moments(session: Session) -> None:
     perform(session, [*THROW, SetGravity(step=20, gravity=(0, 500)), AddBall(step=20, position=(90, 90), radius=9)], 60)
     passed = []
     for step in range(61):
@@ -104,7 +104,7 @@ def test_engines_that_run_again_pass_the_same_moments(session: Session) -> None:
         session.advance()
 
 
-def test_contacts_of_a_step_at_which_balls_were_deleted_are_not_shown_with_other_numbers(session: Session) -> None:
+def test_contacts_of_a_step_that_deletes_balls_are_not_shown_with_new_numbers(session: Session) -> None:
     while not len(session.shown.contacts["impulse"]):
         session.advance()
     counts = session.shown.counts
@@ -118,20 +118,20 @@ def test_contacts_of_a_step_at_which_balls_were_deleted_are_not_shown_with_other
     assert flat(session.shown) == shown
 
 
-def test_catching_up_can_be_done_a_few_steps_at_a_time(session: Session) -> None:
+def test_engines_can_catch_up_a_few_steps_at_a_time(session: Session) -> None:
     run(session, 50)
     end = flat(session.shown)
     session.seek(40)
     left = []
-    while not session.live:
+    while not session.is_live:
         session.catch_up(15)
-        left.append(session.behind)
+        left.append(session.steps_behind)
     assert left == [25, 10, 0]
     run(session, 10)
     assert flat(session.shown) == end
 
 
-def test_going_on_from_the_past_repeats_what_was_done_until_something_else_is(session: Session) -> None:
+def test_a_run_continued_from_the_past_repeats_its_inputs_until_a_new_one(session: Session) -> None:
     perform(session, THROW, 40)
     thrown = flat(session.shown)
     session.seek(8)
@@ -146,7 +146,7 @@ def test_going_on_from_the_past_repeats_what_was_done_until_something_else_is(se
     assert flat(session.shown) != thrown
 
 
-def test_in_the_midst_of_an_earlier_drag_the_hand_is_nobody_s_and_lets_go_when_something_else_is_done(
+def test_a_replayed_drag_is_not_held_and_a_new_input_releases_it(
     session: Session,
 ) -> None:
     perform(session, THROW[:2], 12)
@@ -171,7 +171,7 @@ def test_in_the_midst_of_an_earlier_drag_the_hand_is_nobody_s_and_lets_go_when_s
     assert is_replay(session)
 
 
-def test_edits_to_come_of_a_step_are_done_there_though_another_is_refused(scene: Scene) -> None:
+def test_a_step_s_other_edits_are_applied_when_one_is_refused(scene: Scene) -> None:
     gravity, kick = SetGravity(step=3, gravity=(0, 900)), SetVelocity(step=3, ball=0, velocity=(0, 60))
     session = Session(scene_of("radius = 20\nposition = [200, 300]"), ["article"], [gravity, kick, gravity])
     run(session, 2)
@@ -183,14 +183,14 @@ def test_edits_to_come_of_a_step_are_done_there_though_another_is_refused(scene:
     assert is_replay(session)
 
 
-def test_an_input_of_the_future_is_no_part_of_what_is_recorded_here(session: Session) -> None:
+def test_inputs_to_come_are_not_recorded(session: Session) -> None:
     perform(session, THROW, 40)
     session.seek(9)
     assert session.given() == THROW[:2]
     assert is_replay(session)
 
 
-DEEDS: dict[str, list[Input]] = {
+ACTIONS: dict[str, list[Input]] = {
     "throw": THROW,
     "edit": [SetElasticity(step=10, elasticity=0.5)],
     "delete": [DeleteBall(step=10, ball=1)],
@@ -198,30 +198,30 @@ DEEDS: dict[str, list[Input]] = {
 }
 
 
-@pytest.mark.parametrize("deed", DEEDS.values(), ids=DEEDS)
-def test_undo_goes_back_to_before_the_last_deed_and_redo_to_after_it(session: Session, deed: list[Input]) -> None:
+@pytest.mark.parametrize("action", ACTIONS.values(), ids=ACTIONS)
+def test_undo_goes_to_before_the_last_action_and_redo_to_after_it(session: Session, action: list[Input]) -> None:
     earlier = SetVelocity(step=2, ball=0, velocity=(200, 40))
-    perform(session, [earlier], deed[0].step)
+    perform(session, [earlier], action[0].step)
     before = flat(session.shown)
-    perform(session, deed, deed[-1].step)
+    perform(session, action, action[-1].step)
     after = flat(session.shown)
     run(session, 10)
     assert session.undo()
-    assert session.shown.step < deed[0].step  # and not what is undone
+    assert session.shown.step < action[0].step  # and not what is undone
     session.catch_up()
     assert flat(session.shown) == before
-    assert (session.inputs, session.end) == ([earlier], deed[0].step)
+    assert (session.inputs, session.end) == ([earlier], action[0].step)
     assert session.redo()
     session.catch_up()
     assert flat(session.shown) == after
-    assert session.inputs == [earlier, *deed]
+    assert session.inputs == [earlier, *action]
     assert session.end == session.step
     run(session, 10)
     assert is_replay(session)
     assert not session.redo()
 
 
-def test_several_deeds_are_undone_one_by_one_down_to_the_start(session: Session) -> None:
+def test_several_actions_are_undone_one_by_one_down_to_the_start(session: Session) -> None:
     first: list[Edit] = [AddBall(step=0, position=(400, 100), radius=5), SetRate(step=0, rate=120)]
     perform(session, [*first, *THROW, SetGravity(step=14, gravity=(0, 100))], 30)
     end = flat(session.shown)
@@ -238,7 +238,7 @@ def test_several_deeds_are_undone_one_by_one_down_to_the_start(session: Session)
     assert flat(session.shown) == end
 
 
-def test_undo_in_the_past_takes_back_the_last_deed_there_and_redo_all_that_followed(session: Session) -> None:
+def test_undo_in_the_past_undoes_the_last_action_there_and_redo_all_that_followed(session: Session) -> None:
     script: list[Input] = [SetVelocity(step=3, ball=0, velocity=(9, 9)), *THROW]
     perform(session, script, 40)
     end = flat(session.shown)
@@ -252,14 +252,14 @@ def test_undo_in_the_past_takes_back_the_last_deed_there_and_redo_all_that_follo
     assert flat(session.shown) == end
 
 
-def test_a_new_deed_leaves_nothing_to_redo(session: Session) -> None:
+def test_a_new_action_leaves_nothing_to_redo(session: Session) -> None:
     perform(session, THROW, 20)
     session.undo()
     session.give(SetGravity(step=session.step, gravity=(0, 50)))
     assert not session.redo()
 
 
-def test_the_last_of_a_step_s_moves_counts(session: Session) -> None:
+def test_only_the_last_move_of_a_step_counts(session: Session) -> None:
     session.give(Grab(step=0, ball=2, at=(600, 200)))
     for x in range(100):
         session.give(Move(step=0, at=(500.0 + x, 300)))
@@ -281,7 +281,7 @@ def test_a_refused_edit_changes_nothing_and_drops_nothing_to_come() -> None:
     assert flat(session.shown) == end
 
 
-def test_a_recorded_edit_that_is_refused_is_told_and_dropped(scene: Scene) -> None:
+def test_a_recorded_edit_that_is_refused_is_reported_and_dropped(scene: Scene) -> None:
     script: list[Input] = [SetVelocity(step=2, ball=0, velocity=(1, 2)), DeleteBall(step=3, ball=7), *THROW]
     session = Session(scene, ENGINES, script)
     run(session, 2)
@@ -292,17 +292,17 @@ def test_a_recorded_edit_that_is_refused_is_told_and_dropped(scene: Scene) -> No
     assert is_replay(session)
 
 
-def test_a_time_is_a_step_also_where_the_rate_changed(session: Session) -> None:
+def test_times_map_to_steps_after_a_change_of_rate(session: Session) -> None:
     perform(session, [SetRate(step=30, rate=120)], 60)
     assert (session.shown.time, session.step_at(0.75), session.step_at(0.25)) == (0.75, 60, 15)
 
 
-def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
+def test_history_is_bounded_with_recent_moments_whole_and_older_ones_thinned(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     size = session.shown.size
-    monkeypatch.setattr("sandbox.session.history.RECENT", 50)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 100 * size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 50)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 100 * size)
     run(session, 2000)
     end = flat(session.shown)
     kept = []
@@ -320,10 +320,8 @@ def test_memory_is_bounded_recent_moments_whole_and_older_ones_thinned(
     assert flat(session.shown) == end
 
 
-def test_steps_that_are_run_again_and_again_are_remembered_once(
-    session: Session, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("sandbox.session.history.BYTES", 10 * session.shown.size)
+def test_steps_run_repeatedly_are_kept_once(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 10 * session.shown.size)
     for _ in range(20):
         session.seek(0)
         run(session, 15)
@@ -333,7 +331,7 @@ def test_steps_that_are_run_again_and_again_are_remembered_once(
 
 
 def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sandbox.session.history.BYTES", 3.5 * session.shown.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 3.5 * session.shown.size)
     memory = History()
     for step in range(100):
         session.seek(0)
@@ -342,7 +340,7 @@ def test_large_moments_are_few(session: Session, monkeypatch: pytest.MonkeyPatch
     assert [step for step in range(100) if memory.nearest(step).step == step] == [0, 64, 97, 98, 99]
 
 
-def test_no_more_edits_are_taken_than_a_recording_may_have(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_edits_beyond_the_limit_of_a_recording_are_rejected(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.session.session.MAX_EDITS", 2)
     for strength in (1.0, 2.0):
         session.give(SetGravity(step=0, gravity=(0, strength)))

@@ -7,9 +7,9 @@ import pytest
 from conftest import scene_of, sizes
 
 from sandbox.analysis.gas import (
-    beside_theory,
     compressibility,
     enskog_rate,
+    measure_gas,
     pair_compressibility,
     speed_distance,
     virial_pressure,
@@ -74,7 +74,7 @@ def test_ten_thousand_discs_have_the_pressure_and_contact_rate_of_theory() -> No
     rate = np.count_nonzero(found["second"] >= 0) / seconds
     expected = enskog_rate(10_000, 5.0, scene.arena.size, float(np.mean(length(velocity) ** 2)))
     assert rate == pytest.approx(expected, rel=0.015)
-    assert beside_theory(scene, found, velocity[None], seconds) is not None
+    assert measure_gas(scene, found, velocity[None], seconds) is not None
 
 
 @pytest.mark.parametrize("collisions", sizes(1_000_000, slow=10_000_000))
