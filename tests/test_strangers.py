@@ -34,7 +34,7 @@ COMMANDS = {  # to a terminal, in a name or a text
     "bell": "a\x07b",
     "backspace": "a\b\bb",
     "over": "first\rsecond",
-    "lines": "a\nmine.toml: 1 ball, no mistakes",
+    "lines": "a\nmine.toml: 1 ball, no errors",
     "c1": "a\x9b31mb",
     "override": "a\u202eb",
     "isolate": "a\u2066b",

@@ -16,7 +16,7 @@ from pydantic import (
     ValidationError,
 )
 
-from sandbox.errors import MAX_BYTES, MAX_REPORTED, SandboxError, dotted, first_errors, nearest, read_text
+from sandbox.errors import MAX_REPORTED, MAX_TEXT_FILE_BYTES, SandboxError, dotted, first_errors, nearest, read_text
 from sandbox.files import whole_file
 from sandbox.scene.model import ROUNDING, Scene
 from sandbox.scene.toml_lines import line_of, lines_of_keys, too_deep
@@ -84,9 +84,9 @@ def write(scene: Scene, state: State, path: str | Path) -> None:
     Raises SandboxError where it would not load again, or cannot be written.
     """
     numbers = np.column_stack([state.position, state.velocity]).tolist()
-    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_BYTES else None  # that would take minutes
-    if text is None or len(text.encode()) > MAX_BYTES:
-        size = f"{MAX_BYTES:,} bytes"
+    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_TEXT_FILE_BYTES else None  # that would take minutes
+    if text is None or len(text.encode()) > MAX_TEXT_FILE_BYTES:
+        size = f"{MAX_TEXT_FILE_BYTES:,} bytes"
         raise SandboxError(
             f"{path}: {len(scene.bodies):,} balls are more than the {size} of a scene file have room for"
         )

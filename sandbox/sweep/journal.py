@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from sandbox.errors import SandboxError
-from sandbox.files import is_file, telling
+from sandbox.files import is_file, write_errors
 from sandbox.sweep.jobs import Row, Sweep, is_row
 
 
@@ -28,7 +28,7 @@ class Journal:
         """Keep a row: when this returns, it is on the disk. Raises SandboxError where there is no room for it."""
         self.rows.append(row)
         if self._file:
-            with telling(self._file.name):
+            with write_errors(self._file.name):
                 _append(self._file, row)
 
 
@@ -42,10 +42,10 @@ def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
         yield Journal([])
         return
     path = journal_of(out)
-    with telling(path):
+    with write_errors(path):
         file = path.open("a+b", buffering=0)
     with file:
-        with telling(path):
+        with write_errors(path):
             _lock(file, path)
             rows = _resume(file, path, sweep)
         yield Journal(rows, file)

@@ -1,6 +1,7 @@
 """Who runs the jobs: processes here, or a Dask cluster. Each yields outcomes as they come, in any order."""
 
 import multiprocessing
+import os
 import signal
 import sys
 from collections import Counter, deque
@@ -13,11 +14,16 @@ from typing import Any, Final, cast
 
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
-from sandbox.signals import held
+from sandbox.signals import signals_deferred
 from sandbox.sweep.jobs import Job, Row, Sweep, run
 
 PATIENCE: Final = 3  # workers that may die at a job before it is given up
 REACH: Final = "10s"  # how long a scheduler may take to answer
+
+
+def core_count() -> int:
+    """Return how many processes can run at once."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -43,7 +49,7 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
-            with held():  # one that is not among them would not be stopped
+            with signals_deferred():  # one that is not among them would not be stopped
                 workers.append(Worker(sweep))
         while todo or any(worker.job for worker in workers):
             for worker in workers:
@@ -54,7 +60,7 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
-                    with held():
+                    with signals_deferred():
                         workers[workers.index(worker)] = Worker(sweep)
                     deaths[job] += 1
                     if deaths[job] < PATIENCE:

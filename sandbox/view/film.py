@@ -24,7 +24,7 @@ from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
 from sandbox.errors import SandboxError
-from sandbox.files import telling, whole_file
+from sandbox.files import whole_file, write_errors
 
 COLOURS: Final = 255  # that a frame of a GIF can have, beside one number for none
 CLEAR: Final = 255
@@ -41,7 +41,7 @@ class Film(ABC):
         self.size = size
         self.frames = 0
         self._shown: Image.Image | None = None  # the last frame
-        with telling(path):
+        with write_errors(path):
             self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
                 self._open(self._file)
@@ -53,13 +53,13 @@ class Film(ABC):
         """Add a frame, which is shown for 1/fps of a second. Raises SandboxError where it cannot be written."""
         assert surface.get_size() == self.size
         frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
-        with telling(self.path):
+        with write_errors(self.path):
             self._write(self._file, frame)
         self.frames, self._shown = self.frames + 1, frame
 
     def save(self) -> None:
         """End the film, and put it in its place. Raises SandboxError where it cannot be written."""
-        with telling(self.path), self._file:
+        with write_errors(self.path), self._file:
             self._close(self._file)
             self._file.seek(0)
             with whole_file(self.path) as file:

@@ -323,7 +323,7 @@ def test_of_very_many_mistakes_in_inputs_the_first_hundred_are_told(tmp_path: Pa
         load_inputs(path, two_balls())
     told = str(caught.value).splitlines()
     assert told[99].startswith(f"{path}:100: must be an object")
-    assert told[100:] == [f"{path}: has more mistakes than these 100"]
+    assert told[100:] == [f"{path}: has more than these 100 errors"]
 
 
 def test_a_line_of_inputs_ends_only_where_json_lines_do(tmp_path: Path) -> None:

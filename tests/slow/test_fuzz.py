@@ -26,9 +26,9 @@ from conftest import said
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sandbox.cli import commands as cli
+from sandbox.cli.inputs import scene_and_inputs
 from sandbox.engines import registry
-from sandbox.errors import MAX_BYTES, Refused, SandboxError
+from sandbox.errors import MAX_TEXT_FILE_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import _ALL, Input, load_inputs
@@ -128,7 +128,7 @@ SCRAPS = [
     *("\r", "\r\n", "\r\r\n"),
     *("9" * 5_000, "0x" + "f" * 5_000, "1e999", "-nan", "Infinity", "1979-05-27T07:32:00Z", "1_0", "true", "null"),
     *("[" * 5_000, "{a=" * 5_000, '{"a":' * 5_000, "a" + ".a" * 5_000, "[[balls]]\n" * 20_000, "[[walls]]\n" * 20_000),
-    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_BYTES),
+    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_TEXT_FILE_BYTES),
 ]
 MUTILATED = [scrap.encode(errors="surrogatepass") for scrap in SCRAPS]
 
@@ -345,7 +345,7 @@ def test_every_inputs_file_loads_or_is_refused_in_one_message(folder: Path, comp
 
         def read_and_replay() -> None:
             with contextlib.redirect_stderr(io.StringIO()) as told:
-                scene, inputs = cli._scene_and_inputs(name, file)
+                scene, inputs = scene_and_inputs(name, file)
             assert_clear(said(told.getvalue()), (file, scene.file))
             replay(scene, list(inputs))
 

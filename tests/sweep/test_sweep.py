@@ -18,6 +18,7 @@ import pytest
 from conftest import NO_KEY, REQUIRED, Command, said, scene_of
 
 from sandbox.analysis.comparison import compare
+from sandbox.cli.options import parse_setting, settings_by_key
 from sandbox.errors import SandboxError
 from sandbox.report.sweep import page
 from sandbox.scene.files import load
@@ -26,7 +27,6 @@ from sandbox.sweep import Row, Sweep, as_csv, in_order, journal, missing, plan, 
 from sandbox.sweep.jobs import SHARES, Job, speed_shares, table, tuned
 from sandbox.sweep.jobs import run as run_job
 from sandbox.sweep.journal import journal_of
-from sandbox.sweep.options import rates_of, seeds_of, settings_of
 from sandbox.sweep.workers import attempt
 
 ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
@@ -95,7 +95,7 @@ def test_a_row_is_what_compare_says_of_one_engine(expected: list[dict[str, str]]
 
 
 def test_settings_are_pymunk_s_and_each_combination_has_its_row() -> None:
-    settings = settings_of(["substeps=1,4", "collision_slop=0.25", "iterations=10,50"])
+    settings = settings_by_key([*map(parse_setting, ["substeps=1,4", "collision_slop=0.25", "iterations=10,50"])])
     jobs = plan(load("article"), [0], [60], ["article", "pymunk"], settings).jobs
     assert [job.settings for job in jobs] == [
         "",
@@ -355,7 +355,10 @@ def test_a_journal_of_another_sweep_or_of_one_at_work_is_left_alone() -> None:
         ),
         (("article", "--engines", "pymnk"), "no engine 'pymnk'; did you mean pymunk?"),
         (("bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
-        (("article", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"), "--workers and --scheduler both say"),
+        (
+            ("article", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"),
+            "--workers and --scheduler exclude each other",
+        ),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, tuple) else "",
 )
@@ -366,14 +369,6 @@ def test_a_mistake_is_one_message_before_anything_runs(
     assert (code, out) == (2, "")
     assert error.startswith(message)
     assert error.count("\n") == 1
-
-
-def test_options_are_read_as_they_are_written() -> None:
-    assert list(seeds_of("0:200")) == list(range(200))
-    assert rates_of("60,240") == [60, 240]
-    assert settings_of(["substeps=1,4", "collision_bias=0.5"]) == {"substeps": [1, 4], "collision_bias": [0.5]}
-    with pytest.raises(SandboxError, match="substeps is set twice"):
-        settings_of(["substeps=1", "substeps=2"])
 
 
 # What it shows
