@@ -19,9 +19,11 @@ from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
     Engines,
+    EnginesToScore,
     Inputs,
     JsonFile,
     Layers,
+    Parts,
     Rate,
     Rates,
     SceneArgument,
@@ -32,7 +34,6 @@ from sandbox.cli.options import (
     SizeOption,
     complete_engine,
     complete_scene,
-    parse_names,
     settings_by_key,
 )
 from sandbox.cli.progress import announce_compiling, compare_with_bar, displayed, frames_bar, sweep_with_bar
@@ -180,10 +181,8 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    exceeded = list(comparison.beyond(max_gap, max_drift))
-    for limit in exceeded:
-        print(limit, file=sys.stderr)
-    if exceeded:
+    if exceeded := list(comparison.beyond(max_gap, max_drift)):
+        print("\n".join(exceeded), file=sys.stderr)
         raise typer.Exit(1)
 
 
@@ -215,10 +214,10 @@ def verify(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[SCENE...]", help="Files, or bundled scenes. Default: all of these.", autocompletion=complete_scene
+            metavar="SCENE", help="Files, or bundled scenes. Default: all of these.", autocompletion=complete_scene
         ),
     ] = None,
-    engines: Engines = None,
+    engines: EnginesToScore = None,
     json_file: JsonFile = None,
 ) -> None:
     """Score engines against what scenes expect.
@@ -262,10 +261,10 @@ def sweep(
     ] = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
 ) -> None:
-    """Run a scene many times: one row for each seed, rate, engine and setting.
+    """Run many seeds, rates, engines and settings of a scene.
 
-    Each row is saved beside FILE at once: the same command resumes a sweep that was stopped. Exit code 1: some rows are
-    missing, since their runs failed.
+    The table has a row for each. Rows are saved beside FILE at once: the same command resumes a sweep that was
+    stopped. Exit code 1: some rows are missing, since their runs failed.
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
@@ -302,7 +301,7 @@ def sweep(
 def check(
     scenes: Annotated[
         list[str],
-        typer.Argument(metavar="SCENE...", help="Files, or bundled scenes.", autocompletion=complete_scene),
+        typer.Argument(metavar="SCENE", help="Files, or bundled scenes.", autocompletion=complete_scene),
     ],
 ) -> None:
     """Check scene files for errors.
@@ -347,13 +346,10 @@ def scenes() -> None:
 
 @app.command()
 def bench(
-    only: Annotated[
-        Sequence[str] | None,
-        typer.Option(metavar="A,B,...", parser=parse_names, help="Parts to measure. Default: all."),
-    ] = None,
+    only: Parts = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Measure how fast the sandbox is on this machine, in about two minutes.
+    """Measure the speed of the sandbox, in about two minutes.
 
     The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured in
     turn.

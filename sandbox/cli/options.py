@@ -34,6 +34,7 @@ class Size:
         return f"{self.width}x{self.height}"
 
 
+LAYERS: Final = "charts, velocity, momentum, trails, contacts, centre, numbers, ghosts, grid"
 DEFAULT_SIZE: Final = Size(1280, 720)
 
 
@@ -137,15 +138,15 @@ SceneArgument = Annotated[
     str,
     typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
 ]
+_NAMES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_names}
 Engines = Annotated[
     Sequence[str] | None,
-    typer.Option(
-        metavar="A,B,...",
-        parser=parse_names,
-        help="Engines to run. Default: Pymunk and its references.",
-        autocompletion=complete_engine,
-    ),
+    typer.Option(**_NAMES, help="Engines. Default: Pymunk and its references.", autocompletion=complete_engine),
 ]
+EnginesToScore = Annotated[
+    Sequence[str] | None, typer.Option(**_NAMES, help="Engines. Default: all.", autocompletion=complete_engine)
+]
+Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
 Against = Annotated[
     str | None,
     typer.Option(help="The engine that the others are measured against.", autocompletion=complete_engine),
@@ -158,9 +159,7 @@ JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Wr
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_parsed_by(parse_size), help="Width and height, px.")]
 Layers = Annotated[
     Sequence[str],
-    typer.Option(
-        metavar="A,B,...", parser=_parsed_by(parse_layers), help="What to show, named as in the window's toolbar."
-    ),
+    typer.Option(metavar="A,B,...", parser=_parsed_by(parse_layers), help=f"What to show: {LAYERS}."),
 ]
 Seeds = Annotated[
     range | None,

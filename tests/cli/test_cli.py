@@ -102,7 +102,7 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         ),
         (
             ("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"),
-            "--steps and --seconds exclude each other",
+            "--steps and --seconds exclude",
         ),
         (("verify", "article"), "nothing to score: no [[expect]] in article"),
         (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),

@@ -1,6 +1,7 @@
 """Options: how they are parsed, reported and completed."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 from conftest import Command
 
 from sandbox.cli.options import (
+    LAYERS,
     complete_engine,
     complete_scene,
     parse_layers,
@@ -22,6 +24,7 @@ from sandbox.cli.options import (
 from sandbox.engines import registry
 from sandbox.errors import SandboxError
 from sandbox.scene.files import bundled
+from sandbox.view.record import SHOWN
 
 
 def test_options_are_parsed() -> None:
@@ -58,9 +61,13 @@ def test_a_wrong_option_is_one_line_and_exit_code_2(command: Command, arguments:
 
 
 def test_defaults_are_shown_as_they_are_written(command: Command) -> None:
-    _, told, _ = command("record", "--help")
-    assert "[default: 1280x720]" in told
-    assert "[default: charts]" in told
+    _, out, _ = command("record", "--help")
+    assert re.search(r"--size .*\[default: 1280x720\]", out)
+    assert re.search(r"--show [^[]*\[default:\s+charts\]", out)
+
+
+def test_the_help_names_all_that_a_recording_can_show() -> None:
+    assert set(parse_layers(LAYERS)) == set(SHOWN)
 
 
 def test_scenes_and_engines_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
