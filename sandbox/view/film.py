@@ -1,8 +1,8 @@
 """Films: frames written one after another to a GIF, WebP or MP4 file. Only the last frame is in memory.
 
 GIF and WebP are assembled here from frames that Pillow encodes; after the first, a frame is only the rectangle that
-changed. Pillow's own writers keep all frames until the end. PyAV is an extra, and its GIFs are less exact: of 101
-frames of newtons-cradle, 0.7 % of the pixels are off, here 0.35 %, in 2.5 MB with a palette per frame, here 0.56 MB.
+changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s of newtons-cradle its GIF, with a
+palette per frame, has 2.5 MB with 0.7 % of the pixels off, here 0.56 MB with 0.35 %; its WebP 0.44 MB, here 1.1 MB.
 """
 
 import io
