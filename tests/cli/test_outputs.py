@@ -35,10 +35,10 @@ from sandbox.sweep.journal import journal_of
 from sandbox.view.film import FILMS, Film
 from sandbox.view.picture import save_picture
 
-KILLS_PER_WRITER = settings().max_examples // 12  # of each writer: 8, and 833 with --hypothesis-profile=thorough
+KILLS_PER_WRITER = settings().max_examples // 12  # 8, and 833 with --hypothesis-profile=thorough
 OLD = b"the old one"
 Write = Callable[[], object]
-Made = tuple[Write, bytes, int]  # what writes a file, what is in it then, and how many moments that has
+Made = tuple[Write, bytes, int]  # what writes a file, its content, and the number of built-in calls
 
 
 @pytest.fixture(autouse=True)
@@ -51,7 +51,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 # Killed during a write
 
 
-def film(path: str) -> None:
+def write_film(path: str) -> None:
     with FILMS[Path(path).suffix](path, (64, 64)) as made:
         for k in range(3):
             surface = Surface((64, 64))
@@ -60,7 +60,7 @@ def film(path: str) -> None:
 
 
 def writers() -> Mapping[str, Write]:
-    """Return what writes each kind of file, by the file's name."""
+    """Return functions that write each kind of file, by the name of the file."""
     scene = load("article").changed(seconds=0.5)
     run = simulate(scene, "article", steps=20)
     surface = Surface((64, 64))
@@ -70,7 +70,7 @@ def writers() -> Mapping[str, Write]:
     films = [ending for ending in FILMS if ending != ".mp4" or find_spec("av")]
     return (
         {f"trace{ending}": partial(write_trace, run, f"trace{ending}") for ending in (".npz", ".csv", ".xyz")}
-        | {f"film{ending}": partial(film, f"film{ending}") for ending in films}
+        | {f"film{ending}": partial(write_film, f"film{ending}") for ending in films}
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
@@ -82,8 +82,8 @@ def writers() -> Mapping[str, Write]:
     )
 
 
-class Moments:
-    """Counts the calls of built-in functions, as those that write are, and may kill the process at one of them."""
+class BuiltInCalls:
+    """Counts calls of built-in functions, which include every write, and may kill the process at one of them."""
 
     def __init__(self, last: float = np.inf) -> None:
         self.count, self.last = 0, last
@@ -110,9 +110,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Made]:
         found = {}
         for name, act in writers().items():
             act()
-            moments = Moments()
-            moments.of(act)
-            found[name] = act, Path(name).read_bytes(), moments.count
+            calls = BuiltInCalls()
+            calls.of(act)
+            found[name] = act, Path(name).read_bytes(), calls.count
         return found
 
 
@@ -122,16 +122,16 @@ def test_a_kill_during_a_write_leaves_the_old_file_or_the_new_one(
     """A temporary file that is left behind does not hinder the next write."""
     rng, left = random.Random(0), 0
     for name, (act, new, count) in made.items():
-        for moment in rng.choices(range(1, count), k=KILLS_PER_WRITER):
+        for call in rng.choices(range(1, count), k=KILLS_PER_WRITER):
             path = Path(name)
             path.unlink(missing_ok=True)
             old = rng.choice([None, OLD])
             if old:
                 path.write_bytes(old)
-            code = exit_code_of(forked(partial(Moments(moment).of, act)))
+            code = exit_code_of(forked(partial(BuiltInCalls(call).of, act)))
             assert code in (-signal.SIGKILL, 0)  # without an old file there are fewer calls
             whole = (path.read_bytes() if path.exists() else None) in ((old, new) if code else (new,))
-            assert whole, f"{name} at {moment} of {count}"  # without showing a megabyte
+            assert whole, f"{name} at {call} of {count}"  # without showing a megabyte
             partials = [entry for entry in Path().iterdir() if entry != path]
             assert all(entry.match(f".{name}.*.partial") for entry in partials)
             left += len(partials)
@@ -152,12 +152,12 @@ def test_a_kill_while_a_row_is_saved_keeps_the_rows_before() -> None:
             for row in rows:
                 kept.add(row)
 
-    moments = Moments()
-    moments.of(keep)
+    calls = BuiltInCalls()
+    calls.of(keep)
     found = set()
-    for moment in random.Random(0).choices(range(1, moments.count), k=KILLS_PER_WRITER):
+    for call in random.Random(0).choices(range(1, calls.count), k=KILLS_PER_WRITER):
         journal_of("f.csv").unlink(missing_ok=True)
-        assert exit_code_of(forked(partial(Moments(moment).of, keep))) == -signal.SIGKILL
+        assert exit_code_of(forked(partial(BuiltInCalls(call).of, keep))) == -signal.SIGKILL
         with journal(sweep, "f.csv") as kept:
             assert kept.rows == rows[: len(kept.rows)]
             found.add(len(kept.rows))

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -128,8 +129,11 @@ def processes_of(session: int) -> set[int]:
     return found - {session}
 
 
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
-def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently() -> None:
+@pytest.fixture
+def sweeping() -> Iterator[subprocess.Popen[str]]:
+    """Start a sweep in a session of its own, until its workers have started; check at the end that all have ended."""
+    if not Path("/proc/self/stat").exists():
+        pytest.skip("needs /proc")
     arguments = ["sweep", "article", "--seeds", "0:50", "--workers", "2", "--out", "f.csv"]
     program = subprocess.Popen(
         [sys.executable, "-m", "sandbox", *arguments],
@@ -141,9 +145,7 @@ def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently() -
     while len(processes_of(program.pid)) < 3:  # two workers, and multiprocessing's resource tracker
         assert program.poll() is None
         time.sleep(0.01)
-    os.killpg(program.pid, signal.SIGINT)
-    output, _ = program.communicate(timeout=60)
-    assert (program.returncode, said(output)) == (-signal.SIGINT, "")
+    yield program
     deadline = time.monotonic() + 30
     while processes_of(program.pid):
         assert time.monotonic() < deadline
@@ -151,9 +153,18 @@ def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently() -
     assert [entry.name for entry in Path().iterdir()] == ["f.csv.journal"]
 
 
-def test_mouse_input_is_saved_when_a_signal_ends_the_window(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(sweeping: subprocess.Popen[str]) -> None:
+    os.killpg(sweeping.pid, signal.SIGINT)
+    output, _ = sweeping.communicate(timeout=60)
+    assert (sweeping.returncode, said(output)) == (-signal.SIGINT, "")
+
+
+def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str]) -> None:
+    sweeping.kill()
+    sweeping.communicate(timeout=60)
+
+
+def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setattr("sandbox.view.window.has_display", lambda: True)
     grab = Grab(step=0, ball=0, at=(100, 100))
