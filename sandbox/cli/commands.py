@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from sandbox.cli.exit import exit_codes
-from sandbox.cli.inputs import save_inputs_of, scene_and_inputs
+from sandbox.cli.inputs import scene_and_inputs, write_inputs_file
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
@@ -101,12 +101,12 @@ def run(
         finally:  # mouse input cannot be reproduced
             if save_inputs:
                 session = window.stage.session
-                save_inputs_of(window.scene, session.given(), session.step, save_inputs)
+                write_inputs_file(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
         _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
-            save_inputs_of(chosen, replayed, chosen.steps, save_inputs)
+            write_inputs_file(chosen, replayed, chosen.steps, save_inputs)
 
 
 @app.command()

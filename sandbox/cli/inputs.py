@@ -35,7 +35,7 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[
     return chosen, recorded
 
 
-def save_inputs_of(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:
+def write_inputs_file(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:
     """Write the inputs of a run that has made so many steps."""
     from sandbox.run.inputs import End, Start, write_inputs
 
