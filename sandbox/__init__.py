@@ -1,4 +1,8 @@
-"""A rigid-body sandbox: several solvers run one scene side by side, and you see how far they are apart.
+"""Run one rigid-body scene in several solvers side by side, and see how far they drift apart.
+
+    load      reads a scene: a TOML file, or a bundled scene
+    simulate  runs a scene in one engine, and returns its trajectory
+    compare   runs a scene in several engines, and returns how far they are apart, since when, and why
 
 >>> import sandbox
 >>> scene = sandbox.load("article")
@@ -9,20 +13,41 @@
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison, compare
-    from sandbox.errors import SandboxError
+    from sandbox.engines import Engine
+    from sandbox.errors import Refused, SandboxError
     from sandbox.run.trajectory import Trajectory, simulate
     from sandbox.scene import Scene, load
+    from sandbox.state import Contacts, State
 
-__all__ = ["Comparison", "SandboxError", "Scene", "Trajectory", "compare", "load", "simulate"]
+    __version__: str
 
-_HOME = {
+__all__ = [
+    "Comparison",
+    "Contacts",
+    "Engine",
+    "Refused",
+    "SandboxError",
+    "Scene",
+    "State",
+    "Trajectory",
+    "__version__",
+    "compare",
+    "load",
+    "simulate",
+]
+
+_MODULES: Final = {
     "Comparison": "analysis.comparison",
+    "Contacts": "state",
+    "Engine": "engines",
+    "Refused": "errors",
     "SandboxError": "errors",
     "Scene": "scene",
+    "State": "state",
     "Trajectory": "run.trajectory",
     "compare": "analysis.comparison",
     "load": "scene",
@@ -30,10 +55,18 @@ _HOME = {
 }
 
 
-def __getattr__(name: str) -> object:
-    """Import a name of the surface when it is first used: numba and pydantic are slow to import."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if _HOME[name] == "analysis.comparison":
-        import_module("sandbox.report.notebook")  # registers how a notebook shows a comparison
-    return getattr(import_module(f"sandbox.{_HOME[name]}"), name)
+def __dir__() -> list[str]:
+    return __all__
+
+
+if not TYPE_CHECKING:  # a type checker would believe every name to exist
+
+    def __getattr__(name: str) -> object:
+        """Import a public name when it is first used: numba and pydantic are slow to import."""
+        if name == "__version__":
+            return import_module("importlib.metadata").version("pymunk-sandbox")
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        if _MODULES[name] == "analysis.comparison":
+            import_module("sandbox.report.notebook")  # registers how a notebook shows a comparison
+        return getattr(import_module(f"sandbox.{_MODULES[name]}"), name)

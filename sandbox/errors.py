@@ -1,4 +1,4 @@
-"""A user's mistakes: one message each, with what is wrong, where, and what would be right."""
+"""Errors that a user can put right: one message each, with what is wrong, where, and what would be right."""
 
 import difflib
 import itertools
@@ -13,31 +13,31 @@ from typing import Final
 
 from sandbox.text import printable
 
-KeyPath = tuple[str | int, ...]  # of keys into a document: ("balls", 2, "radius")
+KeyPath = tuple[str | int, ...]  # keys into a document, such as ("balls", 2, "radius")
 
-MAX_BYTES: Final = 2_000_000  # of a file that a person writes: room for 20,000 balls one by one
-MAX_REPORTED: Final = 100  # mistakes of one file
-MOST_SHOWN: Final = 40  # characters of what a file says
-MOST_BITS: Final = 14_000  # of a whole number shown in decimals: Python writes no more than 4,300 digits
+MAX_TEXT_FILE_BYTES: Final = 2_000_000  # room for 20,000 balls, each in a group of its own
+MAX_REPORTED: Final = 100  # errors of one file
+MAX_VALUE_LENGTH: Final = 40  # characters of a value in a message
+MAX_DECIMAL_BITS: Final = 14_000  # larger integers are shown in hexadecimal: Python limits decimals to 4,300 digits
 
 
 class SandboxError(ValueError):
-    """Something the user can put right; its text is the whole message, one line a mistake, and printable."""
+    """An error that the user can put right. Its text is the whole message: printable, one line for each error."""
 
     def __init__(self, text: str) -> None:
         super().__init__("\n".join(map(printable, text.split("\n"))))
 
 
 def first_errors(found: Iterable[str], file: object) -> SandboxError:
-    """Make one mistake of all that were found in a file, a line each; of the first, where they are very many."""
-    told = list(itertools.islice(found, MAX_REPORTED + 1))
-    if len(told) > MAX_REPORTED:
-        told[MAX_REPORTED:] = [f"{file}: has more mistakes than these {MAX_REPORTED}"]
-    return SandboxError("\n".join(told))
+    """Return one exception for all errors found in a file, a line each, up to MAX_REPORTED lines."""
+    lines = list(itertools.islice(found, MAX_REPORTED + 1))
+    if len(lines) > MAX_REPORTED:
+        lines[MAX_REPORTED:] = [f"{file}: has more than these {MAX_REPORTED} errors"]
+    return SandboxError("\n".join(lines))
 
 
 def shown(value: object) -> str:
-    """Show a value in a message the way TOML writes it: short, on one line, printable.
+    """Format a value for a message much as TOML would: short, on one line, printable.
 
     >>> shown([1.5, True]), shown(float("nan")), shown({"a": 16**5000})
     ('[1.5, true]', 'nan', '{"a": 0x1000000000000000000000000000...')
@@ -45,13 +45,13 @@ def shown(value: object) -> str:
     text = ""
     for piece in _pieces(value):
         text += piece
-        if len(text) > MOST_SHOWN:
-            return text[: MOST_SHOWN - 3] + "..."
+        if len(text) > MAX_VALUE_LENGTH:
+            return text[: MAX_VALUE_LENGTH - 3] + "..."
     return text
 
 
 def _pieces(value: object) -> Iterator[str]:
-    """Write a value piece by piece, so that no more of it need be written than is shown."""
+    """Yield the text of a value in pieces, so that a long value is not formatted beyond what is shown."""
     if isinstance(value, dict | list | tuple):
         begin, end = "{}" if isinstance(value, dict) else "[]"
         yield begin
@@ -62,13 +62,13 @@ def _pieces(value: object) -> Iterator[str]:
             yield from _pieces(value[inner] if isinstance(value, dict) else inner)
         yield end
     elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield hex(value) if isinstance(value, int) and value.bit_length() > MOST_BITS else str(value)
+        yield hex(value) if isinstance(value, int) and value.bit_length() > MAX_DECIMAL_BITS else str(value)
     else:
         yield json.dumps(value, default=str)
 
 
 def dotted(path: KeyPath) -> str:
-    """Spell a path as the messages do.
+    """Format a path of keys for a message.
 
     >>> dotted(("balls", 2, "radius"))
     'balls[2].radius'
@@ -77,11 +77,11 @@ def dotted(path: KeyPath) -> str:
 
 
 def _bare_or_quoted(key: str) -> str:
-    return key if re.fullmatch(rf"[\w-]{{1,{MOST_SHOWN}}}", key, re.ASCII) else shown(key)
+    return key if re.fullmatch(rf"[\w-]{{1,{MAX_VALUE_LENGTH}}}", key, re.ASCII) else shown(key)
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Name the known word a mistyped one is nearest to, or all that are known.
+    """Suggest the known word nearest to a mistyped one, or list all known words.
 
     >>> nearest("radios", ["mass", "radius"]), nearest("x", ["mass", "radius"])
     ('did you mean radius?', 'known are mass, radius')
@@ -91,8 +91,8 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
 
 
-def _without_waiting(path: str, flags: int) -> int:
-    """Open a file to read; of a pipe that nobody writes to, there is nothing to read. Windows has no such files."""
+def _open_without_blocking(path: str, flags: int) -> int:
+    """Open a file for reading; a named pipe without a writer reads as empty. Windows has no named pipes in folders."""
     if sys.platform == "win32":
         return os.open(path, flags)
     descriptor = os.open(path, flags | os.O_NONBLOCK)
@@ -100,14 +100,14 @@ def _without_waiting(path: str, flags: int) -> int:
     return descriptor
 
 
-def read_text(file: Path, most: int = MAX_BYTES) -> str:
-    """Read a file that a person names, of so many bytes at most, with one message for all that can be wrong with it."""
+def read_text(file: Path, max_bytes: int = MAX_TEXT_FILE_BYTES) -> str:
+    """Read a UTF-8 file that the user named. Raises SandboxError if it is unreadable, too large or not UTF-8."""
     name = printable(str(file))
     try:
-        with open(file, "rb", opener=_without_waiting) as opened:
-            raw = opened.read(most + 1)
-        if len(raw) > most:
-            raise SandboxError(f"{name}: is larger than {most:,} bytes")
+        with open(file, "rb", opener=_open_without_blocking) as opened:
+            raw = opened.read(max_bytes + 1)
+        if len(raw) > max_bytes:
+            raise SandboxError(f"{name}: is larger than {max_bytes:,} bytes")
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
@@ -116,11 +116,11 @@ def read_text(file: Path, most: int = MAX_BYTES) -> str:
         raise SandboxError(f"{name}: cannot be read: {error.strerror}") from None
 
 
-NOBODY_READS: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
+CLOSED_PIPE: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
 
 
-class Ended(BaseException):
-    """A signal ends the program; or nobody reads what it writes, as SIGPIPE has it."""
+class Terminated(BaseException):
+    """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -128,4 +128,4 @@ class Ended(BaseException):
 
 
 class Refused(SandboxError):
-    """An engine cannot honour a scene; the text says why, and what can."""
+    """An engine cannot run a scene; the text says why, and which engine can."""

@@ -1,4 +1,4 @@
-"""How a command ends: at a mistake, a signal, a pipe that nobody reads. What it has begun is undone first."""
+"""Signals as exceptions, so that a terminated command cleans up first; and sections in which a signal must wait."""
 
 import signal
 import sys
@@ -7,24 +7,24 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Final
 
-from sandbox.errors import Ended
+from sandbox.errors import Terminated
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
-SOON: Final = 0.001  # s
+RERAISE_DELAY: Final = 0.001  # s
 
-_holding: Final[list[None]] = []  # one for each `held` that one is in
-_waiting: Final[list[int]] = []  # signals that came there
+_deferrals: Final[list[None]] = []  # one for each `signals_deferred` in progress
+_deferred: Final[list[int]] = []  # signals that arrived meanwhile
 
 
 @contextmanager
-def _signals() -> Iterator[None]:
-    """Raise Ended at a signal, but for those that are ignored, as nohup has it, or that are not Python's to handle."""
+def signals_as_exceptions() -> Iterator[None]:
+    """Raise Terminated at a signal, except for those that are ignored, as under nohup, or not handled by Python."""
     handlers = {each: signal.getsignal(each) for each in SIGNALS}
     before = {each: handler for each, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
     hook = sys.unraisablehook
     for each in before:
-        signal.signal(each, _end)
-    sys.unraisablehook = _raise_again
+        signal.signal(each, _terminate)
+    sys.unraisablehook = _reraise_later
     try:
         yield
     finally:
@@ -34,31 +34,31 @@ def _signals() -> Iterator[None]:
 
 
 @contextmanager
-def held() -> Iterator[None]:
-    """Let a signal wait until something is done that must not be done by half."""
-    _holding.append(None)
+def signals_deferred() -> Iterator[None]:
+    """Defer signals until the end of a section that must not be left half done."""
+    _deferrals.append(None)
     try:
         yield
     finally:
-        _holding.pop()
-        if _waiting and not _holding:
-            _end(_waiting.pop())
+        _deferrals.pop()
+        if _deferred and not _deferrals:
+            _terminate(_deferred.pop())
 
 
-def _end(number: int, _frame: FrameType | None = None) -> None:
-    if _holding:
-        _waiting.append(number)
+def _terminate(number: int, _frame: FrameType | None = None) -> None:
+    if _deferrals:
+        _deferred.append(number)
         return
-    signal.signal(number, signal.SIG_DFL)  # who asks twice does not want to wait
-    raise Ended(number)
+    signal.signal(number, signal.SIG_DFL)  # a second signal ends the program at once
+    raise Terminated(number)
 
 
-def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
-    """Raise again, a little later, what was raised where nothing can be: in what C calls back, or as an object goes."""
-    end = lost.exc_value
-    if sys.platform == "win32" or not isinstance(end, Ended):  # Windows has no such timer
+def _reraise_later(lost: "sys.UnraisableHookArgs") -> None:
+    """Raise Terminated again, a moment later, if it was lost in a destructor or in a callback from C."""
+    error = lost.exc_value
+    if sys.platform == "win32" or not isinstance(error, Terminated):  # Windows has no interval timer
         sys.__unraisablehook__(lost)
         return
-    number = end.number
-    signal.signal(signal.SIGALRM, lambda *_: _end(number))
-    signal.setitimer(signal.ITIMER_REAL, SOON)
+    number = error.number
+    signal.signal(signal.SIGALRM, lambda *_: _terminate(number))
+    signal.setitimer(signal.ITIMER_REAL, RERAISE_DELAY)

@@ -9,93 +9,94 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, TextIO
 
-from sandbox.errors import Ended, SandboxError
-from sandbox.files import telling
-from sandbox.signals import _signals
+from sandbox.errors import SandboxError, Terminated
+from sandbox.files import write_errors
+from sandbox.signals import signals_as_exceptions
 
-NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+DISK_FULL: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
-def ending() -> Iterator[None]:
-    """End the program as what happens within says: exit code 2 and one message at a mistake, by a signal at a signal.
+def exit_codes() -> Iterator[None]:
+    """Turn exceptions into exits: code 2 and one message for a SandboxError, the signal itself for Terminated.
 
-    A shell tells the latter as 128 + its number: 130 for Ctrl-C, 143 for SIGTERM, 141 for a closed pipe.
+    A shell reports the latter as 128 + the signal's number: 130 for Ctrl-C, 143 for SIGTERM, 141 for a closed pipe.
     """
-    with _streams():
+    with _checked_streams():
         try:
-            with _signals(), _telling_of_numba():
+            with signals_as_exceptions(), _numba_cache_errors():
                 try:
                     yield
                 finally:
                     if sys.stdout:
                         sys.stdout.flush()
-        except SandboxError as mistake:
+        except SandboxError as error:
             try:
-                print(mistake, file=sys.stderr)
-            finally:  # also where nobody can be told
+                print(error, file=sys.stderr)
+            finally:  # even if standard error cannot be written
                 sys.exit(2)
-        except (Ended, SystemError) as error:
-            end = error if isinstance(error, Ended) else error.__cause__  # as it comes out of numba's kernels
-            if not isinstance(end, Ended):
+        except (Terminated, SystemError) as error:
+            end = error if isinstance(error, Terminated) else error.__cause__  # numba's kernels wrap it
+            if not isinstance(end, Terminated):
                 raise
             signal.signal(end.number, signal.SIG_DFL)
             signal.raise_signal(end.number)
 
 
 @contextmanager
-def _streams() -> Iterator[None]:
-    """Have both outputs say what is wrong with them. Standard error, where it is closed, takes everything."""
+def _checked_streams() -> Iterator[None]:
+    """Replace both output streams by CheckedStreams. Text for a standard error that is closed is discarded."""
     before = sys.stdout, sys.stderr
     open_error = sys.stderr or io.TextIOWrapper(io.BytesIO())
-    output, error = sys.stdout and Stream(sys.stdout, "standard output"), Stream(open_error, "standard error")
+    output = sys.stdout and CheckedStream(sys.stdout, "standard output")
+    error = CheckedStream(open_error, "standard error")
     sys.stdout, sys.stderr = output, error
     try:
         yield
     finally:
         sys.stdout, sys.stderr = before
         for stream in filter(None, (output, error)):
-            stream.detach()  # or it would close what both write to
+            stream.detach()  # or it would close the buffer that both share
 
 
 @contextmanager
-def _telling_of_numba() -> Iterator[None]:
-    """Turn into a SandboxError that numba cannot keep what it compiles: all else that is written tells of itself."""
+def _numba_cache_errors() -> Iterator[None]:
+    """Turn a failure to cache compiled engines into a SandboxError; all other writes have `write_errors`."""
     try:
         yield
     except (OSError, RuntimeError) as error:
-        if isinstance(error, OSError) and error.errno in NO_ROOM:
+        if isinstance(error, OSError) and error.errno in DISK_FULL:
             why = error.strerror
         elif "no locator available" in str(error):
-            why = "neither the sandbox's own folder nor the user's can be"
+            why = "no cache folder is writable"
         else:
             raise
-        raise SandboxError(f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder") from None
+        raise SandboxError(f"compiled engines cannot be written: {why}; set NUMBA_CACHE_DIR to a folder") from None
 
 
-class Stream(io.TextIOWrapper):
-    """Standard output or error that says what is wrong with it, once; then it takes everything, and keeps nothing."""
+class CheckedStream(io.TextIOWrapper):
+    """Standard output or error that raises its first write error as a SandboxError, and then discards all text."""
 
     def __init__(self, stream: TextIO, name: str) -> None:
         lines = bool(stream.line_buffering)
         super().__init__(stream.buffer, encoding=stream.encoding, errors="replace", line_buffering=lines)
-        self._called = name
+        self._label = name
 
     def write(self, text: str) -> int:
-        """Write text. Raises SandboxError, or Ended."""
-        with self._telling():
+        """Write text. Raises SandboxError or Terminated."""
+        with self._first_error_only():
             return super().write(text)
 
     def flush(self) -> None:
-        """Write what is held back. Raises SandboxError, or Ended."""
-        with self._telling():
+        """Write what is buffered. Raises SandboxError or Terminated."""
+        with self._first_error_only():
             super().flush()
 
     @contextmanager
-    def _telling(self) -> Iterator[None]:
+    def _first_error_only(self) -> Iterator[None]:
         try:
-            with telling(self._called):
+            with write_errors(self._label):
                 yield
-        except (SandboxError, Ended):
+        except (SandboxError, Terminated):
             os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
             raise

@@ -71,9 +71,7 @@ def _lacks_library(engine: str) -> bool:
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
     engines = _BUILT_IN if name in _BUILT_IN else registry()  # which takes 6 ms, and every edit builds engines anew
     if _lacks_library(name):
-        raise SandboxError(
-            f"{name}: needs {_EXTRAS[name]}, which is not installed; pip install 'pymunk-sandbox[{name}]'"
-        )
+        raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
     if name not in engines:
         raise SandboxError(f"no engine {name!r}; {nearest(name, engines)}")
     try:

@@ -18,7 +18,7 @@ from bokeh.resources import INLINE
 
 from sandbox.report.charts import Style, style_of
 from sandbox.scene.model import PALETTE
-from sandbox.sweep.jobs import SHARES, Row, Sweep
+from sandbox.sweep.jobs import SPEED_CLASSES, Row, Sweep
 
 SIZE: Final[dict[str, Any]] = {"width": 1150, "height": 420, "toolbar_location": None}  # px of a chart
 RATE_OFFSET: Final = 1.03  # factor on the rate axis between one engine and the next, so that they do not overlap
@@ -133,11 +133,11 @@ def _speeds(rows: Sequence[Row]) -> Any:
         y_axis_label="balls found / expected",
         **SIZE,
     )
-    middles = (np.arange(SHARES) + 0.5) / SHARES
+    middles = (np.arange(SPEED_CLASSES) + 0.5) / SPEED_CLASSES
     for name, style in _styles(rows).items():
         counts = np.sum([row["speeds"] for row in rows if _name(row) == name and row["speeds"]], axis=0)
         if np.sum(counts):
-            shares = counts * SHARES / np.sum(counts)
+            shares = counts * SPEED_CLASSES / np.sum(counts)
             chart.step(
                 middles,
                 shares,

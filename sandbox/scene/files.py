@@ -14,7 +14,7 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_BYTES, MAX_REPORTED, SandboxError, dotted, first_errors, nearest, read_text
+from sandbox.errors import MAX_REPORTED, MAX_TEXT_FILE_BYTES, SandboxError, dotted, first_errors, nearest, read_text
 from sandbox.files import whole_file
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
@@ -84,9 +84,13 @@ def write(scene: Scene, state: State, path: str | Path) -> None:
     Raises SandboxError if the file would not load again, or cannot be written.
     """
     numbers = np.column_stack([state.position, state.velocity]).tolist()
-    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_BYTES else None  # a larger one would take minutes
-    if text is None or len(text.encode()) > MAX_BYTES:
-        raise SandboxError(f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_BYTES:,} bytes of a scene file")
+    text = (
+        _dumped(scene, state) if len(repr(numbers)) <= MAX_TEXT_FILE_BYTES else None
+    )  # a larger one would take minutes
+    if text is None or len(text.encode()) > MAX_TEXT_FILE_BYTES:
+        raise SandboxError(
+            f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_TEXT_FILE_BYTES:,} bytes of a scene file"
+        )
     parse(text, str(path))
     with whole_file(path) as file:
         file.write(text.encode())

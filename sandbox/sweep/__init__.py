@@ -1,6 +1,6 @@
 """Many runs of a scene: seeds, rates, engines and settings -> a table with a row for each.
 
-A row is the same whoever runs it, and in what order: here, on a cluster, or after the sweep was killed and begun again.
+A row does not depend on where or when it runs: here, on a cluster, or after the sweep was killed and restarted.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ def missing(sweep: Sweep, kept: Journal) -> list[Job]:
 
 
 def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[Outcome]:
-    """Run the jobs that have no row yet, in processes here or on a Dask cluster; a row is kept before it is yielded."""
+    """Run the jobs that have no row yet, locally or on a Dask cluster; each row is saved before it is yielded."""
     jobs = missing(sweep, kept)
     for outcome in dask(sweep, jobs, scheduler) if scheduler else local(sweep, jobs, workers):
         if outcome.row is not None:
@@ -43,13 +43,13 @@ def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None 
 
 
 def as_csv(rows: Sequence[Row]) -> str:
-    """Return the table of rows."""
+    """Return rows as a CSV table."""
     columns, lines = table(rows)
     return csv_text([columns, *lines])
 
 
 def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
-    """Write the table; where it has every row, what was kept to go on from is no longer needed."""
+    """Write the table, and delete its journal once every row is there."""
     with whole_file(out) as file:
         file.write(as_csv(rows).encode())
     if is_file(out) and len(rows) == len(sweep.jobs):

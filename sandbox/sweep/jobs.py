@@ -1,4 +1,4 @@
-"""The rows of a sweep: what each is of, and how it is come by."""
+"""The jobs of a sweep, and the row that each gives."""
 
 import json
 import platform
@@ -26,12 +26,12 @@ from sandbox.scene.spawn import spawn
 Row = dict[str, Any]  # column -> value
 
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
-MOST: Final = 1_000_000  # rows, which are held in memory
-SHARES: Final = 20  # of a final speed's law, into which speeds are sorted
+MAX_ROWS: Final = 1_000_000  # all of which are in memory
+SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
 class Job(NamedTuple):
-    """One run of one engine: a row. settings: of Pymunk, as in "iterations=10 substeps=4"."""
+    """One run of one engine. settings: of Pymunk, as in "iterations=10 substeps=4"."""
 
     seed: int
     rate: int
@@ -39,7 +39,7 @@ class Job(NamedTuple):
     settings: str = ""
 
     def __str__(self) -> str:
-        """Name it for people."""
+        """Describe the job in a message."""
         return f"seed {self.seed}, rate {self.rate}, {self.engine} {self.settings}".rstrip()
 
 
@@ -52,7 +52,7 @@ COLUMNS: Final = (
 
 @dataclass(frozen=True)
 class Sweep:
-    """A scene, its jobs in the order of the table, and the engine that they are measured against."""
+    """A scene, its jobs in the order of the table, and the engine they are measured against."""
 
     scene: Scene
     against: str
@@ -68,18 +68,18 @@ def plan(
     *,
     against: str | None = None,
 ) -> Sweep:
-    """Plan a row for each seed, rate and engine; of Pymunk, one for each combination of its settings.
+    """Plan a job for each seed, rate and engine, and for Pymunk one for each combination of its settings.
 
-    Raises SandboxError for what no scene may have, and where an engine cannot honour the scene.
+    Raises SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
     """
     if settings and TUNED not in engines:
-        raise SandboxError(f"settings are of {TUNED}, which does not take part; add it to --engines")
+        raise SandboxError(f"--set changes settings of {TUNED}, which is not among the engines; add it to --engines")
     choices = [[f"{key}={value}" for value in values] for key, values in sorted((settings or {}).items())]
     tunings = [" ".join(choice) for choice in product(*choices)]
     tunings_of = {engine: tunings if engine == TUNED else [""] for engine in engines}
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
-    if count > MOST:
-        raise SandboxError(f"a sweep of {count:,} rows is more than the {MOST:,} that there is room for")
+    if count > MAX_ROWS:
+        raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
     first = scene.changed(seed=seeds[0])
     against = against or (REFERENCE if takes(REFERENCE, first, spawn(first)) else engines[-1])
     for name in dict.fromkeys([*engines, against]):
@@ -95,7 +95,7 @@ def plan(
 
 
 def tuned(scene: Scene, job: Job) -> Scene:
-    """Return the scene that a job runs. Raises SandboxError for a setting, rate or seed that no scene may have."""
+    """Return the scene that a job runs. Raises SandboxError for an invalid setting, rate or seed."""
     pairs = (setting.partition("=") for setting in job.settings.split())
     settings = {key: json.loads(value) for key, _, value in pairs}
     pymunk = scene.pymunk.model_dump(exclude_unset=True) | settings
@@ -103,7 +103,7 @@ def tuned(scene: Scene, job: Job) -> Scene:
 
 
 def run(scene: Scene, against: str, job: Job) -> Row:
-    """Run a job: its row, without what is unknown, and as `speeds` what a report shows beside the table."""
+    """Run a job and return its row, without empty values; `speeds` is for the report only."""
     start = time.perf_counter()
     comparison = compare(tuned(scene, job), list(dict.fromkeys([job.engine, against])), against=against)
     wall = time.perf_counter() - start
@@ -124,26 +124,26 @@ def run(scene: Scene, against: str, job: Job) -> Row:
 
 @cache
 def versions() -> Mapping[str, str]:
-    """Name what runs here: two machines with other libraries may give other rows."""
+    """Return the versions that a row records: with other libraries, results may differ."""
     return {name: version(package) for name, package in LIBRARIES.items()} | {"python": platform.python_version()}
 
 
 def speed_shares(comparison: Comparison, run: Run) -> list[int]:
-    """Count how many balls have each twentieth of the speeds at the end, by the law of as many with their energy.
+    """Count final speeds in classes that are equally likely under the law of speeds for the same number and energy.
 
-    All are alike where the law holds. Empty where it says nothing: of balls of several masses, of one, or at rest.
+    If the law holds, the counts are alike. Empty where no law applies: balls of several masses, a single ball, or rest.
     """
     mass, speed = comparison.scene.bodies.mass, length(run.final.velocity)
     whole = float(np.sqrt(np.sum(speed**2)))
     if np.ptp(mass) > 0 or len(mass) < 2 or not whole > 0:
         return []
     shares = speed_law(speed, whole, len(mass))
-    counts, _ = np.histogram(shares, SHARES, (0, 1))
+    counts, _ = np.histogram(shares, SPEED_CLASSES, (0, 1))
     return [int(count) for count in counts]
 
 
 def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
-    """Return the columns and lines of the CSV. What has values under names of its own gets a column for each."""
+    """Return the columns and lines of the CSV. A value that is a table gets a column for each of its keys."""
     inner = sorted({name for row in rows for name in row if "." in name})
     columns = [
         name for column in COLUMNS for name in [one for one in inner if one.startswith(f"{column}.")] or [column]
@@ -156,18 +156,18 @@ def _cell(value: Any) -> object:
 
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
-    """Sort rows as the jobs of a sweep are; those of other jobs are left out."""
+    """Sort rows by the order of a sweep's jobs, without rows of other jobs."""
     found = {job_of(row): row for row in rows}
     return [found[job] for job in sweep.jobs if job in found]
 
 
 def job_of(row: Row) -> Job:
-    """Tell which job a row is of."""
+    """Return the job that gave a row."""
     return Job(*(row[field] for field in Job._fields))
 
 
 def is_row(found: object) -> bool:
-    """Tell whether what a file holds is a row as `run` makes them."""
+    """Return whether a value read from a file is a row as `run` makes them."""
     if not isinstance(found, dict):
         return False
     return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in Job.__annotations__.items())

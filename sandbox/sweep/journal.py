@@ -1,7 +1,7 @@
-"""The rows of a sweep as they come, in a file that outlives a sweep which is killed.
+"""The rows of a sweep as they finish, in a file from which a sweep that was killed resumes.
 
-A line is one row, as JSON, and on the disk before the next one is begun. The first line says what the rows are of.
-What is torn, or no row, is dropped with all that follows when the file is opened again, and is run again.
+Each line is a row, as JSON, and is synced to the disk before the next is written. The first line identifies the sweep.
+A line that is torn or not a row is dropped with all that follow it when the file is opened; their jobs run again.
 """
 
 import hashlib
@@ -13,46 +13,46 @@ from pathlib import Path
 from typing import IO, Any
 
 from sandbox.errors import SandboxError
-from sandbox.files import is_file, telling
+from sandbox.files import is_file, write_errors
 from sandbox.sweep.jobs import Row, Sweep, is_row
 
 
 class Journal:
-    """Rows that are kept. Without a file, only as long as the sweep runs."""
+    """The rows so far. Without a file, they last as long as the sweep."""
 
     def __init__(self, rows: list[Row], file: IO[bytes] | None = None) -> None:
         self.rows = rows
         self._file = file
 
     def add(self, row: Row) -> None:
-        """Keep a row: when this returns, it is on the disk. Raises SandboxError where there is no room for it."""
+        """Save a row: when this returns, it is on the disk. Raises SandboxError if it cannot be written."""
         self.rows.append(row)
         if self._file:
-            with telling(self._file.name):
+            with write_errors(self._file.name):
                 _append(self._file, row)
 
 
 @contextmanager
 def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
-    """Open the journal of a table, with the rows that it has from a sweep that was stopped.
+    """Open the journal of a table, with the rows of a sweep that was stopped.
 
-    Raises SandboxError where it is another sweep's, or cannot be written.
+    Raises SandboxError if it belongs to another sweep, or cannot be written.
     """
     if not is_file(out):
         yield Journal([])
         return
     path = journal_of(out)
-    with telling(path):
+    with write_errors(path):
         file = path.open("a+b", buffering=0)
     with file:
-        with telling(path):
+        with write_errors(path):
             _lock(file, path)
             rows = _resume(file, path, sweep)
         yield Journal(rows, file)
 
 
 def journal_of(out: str) -> Path:
-    """Name the journal of a table: it stands beside it."""
+    """Return the path of a table's journal."""
     return Path(f"{out}.journal")
 
 
@@ -61,7 +61,7 @@ def _resume(file: IO[bytes], path: Path, sweep: Sweep) -> list[Row]:
     content, head = file.read(), _line(_head(sweep))
     if not content.startswith(head[: len(content)]):
         raise SandboxError(
-            f"{path}: has rows of another scene, or of another time; move it away, or give another --out"
+            f"{path}: has rows of another scene or another version of it; move it away, or choose another --out"
         )
     rows, end = _whole_rows(content, len(head))
     file.truncate(end)
@@ -71,7 +71,7 @@ def _resume(file: IO[bytes], path: Path, sweep: Sweep) -> list[Row]:
 
 
 def _whole_rows(content: bytes, begin: int) -> tuple[list[Row], int]:
-    """Return the rows from a place on up to the first that is torn or none, and where that one begins."""
+    """Return the rows from a position up to the first that is torn or invalid, and the position of that one."""
     if len(content) < begin:
         return [], 0
     rows, end = [], begin
@@ -88,7 +88,7 @@ def _whole_rows(content: bytes, begin: int) -> tuple[list[Row], int]:
 
 
 def _head(sweep: Sweep) -> dict[str, Any]:
-    """Tell what a row depends on that it does not name."""
+    """Return what a row depends on but does not contain."""
     scene = sweep.scene.model_dump_json(exclude={"seed", "rate", "title", "about"})
     return {
         "scene": sweep.scene.name,
@@ -109,7 +109,7 @@ def _append(file: IO[bytes], document: dict[str, Any]) -> None:
 
 
 def _lock(file: IO[bytes], path: Path) -> None:
-    """See that no other sweep writes to the same file, where the system can tell."""
+    """Raise SandboxError if another sweep writes to the same file; Windows lacks this lock."""
     try:
         import fcntl
     except ImportError:
@@ -117,4 +117,4 @@ def _lock(file: IO[bytes], path: Path) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise SandboxError(f"{path}: another sweep is at work on it") from None
+        raise SandboxError(f"{path}: is in use by another sweep") from None

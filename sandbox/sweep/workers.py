@@ -1,6 +1,11 @@
-"""Who runs the jobs: processes here, or a Dask cluster. Each yields outcomes as they come, in any order."""
+"""What runs the jobs: local processes, or a Dask cluster. Each yields outcomes as they finish, in any order.
+
+Both are written without `concurrent.futures`. A ProcessPoolExecutor breaks as a whole when a worker dies, and waits for
+ever if one dies while it sends a result; so does a future of Dask's Executor if the connection breaks while it is sent.
+"""
 
 import multiprocessing
+import os
 import signal
 import sys
 from collections import Counter, deque
@@ -13,16 +18,21 @@ from typing import Any, Final, cast
 
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
-from sandbox.signals import held
+from sandbox.signals import signals_deferred
 from sandbox.sweep.jobs import Job, Row, Sweep, run
 
-PATIENCE: Final = 3  # workers that may die at a job before it is given up
-REACH: Final = "10s"  # how long a scheduler may take to answer
+MAX_WORKER_DEATHS: Final = 3  # at one job
+CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
+
+
+def core_count() -> int:
+    """Return how many processes can run at once."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a job: its row, or why there is none."""
+    """The row of a job, or why it has none."""
 
     job: Job
     row: Row | None = None
@@ -30,7 +40,7 @@ class Outcome:
 
 
 def attempt(scene: Scene, against: str, job: Job) -> Outcome:
-    """Run a job. Whatever goes wrong costs its row, not the sweep."""
+    """Run a job. An exception costs its row, not the sweep."""
     try:
         return Outcome(job, run(scene, against, job))
     except Exception as error:
@@ -38,29 +48,29 @@ def attempt(scene: Scene, against: str, job: Job) -> Outcome:
 
 
 def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
-    """Run jobs in so many processes. A process that dies is replaced, and its job begun again."""
+    """Run jobs in so many processes. A process that dies is replaced, and its job is run again."""
     todo, deaths = deque(jobs), Counter[Job]()
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
-            with held():  # one that is not among them would not be stopped
+            with signals_deferred():  # or a worker just started might never be stopped
                 workers.append(Worker(sweep))
         while todo or any(worker.job for worker in workers):
             for worker in workers:
                 if todo and worker.job is None:
-                    worker.begin(todo.popleft())
+                    worker.start(todo.popleft())
             busy = {worker.connection: (worker, worker.job) for worker in workers if worker.job}
             for ready in wait(list(busy)):
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
-                    with held():
+                    with signals_deferred():
                         workers[workers.index(worker)] = Worker(sweep)
                     deaths[job] += 1
-                    if deaths[job] < PATIENCE:
+                    if deaths[job] < MAX_WORKER_DEATHS:
                         todo.appendleft(job)
                         continue
-                    outcome = Outcome(job, failure=f"{PATIENCE} workers died at it")
+                    outcome = Outcome(job, failure=f"its worker process died {MAX_WORKER_DEATHS} times")
                 yield outcome
     finally:
         for worker in workers:
@@ -68,25 +78,25 @@ def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
 
 
 class Worker:
-    """A process that runs one job after another. It ends with the sweep, whatever ends that."""
+    """A process that runs one job after another, until it is stopped or the sweep itself ends."""
 
     def __init__(self, sweep: Sweep) -> None:
-        context = multiprocessing.get_context("spawn")  # forked, it would share locks with what is about to run
-        self.connection, there = context.Pipe()
-        self.process = context.Process(target=_serve, args=(there, sweep.scene, sweep.against), daemon=True)
-        with _deaf():
+        context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(theirs, sweep.scene, sweep.against), daemon=True)
+        with _sigint_blocked():
             self.process.start()
-        there.close()
+        theirs.close()
         self.job: Job | None = None
 
-    def begin(self, job: Job) -> None:
-        """Give it a job. That it has died is found out when its outcome is asked for."""
+    def start(self, job: Job) -> None:
+        """Start a job. If the process has died, `outcome` notices."""
         self.job = job
         with suppress(OSError):
             self.connection.send(job)
 
     def outcome(self) -> Outcome | None:
-        """Take the outcome of its job; None where it has died."""
+        """Receive the outcome of the job; None if the process has died."""
         self.job = None
         try:
             outcome: Outcome = self.connection.recv()
@@ -96,64 +106,61 @@ class Worker:
         return outcome
 
     def stop(self) -> None:
-        """End it."""
+        """Terminate the process."""
         self.connection.close()
         self.process.terminate()
         self.process.join()
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
-    """Start processes that never hear Ctrl-C, not while they import either: the sweep hears it, and ends them."""
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT in processes started here, even while they import: the sweep handles Ctrl-C and stops them."""
     if sys.platform == "win32":
         yield
         return
-    resource_tracker.ensure_running()  # as a process's start would, and hear again from then on
-    heard = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end is closed."""
+    """Run jobs until the other end of the connection is closed."""
     with suppress(EOFError, OSError):
         while True:
             connection.send(attempt(scene, against, connection.recv()))
 
 
 def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
-    """Run jobs on the cluster of a Dask scheduler, which gives those of a worker that dies to another.
+    """Run jobs on the cluster of a Dask scheduler, which reruns the jobs of a worker that dies on another one.
 
-    Raises SandboxError where there is no scheduler, or no longer one.
+    Raises SandboxError if no scheduler answers, or if it stops answering.
     """
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise SandboxError("--scheduler: needs distributed; pip install 'pymunk-sandbox[dask]'") from None
+        raise SandboxError('--scheduler: needs distributed, which is not installed; pip install -e ".[dask]"') from None
     try:
-        client = Client(address, timeout=REACH, set_as_default=False)  # type: ignore[no-untyped-call]
+        client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
-        raise SandboxError(f"--scheduler {address}: no scheduler answers there: {error}") from None
+        raise SandboxError(f"--scheduler {address}: no scheduler answers: {error}") from None
     with client:
-        # Impure: a cluster that has a row from another sweep must not say that it took no time.
+        # pure=False, or a cluster that has run a job before would return its row at once, with a wrong time.
         futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
         for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
-            try:
+            outcome = None
+            with suppress(OSError):  # the connection broke while a row was sent
                 outcome = _outcome(future, futures[future])
-            except OSError:  # Dask's, of a connection that ended while a row was on its way
-                outcome = None
             if outcome is None:
-                raise SandboxError(
-                    f"--scheduler {address}: is gone; the same command goes on with the rows that are missing"
-                )
+                raise SandboxError(f"--scheduler {address}: is gone; the same command runs the rows that are missing")
             yield outcome
             future.release()
 
 
 def _outcome(future: Any, job: Job) -> Outcome | None:
-    """Take what came of a job on a cluster; None where the cluster is gone."""
+    """Return the outcome of a job on a cluster; None if the cluster is gone."""
     if future.status == "finished":
         return cast("Outcome", future.result())
     return Outcome(job, failure=str(future.exception())) if future.status == "error" else None

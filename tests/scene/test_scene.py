@@ -474,7 +474,7 @@ def test_of_very_many_errors_the_first_hundred_are_reported() -> None:
         "9: balls[2].radius must be greater than 0, got 0",
     ]
     assert len(found) == 101
-    assert found[100] == " has more mistakes than these 100"
+    assert found[100] == " has more than these 100 errors"
 
 
 def test_lines_that_end_in_two_carriage_returns_have_their_numbers() -> None:
@@ -669,7 +669,7 @@ def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, t
 
     later = threading.Timer(0.5, write_the_rest)
     later.start()
-    assert command("check", pipe) == (0, f"{pipe}: 1 ball, no mistakes\n", "")
+    assert command("check", pipe) == (0, f"{pipe}: 1 ball, no errors\n", "")
     later.join()
 
 
@@ -709,7 +709,7 @@ def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.Mon
         def forbid(path: str, _: int) -> None:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
-        monkeypatch.setattr("sandbox.errors._without_waiting", forbid)
+        monkeypatch.setattr("sandbox.errors._open_without_blocking", forbid)
     assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
 
 
@@ -734,7 +734,7 @@ def test_check_continues_after_an_error(command: Command, tmp_path: Path) -> Non
     bad.write_text("[arena\n")
     code, out, err = command("check", bad, good, tmp_path)
     assert code == 2
-    assert out == f"{good}: 2 balls, no mistakes\n{good}: warning: balls 0 and 1 overlap by 10 px at the start\n"
+    assert out == f"{good}: 2 balls, no errors\n{good}: warning: balls 0 and 1 overlap by 10 px at the start\n"
     assert err == (
         f"{bad}:1: is not valid TOML: Expected ']' at the end of a table declaration\n"
         f"{tmp_path}: cannot be read: Is a directory\n"

@@ -26,7 +26,7 @@ from hypothesis import strategies as st
 
 from sandbox.cli.inputs import scene_and_inputs
 from sandbox.engines import registry
-from sandbox.errors import MAX_BYTES, Refused, SandboxError
+from sandbox.errors import MAX_TEXT_FILE_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
@@ -126,7 +126,7 @@ SCRAPS = [
     *("\r", "\r\n", "\r\r\n"),
     *("9" * 5_000, "0x" + "f" * 5_000, "1e999", "-nan", "Infinity", "1979-05-27T07:32:00Z", "1_0", "true", "null"),
     *("[" * 5_000, "{a=" * 5_000, '{"a":' * 5_000, "a" + ".a" * 5_000, "[[balls]]\n" * 20_000, "[[walls]]\n" * 20_000),
-    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_BYTES),
+    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_TEXT_FILE_BYTES),
 ]
 SCRAP_BYTES = [scrap.encode(errors="surrogatepass") for scrap in SCRAPS]
 

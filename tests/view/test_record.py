@@ -1,4 +1,4 @@
-"""Recordings: their frames are decoded, and hold the balls where the trace has them."""
+"""Recordings: decoded frames show the balls where the trajectory has them."""
 
 import gc
 import signal
@@ -43,7 +43,7 @@ def scene() -> Scene:
 
 
 def frames_of(path: str) -> tuple[Frames, float]:
-    """Decode a film: every frame, (height, width, 3), and how long it lasts, s."""
+    """Decode a film: its frames, (height, width, 3), and its duration, s."""
     if path.endswith(".mp4"):
         av = pytest.importorskip("av")
         with av.open(path) as container:
@@ -60,7 +60,7 @@ def frames_of(path: str) -> tuple[Frames, float]:
 
 
 def centre(frame: np.ndarray, place: pygame.Rect, colour: str) -> tuple[float, float]:
-    """Find the middle of a colour within an arena, px of the scene."""
+    """Return the centre of a colour within an arena, px of the scene."""
     arena = frame[place.y : place.bottom, place.x : place.right].astype(int)
     y, x = np.nonzero((np.abs(arena - rgb(colour)) < 40).all(axis=2))
     scale = place.width / 800
@@ -104,7 +104,7 @@ def test_the_same_run_gives_the_same_bytes(scene: Scene, ending: str) -> None:
     assert Path(f"a{ending}").read_bytes() == Path(f"b{ending}").read_bytes()
 
 
-def test_what_is_to_be_shown_is_and_charts_only_if_asked_for(scene: Scene) -> None:
+def test_each_choice_of_layers_gives_another_picture(scene: Scene) -> None:
     pictures = {}
     for show in ((), ("charts",), ("velocity",), ("ghosts", "grid")):
         record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
@@ -123,7 +123,7 @@ def test_a_frame_shows_the_latest_step_and_the_last_one_the_end(rate: int, fps: 
 
 
 def surfaces(count: int) -> Iterator[pygame.Surface]:
-    """Draw a square that moves on ground of many colours."""
+    """Draw a square that moves over a background of many colours."""
     ground = pygame.surfarray.make_surface(np.random.default_rng(0).integers(0, 8, (97, 61, 3)) * 32)
     for k in range(count):
         surface = ground.copy()
@@ -132,7 +132,7 @@ def surfaces(count: int) -> Iterator[pygame.Surface]:
         yield surface
 
 
-def test_webp_is_without_loss_also_where_nothing_or_an_odd_place_changes() -> None:
+def test_webp_is_lossless_also_if_nothing_or_an_odd_place_changes() -> None:
     drawn = [*surfaces(9)]
     drawn.append(drawn[-1])
     with WebP("f.webp", (97, 61)) as film:
@@ -145,7 +145,7 @@ def test_webp_is_without_loss_also_where_nothing_or_an_odd_place_changes() -> No
         assert np.array_equal(frame, pygame.surfarray.array3d(surface).swapaxes(0, 1))
 
 
-def test_gif_has_the_colours_exactly_that_are_most_of_a_frame() -> None:
+def test_gif_keeps_the_most_frequent_colours_of_a_frame_exactly() -> None:
     drawn = [*surfaces(9)]
     drawn.append(drawn[-1])
     with Gif("f.gif", (97, 61)) as film:
@@ -161,7 +161,7 @@ def test_gif_has_the_colours_exactly_that_are_most_of_a_frame() -> None:
             assert np.abs(frame[30:].astype(int) - true[30:]).mean() < 30  # half of 512 colours, the nearest
 
 
-def test_a_gif_s_frame_has_nothing_of_the_palette_before() -> None:
+def test_a_gif_s_frame_uses_nothing_of_the_palette_before() -> None:
     first, second = pygame.Surface((64, 64)), pygame.Surface((64, 64))
     first.fill("#808080")
     first.fill("black", (0, 40, 1, 1))
@@ -176,7 +176,7 @@ def test_a_gif_s_frame_has_nothing_of_the_palette_before() -> None:
         assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=8)
 
 
-def test_a_frame_in_which_nothing_changed_costs_next_to_nothing() -> None:
+def test_an_unchanged_frame_takes_few_bytes() -> None:
     sizes = []
     for again in (0, 10):
         with WebP("f.webp", (97, 61)) as film:
@@ -188,7 +188,7 @@ def test_a_frame_in_which_nothing_changed_costs_next_to_nothing() -> None:
 
 
 @pytest.mark.parametrize("kind", [Gif, WebP])
-def test_a_film_that_is_given_up_leaves_nothing_and_what_was_there(kind: type[Film]) -> None:
+def test_a_discarded_film_leaves_the_old_file_and_nothing_else(kind: type[Film]) -> None:
     Path("old").write_text("old")
     film = kind("old", (97, 61))
     film.add(next(surfaces(1)))
@@ -198,7 +198,7 @@ def test_a_film_that_is_given_up_leaves_nothing_and_what_was_there(kind: type[Fi
 
 
 @pytest.mark.parametrize("kind", [Gif, WebP])
-def test_frames_are_not_held_in_memory(kind: type[Film]) -> None:
+def test_frames_are_not_kept_in_memory(kind: type[Film]) -> None:
     with kind("film", (97, 61)) as film:
         for surface in surfaces(40):
             film.add(surface)
@@ -206,7 +206,7 @@ def test_frames_are_not_held_in_memory(kind: type[Film]) -> None:
         assert sum(isinstance(thing, Image.Image) for thing in gc.get_objects()) <= 2
 
 
-def test_the_command_records_without_a_display_and_says_nothing(command: Command) -> None:
+def test_the_command_records_without_a_display_and_prints_nothing(command: Command) -> None:
     arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "film.gif")
     assert command("record", *arguments) == (0, "", "")
     with Image.open("film.gif") as film:
@@ -216,18 +216,19 @@ def test_the_command_records_without_a_display_and_says_nothing(command: Command
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("article", "--out", "f.avi"), "f.avi: a recording must end in one of .png, .gif, .webp, .mp4"),
+        (("article", "--out", "f.avi"), "f.avi: must end in one of .png, .gif, .webp, .mp4"),
         (("article", "--out", "f.gif", "--size", "big"), "--size big: write width x height in px, as in 1280x720"),
         (("article", "--out", "f.gif", "--size", "10x9999"), "--size 10x9999: must be from 64x64 to 8192x8192"),
-        (("article", "--out", "f.gif", "--show", "trail"), "--show trail: nothing of that name can be shown; did you"),
+        (
+            ("article", "--out", "f.gif", "--show", "trail"),
+            "--show trail: is not something to show; did",
+        ),
         (("article", "--out", "f.gif", "--engines", "pymonk"), "no engine 'pymonk'; did you mean pymunk?"),
         (("article", "--out", "f.gif", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
     ],
     ids=lambda value: "-".join(value[1:]) if isinstance(value, tuple) else "",
 )
-def test_a_mistake_is_one_message_and_leaves_nothing(
-    command: Command, arguments: tuple[str, ...], message: str
-) -> None:
+def test_an_error_is_one_message_and_leaves_no_file(command: Command, arguments: tuple[str, ...], message: str) -> None:
     code, out, err = command("record", *arguments)
     assert (code, out) == (2, "")
     assert err.startswith(message)
@@ -235,20 +236,18 @@ def test_a_mistake_is_one_message_and_leaves_nothing(
     assert list(Path().iterdir()) == []
 
 
-def test_mp4_wants_even_sides_and_av(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mp4_needs_even_sides_and_av(monkeypatch: pytest.MonkeyPatch) -> None:
     if find_spec("av"):
-        with pytest.raises(SandboxError, match=r"f\.mp4: must have an even width and height as MP4, got 321x200"):
+        with pytest.raises(SandboxError, match=r"f\.mp4: MP4 must have an even width and height, got 321x200"):
             FILMS[".mp4"]("f.mp4", (321, 200))
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(
-        SandboxError, match=r"f\.mp4: needs av, which is not installed; pip install 'pymunk-sandbox\[video\]'"
-    ):
+    with pytest.raises(SandboxError, match=r'f\.mp4: needs av, which is not installed; pip install -e "\.\[video\]"'):
         FILMS[".mp4"]("f.mp4", (320, 200))
     assert list(Path().iterdir()) == []
 
 
 def is_writing(process: int) -> bool:
-    """Tell whether a process has a file without a name open in this folder."""
+    """Return whether a process has an unnamed file open in this folder."""
     for entry in Path(f"/proc/{process}/fd").iterdir():
         with suppress(FileNotFoundError):  # it was closed since
             if str(Path.cwd()) in str(entry.readlink()):
@@ -258,7 +257,7 @@ def is_writing(process: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
-def test_a_recording_that_is_killed_leaves_nothing(how: signal.Signals) -> None:
+def test_a_recording_that_is_killed_leaves_no_file(how: signal.Signals) -> None:
     command = [sys.executable, "-m", "sandbox", "record", "gas-100", "--seconds", "600", "--out", "film.gif"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:

@@ -1,0 +1,43 @@
+"""The scene and the recorded inputs that a command runs, and the inputs that it saves."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sandbox.cli.progress import announce_compiling
+from sandbox.errors import shown
+from sandbox.text import printable
+
+if TYPE_CHECKING:
+    from sandbox.run.inputs import Input
+    from sandbox.scene.model import Scene
+
+
+def scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[Scene, Sequence[Input]]":
+    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate."""
+    from sandbox.run.inputs import Start, load_inputs
+    from sandbox.scene.files import load
+    from sandbox.scene.spawn import spawn, warnings
+
+    announce_compiling()
+    chosen = load(scene)
+    recorded = load_inputs(inputs, chosen) if inputs else []
+    for given in recorded:
+        if isinstance(given, Start):
+            chosen = given.change_scene(chosen)
+            if given.scene != chosen.name:
+                file = printable(str(inputs))
+                print(f"{file}: warning: recorded on {shown(given.scene)}, not on {chosen.name}", file=sys.stderr)
+    chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
+    for warning in warnings(chosen, spawn(chosen)):
+        print(warning, file=sys.stderr)
+    return chosen, recorded
+
+
+def write_inputs_file(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:
+    """Write the inputs of a run that has made so many steps."""
+    from sandbox.run.inputs import End, Start, write_inputs
+
+    start = Start(scene=scene.name, seed=scene.seed, rate=scene.rate)
+    write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], file)

@@ -1,0 +1,177 @@
+"""The options that commands share: how each is parsed, described and completed."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
+
+import typer
+
+from sandbox.errors import SandboxError
+from sandbox.text import printable
+
+T = TypeVar("T")
+
+
+class OptionError(typer.BadParameter):
+    """A wrong value, reported in one line as all errors are: typer's own report puts the usage above it."""
+
+    def show(self, file: IO[Any] | None = None) -> None:
+        """Print the message to standard error."""
+        option = f"{self.param.opts[0]} " if self.param else ""
+        typer.echo(printable(f"{option}{self.message}"), file=file, err=True)
+
+
+@dataclass(frozen=True)
+class Size:
+    """Width and height of a recording, px."""
+
+    width: int
+    height: int
+
+    def __str__(self) -> str:
+        return f"{self.width}x{self.height}"
+
+
+LAYERS: Final = "charts, velocity, momentum, trails, contacts, centre, numbers, ghosts, grid"
+DEFAULT_SIZE: Final = Size(1280, 720)
+
+
+class Setting(NamedTuple):
+    """A setting of Pymunk, and the values to run it with."""
+
+    key: str
+    values: Sequence[float]
+
+
+def parse_names(text: str) -> Sequence[str]:
+    """Parse "pymunk,article".
+
+    >>> parse_names("pymunk, article")
+    ['pymunk', 'article']
+    """
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise OptionError(f"{text}: has a comma without a name")
+    if len(set(names)) < len(names):
+        raise OptionError(f"{text}: has a name twice")
+    return names
+
+
+def parse_layers(text: str) -> Sequence[str]:
+    """Parse "charts,trails"; an empty text shows none."""
+    return parse_names(text) if text else []
+
+
+def parse_size(text: str) -> Size:
+    """Parse "1280x720"."""
+    sides = re.fullmatch(r"(\d{1,9})x(\d{1,9})", text)
+    if not sides:
+        raise OptionError(f"{text}: write width x height in px, as in 1280x720")
+    return Size(int(sides[1]), int(sides[2]))
+
+
+def parse_seeds(text: str) -> range:
+    """Parse "A:B": the seeds from A up to but not including B.
+
+    >>> list(parse_seeds("3:6"))
+    [3, 4, 5]
+    """
+    ends = re.fullmatch(r"(\d{1,18}):(\d{1,18})", text)
+    if not ends or int(ends[1]) >= int(ends[2]):
+        raise OptionError(f"{text}: must be two numbers A:B, for the seeds from A up to but not including B")
+    return range(int(ends[1]), int(ends[2]))
+
+
+def parse_rates(text: str) -> Sequence[int]:
+    """Parse "60,240"."""
+    if not re.fullmatch(r"\d{1,9}(,\d{1,9})*", text):
+        raise OptionError(f"{text}: must be whole numbers separated by commas, such as 60,240")
+    return [int(rate) for rate in text.split(",")]
+
+
+def parse_setting(text: str) -> Setting:
+    """Parse "substeps=1,4".
+
+    >>> parse_setting("collision_bias=0.5,1")
+    Setting(key='collision_bias', values=[0.5, 1])
+    """
+    key, _, values = text.partition("=")
+    try:
+        return Setting(key, [int(value) if value.isdecimal() else float(value) for value in values.split(",")])
+    except ValueError:
+        raise OptionError(f"{text}: must be a setting of Pymunk and its values, such as substeps=1,4") from None
+
+
+def settings_by_key(settings: Sequence[Setting]) -> dict[str, Sequence[float]]:
+    """Return the values of each setting. By hand, since a parser sees one --set at a time. Raises SandboxError."""
+    keys = [setting.key for setting in settings]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise SandboxError(f"--set {key}: is given twice; write all its values in one, separated by commas")
+    return dict(settings)
+
+
+def complete_scene(incomplete: str) -> list[str]:
+    """List the bundled scenes, and the scene files of this folder; for other folders, the shell completes."""
+    from sandbox.scene.files import bundled
+
+    names = [*bundled(), *(bundled("truths") if "/" in incomplete else ()), *map(str, Path().glob("*.toml"))]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def complete_engine(incomplete: str) -> list[str]:
+    """List the engines; after a comma, those not yet named."""
+    from sandbox.engines import registry
+
+    named, comma, begun = incomplete.rpartition(",")
+    return [f"{named}{comma}{name}" for name in registry() if name.startswith(begun) and name not in named.split(",")]
+
+
+def _parsed_by(parse: Callable[[str], T]) -> Callable[[Any], T]:
+    """Pass a default through: typer calls parsers on defaults too."""
+    return lambda value: parse(value) if isinstance(value, str) else value
+
+
+SceneArgument = Annotated[
+    str,
+    typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
+]
+_NAMES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_names}
+Engines = Annotated[
+    Sequence[str] | None,
+    typer.Option(**_NAMES, help="Engines. Default: Pymunk and its references.", autocompletion=complete_engine),
+]
+EnginesToScore = Annotated[
+    Sequence[str] | None, typer.Option(**_NAMES, help="Engines. Default: all.", autocompletion=complete_engine)
+]
+Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
+Against = Annotated[
+    str | None,
+    typer.Option(help="The engine that the others are measured against.", autocompletion=complete_engine),
+]
+Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
+Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
+Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
+Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay mouse input saved with --save-inputs.")]
+JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
+SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_parsed_by(parse_size), help="Width and height, px.")]
+Layers = Annotated[
+    Sequence[str],
+    typer.Option(metavar="A,B,...", parser=_parsed_by(parse_layers), help=f"What to show: {LAYERS}."),
+]
+Seeds = Annotated[
+    range | None,
+    typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B."),
+]
+Rates = Annotated[Sequence[int] | None, typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second.")]
+Settings = Annotated[
+    list[Setting] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=V,V,...",
+        parser=parse_setting,
+        help="Run Pymunk with each value of a setting; may be repeated.",
+    ),
+]

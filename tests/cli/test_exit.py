@@ -1,0 +1,116 @@
+"""Exit codes and output streams: full, closed, narrow or in another encoding."""
+
+import os
+import resource
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import without_notice
+from forked import exit_code_of, forked, main_with, outcome_of
+from numba import njit
+
+from sandbox.cli.exit import exit_codes
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("arguments", [("schema",), ("check", "article"), ("trace", "article", "--engine", "article")])
+def test_a_full_standard_output_is_reported_once(arguments: tuple[str, ...]) -> None:
+    with Path("/dev/full").open("wb") as full:
+        code, message = outcome_of(*arguments, out=full.fileno())
+    assert (code, message.partition(": ")[2]) == (2, "cannot be written: No space left on device\n")
+
+
+def twice(x: int) -> int:
+    return 2 * x
+
+
+@pytest.mark.parametrize("what", ["No room", "No folder"])
+def test_a_failure_to_cache_compiled_engines_is_reported(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if what == "No folder":
+        monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(Path.cwd()))
+
+    def act() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+        with exit_codes():
+            njit(cache=True)(twice)(1)
+
+    with Path("stderr").open("wb") as error:
+        assert exit_code_of(forked(act, error=error.fileno())) == 2
+    why = {
+        "No room": "File too large",
+        "No folder": "no cache folder is writable",
+    }[what]
+    expected = f"compiled engines cannot be written: {why}; set NUMBA_CACHE_DIR to a folder\n"
+    assert without_notice(Path("stderr").read_text()) == expected
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("schema",),
+        ("check", "article"),
+        ("trace", "article", "--engine", "article"),
+        ("compare", "oblique", "--json", "-"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_closed_pipe_ends_a_command_quietly(arguments: tuple[str, ...]) -> None:
+    read, write_end = os.pipe()
+    os.close(read)
+    assert outcome_of(*arguments, out=write_end) == (-signal.SIGPIPE, "")
+    os.close(write_end)
+
+
+def test_errors_are_not_written_to_standard_output_if_standard_error_is_closed() -> None:
+    def act() -> None:
+        sys.stderr = None  # as Python sets it if it is closed
+        main_with("check", "none.toml")()
+
+    with Path("out").open("wb") as out:
+        assert exit_code_of(forked(act, out.fileno())) == 2
+    assert Path("out").read_bytes() == b""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_an_error_that_cannot_be_printed_is_still_exit_code_2() -> None:
+    with Path("/dev/full").open("wb") as full:
+        assert exit_code_of(forked(main_with("check", "none.toml"), error=full.fileno())) == 2
+
+
+def test_a_terminal_of_unknown_width_gets_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "0")
+    with Path("out").open("wb") as out:
+        assert outcome_of("compare", "article", "--seconds", "0.1", out=out.fileno()) == (0, "")
+    assert "energy left" in Path("out").read_text()
+    assert max(map(len, Path("out").read_text().splitlines())) == 80
+
+
+def test_a_closed_standard_output_is_reported_if_it_is_needed() -> None:
+    def act() -> None:
+        sys.stdout = None  # as Python sets it if it is closed
+        main_with("trace", "article", "--engine", "article", "--steps", "1")()
+
+    with Path("stderr").open("wb") as error:
+        assert exit_code_of(forked(act, error=error.fileno())) == 2
+    assert Path("stderr").read_text().endswith("-: cannot be written: it is closed\n")
+
+
+def test_letters_outside_the_terminal_s_encoding_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    def act() -> None:
+        sys.stdout.reconfigure(encoding="ascii")  # type: ignore[union-attr]
+        with exit_codes():
+            print("90°")
+
+    with Path("out").open("wb") as out:
+        assert exit_code_of(forked(act, out.fileno())) == 0
+    assert Path("out").read_bytes() == b"90?\n"

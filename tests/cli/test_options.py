@@ -1,0 +1,98 @@
+"""Options: how they are parsed, reported and completed."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import Command
+
+from sandbox.cli.options import (
+    LAYERS,
+    complete_engine,
+    complete_scene,
+    parse_layers,
+    parse_rates,
+    parse_seeds,
+    parse_setting,
+    parse_size,
+    settings_by_key,
+)
+from sandbox.engines import registry
+from sandbox.errors import SandboxError
+from sandbox.scene.files import bundled
+from sandbox.view.record import SHOWN
+
+
+def test_options_are_parsed() -> None:
+    assert parse_seeds("0:200") == range(200)
+    assert parse_rates("60,240") == [60, 240]
+    assert str(parse_size("640x360")) == "640x360"
+    assert (parse_layers(""), parse_layers("charts, trails")) == ([], ["charts", "trails"])
+    settings = [parse_setting("substeps=1,4"), parse_setting("collision_bias=0.5")]
+    assert settings_by_key(settings) == {"substeps": [1, 4], "collision_bias": [0.5]}
+    with pytest.raises(SandboxError, match=r"^--set substeps: is given twice; write all its values in one"):
+        settings_by_key([parse_setting("substeps=1"), parse_setting("substeps=2")])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ("record", "article", "--out", "f.gif", "--size", "1"),
+            "--size 1: write width x height in px",
+        ),
+        (("compare", "article", "--engines", "a,,\x1b"), "--engines a,,\N{REPLACEMENT CHARACTER}: has a comma"),
+        (("compare", "article", "--engines", ""), "--engines : has a comma without a name"),
+        (("sweep", "article", "--seeds", "9:5"), "--seeds 9:5: must be two numbers A:B"),
+        (("sweep", "article", "--set", "substeps=1,x"), "--set substeps=1,x: must be a setting of Pymunk"),
+        (("bench", "--only", "start,start"), "--only start,start: has a name twice"),
+    ],
+    ids=lambda value: "-".join(value[-2:]) if isinstance(value, tuple) else "",
+)
+def test_a_wrong_option_is_one_line_and_exit_code_2(command: Command, arguments: tuple[str, ...], message: str) -> None:
+    code, out, err = command(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(message)
+    assert err.count("\n") == 1
+
+
+def test_defaults_are_shown_as_they_are_written(command: Command) -> None:
+    _, out, _ = command("record", "--help")
+    assert re.search(r"--size .*\[default: 1280x720\]", out)
+    assert re.search(r"--show [^[]*\[default:\s+charts\]", out)
+
+
+def test_the_help_names_all_that_a_recording_can_show() -> None:
+    assert set(parse_layers(LAYERS)) == set(SHOWN)
+
+
+def test_scenes_and_engines_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("gases.toml").touch()
+    assert complete_scene("gas") == ["gas-100", "gas-1000", "gas-dense", "gases.toml"]
+    assert set(complete_scene("truths/")) == set(bundled("truths"))
+    assert complete_scene("elsewhere/") == []
+    assert complete_engine("") == list(registry())
+    assert complete_engine("pymunk,ex") == ["pymunk,exact"]
+    assert "pymunk,pymunk" not in complete_engine("pymunk,")
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [(("compare", "newt"), ["newtons-cradle"]), (("trace", "article", "--engine", "art"), ["article"])],
+    ids=lambda value: value[0],
+)
+def test_the_shell_gets_the_completions(words: tuple[str, ...], expected: list[str]) -> None:
+    environment = {
+        "_SANDBOX_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(("sandbox", *words)),
+        "COMP_CWORD": str(len(words)),
+    }
+    program = [sys.executable, "-m", "sandbox"]
+    done = subprocess.run(program, env=os.environ | environment, capture_output=True, text=True, check=False)
+    assert (done.stdout.split(), done.stderr) == (expected, "")

@@ -1,0 +1,206 @@
+"""A signal ends a command as a shell expects, and leaves nothing half done."""
+
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+from conftest import without_notice
+from forked import exit_code_of, forked, main_with
+
+from sandbox.cli import commands, progress
+from sandbox.cli.exit import exit_codes
+from sandbox.errors import Terminated
+from sandbox.files import whole_file
+from sandbox.run.inputs import Grab, load_inputs
+from sandbox.scene.files import load
+from sandbox.signals import SIGNALS
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_during_a_write_leaves_the_old_file_and_nothing_else(number: signal.Signals) -> None:
+    Path("f.csv").write_text("old")
+
+    def act() -> None:
+        with exit_codes(), whole_file("f.csv") as file:
+            file.write(b"half")
+            file.flush()
+            signal.raise_signal(number)
+
+    with Path(os.devnull).open("wb") as nowhere:
+        assert exit_code_of(forked(act, nowhere.fileno(), nowhere.fileno())) == -number
+    assert Path("f.csv").read_text() == "old"
+    assert [entry.name for entry in Path().iterdir()] == ["f.csv"]
+
+
+def test_ignored_signals_stay_ignored() -> None:
+    def act() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        with exit_codes():
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGHUP)
+
+    assert exit_code_of(forked(act)) == 0
+
+
+HIDE, SHOW = b"\x1b[?25l", b"\x1b[?25h"
+
+
+def read_until(words: bytes, terminal: int, output: bytes = b"") -> bytes:
+    """Read a terminal until some words appear, or its program ends."""
+    while words not in output:
+        assert select.select([terminal], [], [], 60)[0]
+        try:
+            output += os.read(terminal, 65536)
+        except OSError:  # the other end is closed
+            return output
+    return output
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "article", "--seconds", "600", "--json", "f.json"),
+        ("record", "article", "--seconds", "600", "--size", "64x64", "--out", "f.gif"),
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_ctrl_c_leaves_no_bar_no_hidden_cursor_and_no_file(
+    arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "BAR_DELAY", 0)
+    monkeypatch.setenv("TERM", "xterm")
+    ours, terminal = pty.openpty()
+    process = forked(main_with(*arguments), terminal, terminal)
+    output = read_until(HIDE, ours)
+    os.kill(process, signal.SIGINT)
+    assert exit_code_of(process) == -signal.SIGINT
+    os.close(terminal)
+    output = read_until(b"never", ours, output)
+    os.close(ours)
+    assert output.rindex(SHOW) > output.rindex(HIDE)
+    assert b"Traceback" not in output
+    assert list(Path().iterdir()) == []
+
+
+def test_a_signal_while_a_bar_starts_waits_until_the_bar_can_be_removed() -> None:
+    class Bar:
+        def start(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+            print("begun")
+
+        def stop(self) -> None:
+            print("gone")
+
+    def act() -> None:
+        with exit_codes(), progress.displayed(Bar()):  # type: ignore[arg-type]
+            print("not reached")
+
+    with Path("out").open("wb") as out:
+        assert exit_code_of(forked(act, out.fileno())) == -signal.SIGINT
+    assert Path("out").read_text() == "begun\ngone\n"
+
+
+def processes_of(session: int) -> set[int]:
+    """Return the processes of a session except its leader."""
+    found = set()
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = entry.read_text().rpartition(")")[2].split()
+        except OSError:  # it has ended since
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.add(int(entry.parent.name))
+    return found - {session}
+
+
+@pytest.fixture
+def sweeping() -> Iterator[subprocess.Popen[str]]:
+    """Start a sweep in a session of its own, until its workers have started; check at the end that all have ended."""
+    if not Path("/proc/self/stat").exists():
+        pytest.skip("needs /proc")
+    arguments = ["sweep", "article", "--seeds", "0:50", "--workers", "2", "--out", "f.csv"]
+    program = subprocess.Popen(
+        [sys.executable, "-m", "sandbox", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+        text=True,
+    )
+    while len(processes_of(program.pid)) < 3:  # two workers, and multiprocessing's resource tracker
+        assert program.poll() is None
+        time.sleep(0.01)
+    yield program
+    deadline = time.monotonic() + 30
+    while processes_of(program.pid):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert [entry.name for entry in Path().iterdir()] == ["f.csv.journal"]
+
+
+def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(sweeping: subprocess.Popen[str]) -> None:
+    os.killpg(sweeping.pid, signal.SIGINT)
+    output, _ = sweeping.communicate(timeout=60)
+    assert (sweeping.returncode, without_notice(output)) == (-signal.SIGINT, "")
+
+
+def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str]) -> None:
+    sweeping.kill()
+    sweeping.communicate(timeout=60)
+
+
+def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setattr("sandbox.view.window.has_display", lambda: True)
+    grab = Grab(step=0, ball=0, at=(100, 100))
+
+    def run(window: Any) -> NoReturn:
+        window.player.give(grab)
+        for _ in range(3):
+            window.stage.session.advance()
+        raise Terminated(signal.SIGTERM)
+
+    monkeypatch.setattr("sandbox.view.window.Window.run", run)
+    with pytest.raises(Terminated):
+        commands.run(scene="article", save_inputs="mouse.jsonl")
+    _, given, end = load_inputs(Path("mouse.jsonl"), load("article"))
+    assert (given, end.step) == (grab, 3)
+
+
+def test_a_signal_in_a_destructor_or_a_kernel_ends_the_program() -> None:
+    """Python cannot raise there: it prints a traceback and goes on, or raises SystemError."""
+
+    class Last:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    def callback() -> None:
+        with exit_codes():
+            Last()
+            deadline = time.monotonic() + 30
+            while time.monotonic() < deadline:
+                pass
+
+    def kernel() -> None:
+        with exit_codes():
+            raise SystemError("returned a result with an exception set") from Terminated(signal.SIGINT)
+
+    with Path("stderr").open("wb") as error:
+        for act in (callback, kernel):
+            assert exit_code_of(forked(act, error=error.fileno())) == -signal.SIGINT
+    assert Path("stderr").read_bytes() == b""

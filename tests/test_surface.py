@@ -1,0 +1,100 @@
+"""The Python surface: its names, its types, and what importing it costs."""
+
+import pydoc
+import subprocess
+import sys
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from conftest import REQUIRED
+
+import sandbox
+
+VERBS = ("compare", "load", "simulate")
+CLASSES = ("Comparison", "Contacts", "Engine", "Refused", "SandboxError", "Scene", "State", "Trajectory")
+HEAVY = ("numpy", "numba", "pydantic", "pymunk", "pygame", "bokeh", "rich", "typer")
+
+
+def test_the_surface_is_what_dir_lists() -> None:
+    assert sandbox.__all__ == dir(sandbox) == sorted((*VERBS, *CLASSES, "__version__"))
+    assert all(getattr(sandbox, name) is not None for name in sandbox.__all__)
+    assert sandbox.__version__ == version("pymunk-sandbox")
+    assert issubclass(sandbox.SandboxError, ValueError)
+    assert issubclass(sandbox.Refused, sandbox.SandboxError)
+    with pytest.raises(AttributeError, match=r"^module 'sandbox' has no attribute 'laod'$"):
+        sandbox.laod  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_help_lists_the_verbs_and_the_classes() -> None:
+    text = pydoc.plain(pydoc.render_doc(sandbox))
+    functions = text[text.index("\nFUNCTIONS\n") : text.index("\nDATA\n")]
+    for verb in VERBS:
+        assert f"\n    {verb}(" in functions
+        assert f"    {verb} " in text[: text.index("\nPACKAGE CONTENTS\n")]
+    for name in CLASSES:
+        assert f"\n    class {name}(" in text or f"\n    {name} = " in text
+
+
+def test_importing_the_sandbox_imports_no_library() -> None:
+    program = f"import sys, sandbox; print(*(set({HEAVY}) & set(sys.modules)))"
+    assert subprocess.check_output([sys.executable, "-c", program], text=True) == "\n"
+
+
+USER = """
+import sandbox
+from sandbox import Comparison, Contacts, Engine, Refused, SandboxError, Scene, State, Trajectory
+
+
+class Mine:
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self.initial = initial
+
+    def step(self) -> None: ...
+
+    def state(self) -> State:
+        return self.initial
+
+
+def energy_left(name: str) -> float | None:
+    try:
+        scene: Scene = sandbox.load(name).changed(seed=3)
+    except SandboxError as error:
+        message: str = str(error)
+        raise SystemExit(message) from None
+    trajectory: Trajectory = sandbox.simulate(scene, "pymunk", seconds=1)
+    comparison: Comparison = sandbox.compare(scene, ["pymunk", "article"])
+    print(trajectory.position.shape, sandbox.__version__.split("."))
+    return comparison.runs["article"].figures.energy_ratio
+
+
+def impulses(engine: Engine) -> Contacts:
+    engine.step()
+    return engine.contacts()
+
+
+def reason(error: Refused) -> str:
+    return str(error)
+"""
+WRONG = (
+    ("sandbox.laod('article')", 'Module has no attribute "laod"'),
+    ("sandbox.load(3)", 'Argument 1 to "load" has incompatible type "int"'),
+    ("sandbox.simulate(sandbox.load('article'))", 'Missing positional argument "engine" in call to "simulate"'),
+    ("sandbox.compare(sandbox.load('article')).gap", '"Comparison" has no attribute "gap"'),
+)
+
+
+def test_a_user_s_mypy_sees_types(tmp_path: Path) -> None:
+    if find_spec("mypy") is None:
+        (pytest.fail if REQUIRED else pytest.skip)("needs mypy")
+    (tmp_path / "right.py").write_text(USER)
+    wrong = "\n".join(["import sandbox", *(line for line, _ in WRONG)])
+    (tmp_path / "wrong.py").write_text(f"{wrong}\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--no-pretty", "right.py", "wrong.py"]
+    out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout.splitlines()
+    errors = [line for line in out if ": error: " in line]
+    assert len(errors) == len(WRONG), out
+    for number, (error, (_, message)) in enumerate(zip(errors, WRONG, strict=True), 2):
+        assert error.startswith(f"wrong.py:{number}: error: ")
+        assert message in error
