@@ -1,4 +1,4 @@
-"""A real Chromium, driven through a pipe by the DevTools protocol."""
+"""Chromium, driven through a pipe by the DevTools protocol."""
 
 import base64
 import fcntl
@@ -12,7 +12,7 @@ from io import BufferedReader, FileIO
 from pathlib import Path
 from typing import Any
 
-from conftest import need
+from conftest import require
 
 FLAGS = (
     "--headless=new",
@@ -30,7 +30,7 @@ READY = "document.readyState === 'complete' && globalThis.Bokeh?.documents[0]?.i
 
 
 class Browser:
-    """One page, cut off from any network. What it asks for and complains of is kept."""
+    """One page without a network. Records the addresses it requests, and its errors and warnings."""
 
     def __init__(self, commands: FileIO, answers: BufferedReader) -> None:
         self._commands = commands
@@ -39,14 +39,14 @@ class Browser:
         self._sent = 0
         self._session: str | None = None
         self.requests: list[str] = []
-        self.complaints: list[str] = []
+        self.errors: list[str] = []
 
     def open(self) -> None:
         self._page = self._attach(self.call("Target.createTarget", url="about:blank")["targetId"])
         self.call("Page.enable")
 
     def _attach(self, target: str) -> str:
-        """Speak to a page, or to a frame that has a process of its own."""
+        """Send commands to a page, or to a frame that has its own process."""
         self._session = None
         self._session = str(self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"])
         for domain in ("Runtime", "Log", "Network"):
@@ -55,7 +55,7 @@ class Browser:
         return self._session
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Ask for something, and wait for the answer."""
+        """Send a command, and wait for its result."""
         self._sent += 1
         message = {"id": self._sent, "method": method, "params": parameters}
         if self._session:
@@ -71,41 +71,41 @@ class Browser:
     def _next(self) -> dict[str, Any]:
         while b"\0" not in self._received:
             read = self._answers.read1(1 << 20)
-            assert read, "Chromium is gone"
+            assert read, "Chromium has ended"
             self._received += read
         one, _, self._received = self._received.partition(b"\0")
         message: dict[str, Any] = json.loads(one)
-        self._keep(message)
+        self._record(message)
         return message
 
-    def _keep(self, message: dict[str, Any]) -> None:
-        said = message.get("params", {})
+    def _record(self, message: dict[str, Any]) -> None:
+        event = message.get("params", {})
         match message.get("method"):
-            case "Network.requestWillBeSent" if not said["request"]["url"].startswith("data:"):
-                self.requests.append(said["request"]["url"])
-            case "Runtime.consoleAPICalled" if said["type"] in ("error", "warning", "assert"):
-                self.complaints.append(str(said["args"]))
+            case "Network.requestWillBeSent" if not event["request"]["url"].startswith("data:"):
+                self.requests.append(event["request"]["url"])
+            case "Runtime.consoleAPICalled" if event["type"] in ("error", "warning", "assert"):
+                self.errors.append(str(event["args"]))
             case "Runtime.exceptionThrown":
-                self.complaints.append(said["exceptionDetails"]["exception"]["description"])
-            case "Log.entryAdded" if said["entry"]["level"] in ("error", "warning"):
-                self.complaints.append(str(said["entry"]))
+                self.errors.append(event["exceptionDetails"]["exception"]["description"])
+            case "Log.entryAdded" if event["entry"]["level"] in ("error", "warning"):
+                self.errors.append(str(event["entry"]))
 
     def visit(self, page: Path, width: int = 1280, height: int = 800) -> None:
-        """Load a page, and wait until its charts are there."""
+        """Load a page, and wait until its charts are drawn."""
         self.requests.clear()
-        self.complaints.clear()
+        self.errors.clear()
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
         self.call("Page.navigate", url=page.as_uri())
         self.wait_for(READY)
 
     @contextmanager
     def frame_of(self, page: Path) -> Iterator[None]:
-        """Load a page, and speak to the one frame in it, which has an origin of its own."""
+        """Load a page, and send commands to the one frame in it, which has its own origin."""
         self.call("Page.navigate", url=page.as_uri())
         while not (frames := [one for one in self.call("Target.getTargets")["targetInfos"] if one["type"] == "iframe"]):
             time.sleep(0.05)
         self.requests.clear()
-        self.complaints.clear()
+        self.errors.clear()
         self._attach(frames[0]["targetId"])
         try:
             yield
@@ -113,18 +113,18 @@ class Browser:
             self._session = self._page
 
     def run(self, script: str) -> Any:
-        """Run a script in the page, and return what it comes to."""
+        """Run a script in the page, and return its value."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
 
     def wait_for(self, script: str) -> None:
-        """Wait until a script comes to something true, for as long as a slow machine may need."""
+        """Wait until the value of a script is true: at least 30 s, for slow machines."""
         for _ in range(600):
             if self.run(script):
                 return
             time.sleep(0.05)
-        raise AssertionError(f"waited in vain for {script}")
+        raise AssertionError(f"timeout while waiting for {script}")
 
     def press(self, key: str) -> None:
         code, number = KEYS[key]
@@ -134,7 +134,7 @@ class Browser:
         self.call("Input.dispatchKeyEvent", type="keyUp", **named)
 
     def click(self, selector: str, x: float = 0.5, y: float = 0.5) -> None:
-        """Click on an element with the mouse, at shares of its width and height."""
+        """Click on an element with the mouse, at fractions of its width and height."""
         left, top, width, height = self.run(
             f"(() => {{ const it = document.querySelector({json.dumps(selector)});"
             "it.scrollIntoView({block: 'center'});"
@@ -146,14 +146,14 @@ class Browser:
 
     def picture(self, path: Path) -> None:
         """Save a picture of the whole page."""
-        taken = self.call("Page.captureScreenshot", captureBeyondViewport=True)
-        path.write_bytes(base64.b64decode(taken["data"]))
+        screenshot = self.call("Page.captureScreenshot", captureBeyondViewport=True)
+        path.write_bytes(base64.b64decode(screenshot["data"]))
 
 
 @contextmanager
 def chromium(folder: Path) -> Iterator[Browser]:
-    """Start a Chromium that keeps its profile in a folder."""
-    need("chromium", "bash")
+    """Start Chromium with its profile in a folder."""
+    require("chromium", "bash")
     ends = [fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 10) for end in (*os.pipe(), *os.pipe())]
     read_commands, commands, answers, write_answers = ends
     script = f'exec 3<&{read_commands} 4>&{write_answers}; exec chromium "$@"'

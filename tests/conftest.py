@@ -1,27 +1,35 @@
-"""What the tests share."""
+"""Fixtures and helpers that several test modules use."""
 
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import version
-from typing import Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import pytest
-from hypothesis import settings
 
-from sandbox.cli import commands as cli
+from sandbox.cli import main
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 
-settings.register_profile("thorough", max_examples=10_000)  # pytest --hypothesis-profile=thorough
+if TYPE_CHECKING:
+    from browser import Browser
+
+pytest_plugins = ["window_driver"]  # its fixtures
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
-REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: what is missing there is a failure
+REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
 
 
-def need(*programs: str) -> None:
-    """Skip a test that needs programs which are not on this machine; fail where nothing may be skipped."""
+def sizes(normal: int, *, slow: int) -> list[Any]:
+    """Return two sizes of one test to parametrize it with: the slow one runs only with `pytest -m slow`."""
+    return [normal, pytest.param(slow, marks=pytest.mark.slow)]
+
+
+def require(*programs: str) -> None:
+    """Skip a test if programs are not installed; fail it where nothing may be skipped."""
     missing = [program for program in programs if shutil.which(program) is None]
     if missing and REQUIRED:
         pytest.fail(f"not installed: {', '.join(missing)}")
@@ -30,9 +38,25 @@ def need(*programs: str) -> None:
 
 
 def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:
-    """Make a scene of ball groups, each the lines of its table."""
+    """Parse a scene of ball groups, each given as the lines of its table."""
     groups = "\n".join(f"[[balls]]\n{group}" for group in balls)
     return parse(f"{more}\n[arena]\nsize = {size}\n{groups}\n", "test.toml")
+
+
+@pytest.fixture
+def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Change to an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> "Iterator[Browser]":
+    """Start a Chromium that has no network."""
+    from browser import chromium
+
+    with chromium(tmp_path_factory.mktemp("profile")) as browser:
+        yield browser
 
 
 Command = Callable[..., tuple[int, str, str]]
@@ -40,21 +64,21 @@ Command = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
-    """Run the command line as a shell without a display would: exit code, and both outputs, which are UTF-8."""
+    """Return a function that runs the command line without a display: exit code, and both outputs as UTF-8."""
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setenv("PYTHONSAFEPATH", "")  # is set by the command line, and taken back after the test
+    monkeypatch.setenv("PYTHONSAFEPATH", "")  # the command line sets it; restored after the test
 
     def run(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
-            cli.main()
+            main()
         out, err = capfdbinary.readouterr()
-        return int(ended.value.code or 0), out.decode(), said(err.decode())
+        return int(ended.value.code or 0), out.decode(), without_notice(err.decode())
 
     return run
 
 
-def said(stderr: str) -> str:
-    """Return what a command said on standard error, but for numba's first time on a machine."""
+def without_notice(stderr: str) -> str:
+    """Return what a command wrote to standard error, without the notice of the first compilation on a machine."""
     return stderr.replace("Compiling the engines; this happens once.\n", "")

@@ -1,45 +1,71 @@
-"""Imports run one way, and the libraries stay where they belong."""
+"""Imports run one way, and each library is imported only where the table below allows it."""
 
 import ast
 import re
+import subprocess
+import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
+from typing import Final
 
 import pytest
 
 import sandbox
 from sandbox.engines import registry
 
-ROOT = Path(sandbox.__file__).parent
-LAYOUT = (ROOT.parent / "docs" / "developing.md").read_text()
-ORDER = re.findall(r"^  (\w+)(?:\.py|/) ", LAYOUT, re.MULTILINE)  # each may import those before it, and itself
-BESIDE = ("bench.plain", "bench.window")  # what the sandbox is measured beside is plain Pymunk and pygame
-MODULES = {
+ROOT: Final = Path(sandbox.__file__).parent
+LAYOUT: Final = (ROOT.parent / "docs" / "developing.md").read_text().partition("\nsandbox/\n")[2].partition("```")[0]
+ORDER: Final = re.findall(r"^  (\w+)(?:\.py|/) ", LAYOUT, re.MULTILINE)  # each may import itself and those above it
+MODULES: Final = {
     ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file
     for file in sorted(ROOT.rglob("*.py"))
     if file.parent != ROOT or not file.name.startswith("__")
 }
+PLAIN: Final = ("bench.plain", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
+LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy and numba are imported everywhere
+    "pydantic": ("scene", "run", "view"),
+    "pydantic_core": ("scene",),
+    "tomlkit": ("scene.files",),
+    "PIL": ("scene", "view"),
+    "llvmlite": ("engines.compiled",),
+    "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
+    "pyb2d3": ("engines.box2d",),
+    "distributed": ("sweep.workers",),
+    "bokeh": ("report",),
+    "jinja2": ("report",),
+    "pygame": ("view", "bench.window"),
+    "av": ("view",),
+    "rich": ("cli", "text"),
+    "typer": ("cli",),
+}
 
 
 def imported(file: Path) -> set[str]:
-    """Return the full names of all modules that a file imports, at its top or within a function."""
-    names = set()
+    """Return the full names that a file imports, at its top or within a function."""
+    names: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{file}: relative import"
             names |= {str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)}
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            names |= {str(argument.value) for argument in node.args if isinstance(argument, ast.Constant)}
     return names
 
 
 def of_the_sandbox(module: str) -> set[str]:
-    """Return which modules of the sandbox a module of it imports."""
+    """Return the sandbox's modules that one of them imports."""
     return {name.removeprefix("sandbox.") for name in imported(MODULES[module])} & set(MODULES)
 
 
 def top(module: str) -> str:
     return module.split(".", maxsplit=1)[0]
+
+
+def is_within(module: str, place: str) -> bool:
+    """Return whether a module is a place, or in that folder."""
+    return module == place or module.startswith(f"{place}.")
 
 
 def test_the_documented_order_names_every_entry() -> None:
@@ -53,21 +79,41 @@ def test_imports_run_one_way(module: str) -> None:
         assert ORDER.index(top(other)) <= ORDER.index(top(module)), f"{module} imports {other}"
 
 
+@pytest.mark.parametrize("module", [module for module in MODULES if top(module) != ORDER[-1]])
+def test_only_the_last_folder_imports_from_the_package_s_surface(module: str) -> None:
+    """The surface loads names from any folder, so importing it elsewhere would hide an upward import."""
+    assert "sandbox" not in imported(MODULES[module])
+
+
 def test_no_module_imports_itself_through_others() -> None:
     TopologicalSorter({module: of_the_sandbox(module) - {module} for module in MODULES}).prepare()
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if name.startswith("engines.")])
+@pytest.mark.parametrize("module", [name for name in MODULES if is_within(name, "engines")])
 def test_engines_do_not_import_each_other(module: str) -> None:
     engines = {entry.module.removeprefix("sandbox.") for entry in registry().values()}
-    own = next((engine for engine in engines if module == engine or module.startswith(f"{engine}.")), "")
-    for other in engines - {own}:
-        assert not {one for one in of_the_sandbox(module) if one == other or one.startswith(f"{other}.")}
+    for engine in engines:
+        if not is_within(module, engine):
+            assert not any(is_within(other, engine) for other in of_the_sandbox(module)), f"{module} imports {engine}"
 
 
 @pytest.mark.parametrize("module", MODULES)
-def test_a_library_is_its_engine_s_and_pygame_the_view_s(module: str) -> None:
-    libraries = {name.split(".")[0] for name in imported(MODULES[module])}
-    assert "pygame" not in libraries or module.startswith("view.") or module in BESIDE
-    assert "pymunk" not in libraries or module in ("engines.pymunk", "view.debug_draw", *BESIDE)
-    assert "pyb2d3" not in libraries or module == "engines.box2d"
+def test_a_library_is_imported_only_where_the_table_allows(module: str) -> None:
+    libraries = {top(name) for name in imported(MODULES[module])} - sys.stdlib_module_names
+    for library in libraries - {"sandbox", "numpy", "numba"}:
+        assert any(is_within(module, place) for place in LIBRARIES.get(library, ())), f"{module} imports {library}"
+
+
+@pytest.mark.parametrize(
+    ("module", "allowed"),
+    [
+        ("sandbox", set()),
+        ("sandbox.cli.commands", {"typer", "rich"}),
+        ("sandbox.analysis.comparison", {"numpy", "numba", "llvmlite", "pydantic", "pydantic_core", "tomlkit", "PIL"}),
+    ],
+    ids=["surface", "command line", "comparison"],
+)
+def test_heavy_libraries_are_loaded_only_when_needed(module: str, allowed: set[str]) -> None:
+    program = f"import sys, {module}; print(*{{name.split('.')[0] for name in sys.modules}})"
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert set(ran.stdout.split()) & {*LIBRARIES, "numpy", "numba"} <= allowed

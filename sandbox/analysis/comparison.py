@@ -129,7 +129,7 @@ def compare(
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)
     for step in range(steps):
-        lockstep.obey_due()
+        lockstep.apply_due()
         if lockstep.edited:
             segment = _Segment(lockstep, names, against, steps - step)
         lockstep.step()

@@ -29,14 +29,14 @@ class Twin:
         state = lockstep.engines[engine].state()
         position = state.position.copy()
         position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.along[:] = [lockstep.runner(engine, replace(state, position=position))]
+        lockstep.hidden[:] = [lockstep.runner(engine, replace(state, position=position))]
         self.apart: float | None = None
         self._lockstep = lockstep
 
     def update(self, original: State) -> None:
         """Check whether a ball is a radius away from the original's after a step."""
-        if self._lockstep.along:
-            gap = length(self._lockstep.along[0].engine.state().position - original.position)
+        if self._lockstep.hidden:
+            gap = length(self._lockstep.hidden[0].engine.state().position - original.position)
             if np.any(gap > self._lockstep.scene.bodies.radius):
                 self.apart = original.time
-                self._lockstep.along.clear()
+                self._lockstep.hidden.clear()

@@ -13,7 +13,7 @@ from sandbox.bench.figure import Figure, figure, in_turn, seconds, times_for
 from sandbox.bench.plain import plain_space
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.view.window import FRAMES, Window
+from sandbox.view.window import FRAME_RATE, Window
 
 SIZE: Final = (1680, 1010)  # px; in it both panes are as large as the scene, with the charts below
 DRIVER: Final = "SDL_VIDEODRIVER"  # SDL's choice of a screen
@@ -47,7 +47,7 @@ def _frame(scene: Scene) -> Iterator[Figure]:
     options = DrawOptions(surface)
 
     def ours() -> None:
-        window.advance(1 / FRAMES)
+        window.playback.advance(1 / FRAME_RATE)
         window.draw()
         pygame.display.flip()
 

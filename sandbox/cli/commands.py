@@ -96,7 +96,7 @@ def run(
             window.run()
         finally:  # what a hand has done cannot be had again
             if save_inputs:
-                session = window.stage.session
+                session = window.view.session
                 _save_inputs(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")

@@ -1,1 +1,1 @@
-"""A running scene: steps, inputs, edits, the mouse, and engines in lockstep."""
+"""Running a scene: the clock, inputs, edits and the mouse; engines in lockstep; trajectories."""

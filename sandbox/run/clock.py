@@ -1,10 +1,10 @@
-"""When the steps of a run are: 1/rate of a second apart, at a rate that may change."""
+"""The times of a run's steps, at a rate that may change."""
 
 from bisect import bisect_right
 
 
 class Clock:
-    """Steps -> s, and back.
+    """Converts numbers of steps to times in s, and back.
 
     >>> clock = Clock(60)
     >>> clock.change(120, 240)
@@ -13,22 +13,22 @@ class Clock:
     """
 
     def __init__(self, rate: int) -> None:
-        self._steps = [0]  # since which each rate holds
-        self._times = [0.0]  # s, then
+        self._steps = [0]  # at which each rate begins
+        self._times = [0.0]  # s, of these steps
         self._rates = [rate]
 
     def change(self, step: int, rate: int) -> None:
-        """Go on at another rate from a step on, which is none before the last change."""
+        """Continue at another rate from a step on, which must not be before the last change."""
         self._times.append(self.time(step))
         self._steps.append(step)
         self._rates.append(rate)
 
     def time(self, step: int) -> float:
-        """Return when a step is reached, s."""
+        """Return the time of a step, s."""
         span = bisect_right(self._steps, step) - 1
         return self._times[span] + (step - self._steps[span]) / self._rates[span]
 
     def step(self, time: float) -> int:
-        """Return the step that is nearest to a time (s)."""
+        """Return the step nearest to a time in s."""
         span = max(bisect_right(self._times, time) - 1, 0)
         return self._steps[span] + round((time - self._times[span]) * self._rates[span])

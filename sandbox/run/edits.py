@@ -1,87 +1,75 @@
-"""Edits of a running scene: each changes the scene that runs, the state of its balls, or both.
+"""Edits of a running scene: each changes the scene, the state of its balls, or both.
 
-They belong to steps, as all inputs do. After one, every engine is built anew from the edited scene and its own
-edited state, so that no engine needs to know of edits.
+Like all inputs, they belong to steps. After an edit every engine is rebuilt from the edited scene and its own edited
+state, so engines need not support edits.
 """
 
 import math
 from collections.abc import Iterable
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.scene.model import (
-    PALETTE,
-    BallGroup,
-    Colour,
-    Count,
-    Elasticity,
-    Index,
-    Model,
-    NotNegative,
-    Scene,
-    Size,
-    Vector,
-)
+from sandbox.scene.balls import BallGroup
+from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, Size, Vector
+from sandbox.scene.model import Scene
 from sandbox.state import State
 
 
 class Edit(Model):
-    """A change made before a step."""
+    """A change before a step."""
 
     step: Index
     do: str
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the scene as it is from now on. Raises SandboxError where there can be no such scene."""
+        """Return the edited scene. Raises SandboxError if a scene cannot be like that."""
         return scene
 
     def change_state(self, state: State) -> State:
-        """Return an engine's balls as they go on from here."""
+        """Return the edited state of an engine's balls."""
         return state
 
 
 class AddBall(Edit):
-    """One more ball, after all others."""
+    """Add a ball, after all others."""
 
     do: Literal["add"] = "add"
     position: Vector
     """Centre, px."""
     velocity: Vector = (0, 0)
-    """px/s."""
+    """Velocity, px/s."""
     radius: Size
-    """px."""
+    """Radius, px."""
     mass: Size = 1
-    """kg; only ratios matter."""
+    """Mass, kg; only ratios matter."""
     elasticity: Elasticity = 1
-    """The ball's factor: a pair's elasticity is the product of the two."""
+    """The ball's factor: the elasticity of a pair is the product of its two factors."""
     friction: NotNegative = 0
-    """The ball's factor: a pair's friction is the product of the two."""
+    """The ball's factor: the friction of a pair is the product of its two factors."""
     color: Colour = PALETTE[0]
     """A CSS colour name or #rrggbb."""
 
     def change_scene(self, scene: Scene) -> Scene:
         """Append the ball."""
-        alike = {
-            key: getattr(self, key) for key in ("position", "velocity", "radius", "mass", "elasticity", "friction")
-        }
-        return _with_balls(scene, [*scene.balls, BallGroup(colors=(self.color,), **alike)])
+        ball = BallGroup(colors=(self.color,), **self.model_dump(exclude={"step", "do", "color"}))
+        return _with_balls(scene, [*scene.balls, ball])
 
     def change_state(self, state: State) -> State:
-        """Put the ball where it says."""
+        """Append the ball's position and velocity."""
         position, velocity = np.vstack([state.position, self.position]), np.vstack([state.velocity, self.velocity])
         return State(state.time, position, velocity)
 
 
 class DeleteBall(Edit):
-    """A ball is taken away; those after it move up by one."""
+    """Delete a ball; the numbers of those after it decrease by one."""
 
     do: Literal["delete"] = "delete"
     ball: Index
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Take the ball out of its group. The others keep their colours."""
+        """Remove the ball from its group. The others keep their colours."""
         _check_ball(self.ball, scene)
         groups, first = [], 0
         for group in scene.balls:
@@ -91,48 +79,48 @@ class DeleteBall(Edit):
             if not 0 <= at < group.size:
                 groups.append(group.model_copy(update={"colors": colors}) if group.colors is None else group)
             elif group.size > 1:
-                left = {"count": group.size - 1, "colors": colors[:at] + colors[at + 1 :]}
-                groups.append(group.model_copy(update=left))
+                others = {"count": group.size - 1, "colors": colors[:at] + colors[at + 1 :]}
+                groups.append(group.model_copy(update=others))
         return _with_balls(scene, groups)
 
     def change_state(self, state: State) -> State:
-        """Take the ball's row away."""
+        """Remove the ball's position and velocity."""
         return State(
             state.time, np.delete(state.position, self.ball, axis=0), np.delete(state.velocity, self.ball, axis=0)
         )
 
 
 class SetVelocity(Edit):
-    """A ball moves in another way from here."""
+    """Set the velocity of a ball."""
 
     do: Literal["velocity"] = "velocity"
     ball: Index
     velocity: Vector
-    """px/s."""
+    """Velocity, px/s."""
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Leave the scene as it is."""
+        """Return the scene unchanged."""
         _check_ball(self.ball, scene)
         return scene
 
     def change_state(self, state: State) -> State:
-        """Give the ball its new velocity."""
+        """Set the ball's velocity."""
         velocity = state.velocity.copy()
         velocity[self.ball] = self.velocity
         return State(state.time, state.position, velocity)
 
 
 class SetElasticity(Edit):
-    """Every pair of balls, and every ball and wall, meet with this elasticity.
+    """Set the elasticity of every contact.
 
-    A pair's elasticity is the product of two factors, so each factor becomes the square root.
+    The elasticity of a contact is the product of two factors, so each factor becomes the square root.
     """
 
     do: Literal["elasticity"] = "elasticity"
     elasticity: Elasticity
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Give everything the same factor."""
+        """Set the factors of all balls and walls."""
         factor = {"elasticity": math.sqrt(self.elasticity)}
         return scene.changed(
             arena=scene.arena.model_copy(update=factor),
@@ -143,28 +131,28 @@ class SetElasticity(Edit):
 
 
 class SetGravity(Edit):
-    """Another gravity, px/s², y down."""
+    """Set the gravity, px/s², y down."""
 
     do: Literal["gravity"] = "gravity"
     gravity: Vector
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Change the gravity."""
+        """Set the gravity."""
         return scene.changed(gravity=self.gravity, expect=())
 
 
 class SetRate(Edit):
-    """Another number of steps per second."""
+    """Set the number of steps per second."""
 
     do: Literal["rate"] = "rate"
     rate: Count
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Change the rate."""
+        """Set the rate."""
         return scene.changed(rate=self.rate, expect=())
 
 
-EDITS: Final[tuple[type[Edit], ...]] = (AddBall, DeleteBall, SetVelocity, SetElasticity, SetGravity, SetRate)
+AnyEdit = AddBall | DeleteBall | SetVelocity | SetElasticity | SetGravity | SetRate
 
 
 def _check_ball(ball: int, scene: Scene) -> None:
@@ -173,5 +161,5 @@ def _check_ball(ball: int, scene: Scene) -> None:
 
 
 def _with_balls(scene: Scene, groups: Iterable[BallGroup]) -> Scene:
-    """Return a scene of other balls. What was expected of the balls there were no longer holds."""
+    """Return the scene with other balls, and without its expectations, which were for the balls before."""
     return scene.changed(balls=tuple(groups), expect=())

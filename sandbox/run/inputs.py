@@ -1,6 +1,6 @@
-"""What a person does to a running scene: the inputs, their file, and the hand that pulls a ball.
+"""Inputs of a running scene, from the mouse and the window's controls: their kinds and their file.
 
-Inputs belong to steps, not to clocks, so that the same inputs give the same run. A file of them is JSON lines:
+Inputs belong to steps, not to clock times, so that the same inputs give the same run. Their file is JSON lines:
 
     {"step": 0, "do": "start", "scene": "article", "seed": 0, "rate": 60}
     {"step": 12, "do": "grab", "ball": 1, "at": [400.0, 300.0]}
@@ -18,24 +18,25 @@ Inputs belong to steps, not to clocks, so that the same inputs give the same run
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Final, Literal
+from typing import Annotated, Any, Final, Literal, get_args
 
-from pydantic import ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from sandbox.errors import MAX_REPORTED, SandboxError, first_errors, read_text, shown
 from sandbox.files import whole_file
 from sandbox.run.clock import Clock
-from sandbox.run.edits import EDITS, Edit, SetRate
-from sandbox.scene.model import Count, Index, Line, Model, Scene, Vector
-from sandbox.scene.validation import error_of
+from sandbox.run.edits import AnyEdit, Edit, SetRate
+from sandbox.scene.fields import Count, Index, Line, Model, Vector
+from sandbox.scene.model import Scene
+from sandbox.scene.validation import sandbox_error
 from sandbox.text import printable
 
-MAX_EDITS: Final = 1_000  # of a run: each takes time as the balls there are
-MAX_BYTES: Final = 10_000_000  # of a file: room for an hour of dragging
+MAX_EDITS: Final = 1_000  # in a run: the time of each is proportional to the number of balls
+MAX_INPUTS_BYTES: Final = 10_000_000  # in a file: enough for an hour of dragging
 
 
 class Start(Model):
-    """What the inputs were recorded on."""
+    """The scene that the inputs were recorded on."""
 
     step: Literal[0] = 0
     do: Literal["start"] = "start"
@@ -44,12 +45,12 @@ class Start(Model):
     rate: Count
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the scene as it was run. Raises SandboxError where there can be no such scene."""
+        """Return the scene with the recorded seed and rate. Raises SandboxError if a scene cannot have them."""
         return scene.changed(seed=self.seed, rate=self.rate)
 
 
 class Grab(Model):
-    """The hand takes hold of a ball, and pulls it to a point (px)."""
+    """The mouse grabs a ball, and pulls it to a point (px)."""
 
     step: Index
     do: Literal["grab"] = "grab"
@@ -58,7 +59,7 @@ class Grab(Model):
 
 
 class Move(Model):
-    """The point that the held ball is pulled to (px) is another one from this step on."""
+    """The mouse pulls the grabbed ball to another point (px) from this step on."""
 
     step: Index
     do: Literal["move"] = "move"
@@ -66,7 +67,7 @@ class Move(Model):
 
 
 class Release(Model):
-    """The hand lets go."""
+    """The mouse releases the ball."""
 
     step: Index
     do: Literal["release"] = "release"
@@ -80,12 +81,13 @@ class End(Model):
 
 
 Input = Start | Grab | Move | Release | Edit | End
-_ALL: Final[tuple[type[Input], ...]] = (Start, Grab, Move, Release, *EDITS, End)
-_KINDS: Final = {kind.model_fields["do"].default: kind for kind in _ALL}
+_AnyInput = Start | Grab | Move | Release | AnyEdit | End  # with each kind of edit, for pydantic to choose from
+_READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
+INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
 
 def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
-    """Return when the steps are of a run that begins at a rate, and has these inputs."""
+    """Return the clock of a run that starts at a rate and has these inputs."""
     clock = Clock(rate)
     for given in inputs:
         if isinstance(given, SetRate):
@@ -94,11 +96,11 @@ def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
 
 
 def load_inputs(path: Path, scene: Scene) -> list[Input]:
-    """Read a file of inputs to be replayed on a scene. Raises SandboxError with every mistake in it."""
+    """Read a file of inputs to replay on a scene. Raises SandboxError with every error in it: `file:line: ...`."""
     inputs: list[Input] = []
     found: list[str] = []
     edits, name = 0, printable(str(path))
-    for number, line in enumerate(read_text(path, MAX_BYTES).split("\n"), 1):
+    for number, line in enumerate(read_text(path, MAX_INPUTS_BYTES).split("\n"), 1):
         if not line.strip():
             continue
         try:
@@ -116,8 +118,8 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
             if isinstance(given, Start | Edit):
                 scene = given.change_scene(scene)
             inputs.append(given)
-        except SandboxError as mistake:
-            found += [f"{name}:{number}: {what}" for what in str(mistake).split("\n")]
+        except SandboxError as error:
+            found += [f"{name}:{number}: {what}" for what in str(error).split("\n")]
             if len(found) > MAX_REPORTED:
                 break
     if found:
@@ -126,25 +128,29 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
 
 
 def _parse(line: str) -> Input:
+    document = _document(line)
     try:
-        document = json.loads(line)
+        return _READER.validate_python(document)
+    except ValidationError as error:
+        kind = error.errors()[0]["loc"][:1]  # the value of "do", if it is valid
+        if not kind:
+            kinds = ", ".join(INPUT_KINDS)
+            raise SandboxError(f'must be an object with "do" as one of {kinds}, got {shown(document)}') from None
+        raise sandbox_error(error, INPUT_KINDS[str(kind[0])], within=kind) from None
+
+
+def _document(line: str) -> Any:
+    try:
+        return json.loads(line)
     except json.JSONDecodeError as error:
         raise SandboxError(f"is not JSON: {error}") from None
     except RecursionError:
         raise SandboxError("is nested too deeply") from None
-    except ValueError:  # of int(), which reads no more than 4,300 digits
-        raise SandboxError("has a number of too many digits") from None
-    do = document.get("do") if isinstance(document, dict) else None
-    kind = _KINDS.get(do) if isinstance(do, str) else None
-    if kind is None:
-        raise SandboxError(f'must be an object with "do" as one of {", ".join(_KINDS)}, got {shown(document)}')
-    try:
-        return kind.model_validate(document)
-    except ValidationError as error:
-        raise error_of(error, kind) from None
+    except ValueError:  # from int(), which parses at most 4,300 digits
+        raise SandboxError("contains a number with too many digits") from None
 
 
 def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
-    """Write inputs as the lines that `load_inputs` reads."""
+    """Write inputs as JSON lines, which `load_inputs` reads. Raises SandboxError if the file cannot be written."""
     with whole_file(path) as file:
         file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)

@@ -1,4 +1,4 @@
-"""The control law of the mouse: how a held ball is pulled to the pointer, in every engine alike."""
+"""The control law of the mouse: how a grabbed ball is pulled to the pointer, in every engine alike."""
 
 import math
 from collections.abc import Sequence
@@ -6,32 +6,29 @@ from typing import Final
 
 from sandbox.run.edits import DeleteBall
 from sandbox.run.inputs import End, Grab, Input, Move, Release
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 
-PULL: Final = 25.0  # 1/s, of the critically damped pull: a ball is at the pointer within about a fifth of a second
-
-
-MOST_PULL: Final = 40_000.0  # px/s², the hand's greatest acceleration, whatever the scene's gravity
-
-
-BRAKE: Final = MOST_PULL / PULL**2  # px from the target; a ball that comes from further must be able to brake
+PULL_RATE: Final = 25.0  # 1/s, of the critically damped pull: a ball reaches the pointer in about a fifth of a second
+MAX_PULL_ACCELERATION: Final = 40_000.0  # px/s², whatever the scene's gravity
+BRAKING_DISTANCE: Final = MAX_PULL_ACCELERATION / PULL_RATE**2  # px; further from the target the speed is limited
 
 
 class Hand:
     """The mouse in every engine: a critically damped pull of one ball to a point inside the arena.
 
-    The pull is backward Euler's step of x'' = -w² (x - target) - 2 w x', which from rest does not overshoot, and
-    blows up at no rate. Its acceleration is finite, so it goes no faster than it can brake; and it moves a ball by
-    at most the ball's radius a step, so that walls and other balls stay solid to it.
+    The pull is a backward Euler step of x'' = -w² (x - target) - 2 w x', which does not overshoot from rest, and is
+    stable at every rate. Its acceleration is limited, and its speed to what that can brake. It moves a ball by at most
+    the ball's radius per step, so that walls and other balls stop it.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene  # that runs: an edit replaces it
+        self.scene = scene  # replaced by edits
         self.ball: int | None = None
         self.target: Vector = (0.0, 0.0)
 
-    def obey(self, given: Input) -> None:
-        """Take, move or release as an input says."""
+    def apply(self, given: Input) -> None:
+        """Grab, move or release a ball as an input says; follow its number if a ball is deleted."""
         match given:
             case Grab(ball=ball, at=at):
                 self.ball = ball
@@ -50,18 +47,18 @@ class Hand:
         self.target = x, y
 
     def pull(self, position: Sequence[float], velocity: Sequence[float]) -> Vector:
-        """Return the change of the held ball's velocity for one step, px/s, from where it is and how it moves."""
+        """Return the change of the grabbed ball's velocity for one step, px/s. position: px; velocity: px/s."""
         assert self.ball is not None
-        h, w = 1 / self.scene.rate, PULL
+        h, w = 1 / self.scene.rate, PULL_RATE
         vx, vy = (
             (v - h * w * w * (x - to)) / (1 + h * w) ** 2
             for x, v, to in zip(position, velocity, self.target, strict=True)
         )
         vx, vy = _at_most(float(self.scene.bodies.radius[self.ball]) / h, vx, vy)
         dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
-        if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKE:
-            vx, vy = _at_most(math.sqrt(MOST_PULL * math.hypot(dx, dy)), vx, vy)
-        return _at_most(MOST_PULL * h, vx - velocity[0], vy - velocity[1])
+        if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKING_DISTANCE:
+            vx, vy = _at_most(math.sqrt(MAX_PULL_ACCELERATION * math.hypot(dx, dy)), vx, vy)
+        return _at_most(MAX_PULL_ACCELERATION * h, vx - velocity[0], vy - velocity[1])
 
 
 def _at_most(length: float, x: float, y: float) -> Vector:

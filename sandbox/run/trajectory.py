@@ -1,4 +1,4 @@
-"""Engines stepped together under one hand; one engine -> a trajectory, and its files."""
+"""The trajectory of a scene in one engine, and its files."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
-MAX_BYTES: Final = 3_000_000_000  # of a trajectory, which is held in memory whole
+MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """What one engine made of a scene.
+    """The run of a scene in one engine, at the start and after every step.
 
-    time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s;
-    radius: (n,) px; mass: (n,) kg; size: of the arena, px. n counts all balls that there ever were, in the order
-    in which they came; positions and velocities are NaN while a ball is not there.
+    time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
+    mass: (n,) kg; size: width and height of the arena, px. The n balls are those of the scene and then the added ones,
+    in order; the position and velocity of a ball are NaN before it is added and after it is deleted.
     """
 
     time: Floats
@@ -43,25 +43,27 @@ def simulate(
     steps: int | None = None,
     inputs: Sequence[Input] = (),
 ) -> Trajectory:
-    """Run a scene in one engine: for a number of steps, or for some seconds (the scene's where left out).
+    """Run a scene in one engine, for a number of steps or seconds; by default for the scene's seconds.
 
-    Each state is taken after the edits of its step. Raises SandboxError if the engine is unknown, Refused if it cannot
-    honour the scene.
+    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state follows the edits of its step.
+    Raises SandboxError if the engine is unknown or the trajectory too large, Refused if the engine cannot honour the
+    scene.
     """
     clock = clock_of(scene.rate, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
     added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
     balls = len(scene.bodies) + len(added)
     size = (steps + 1) * balls * 4 * 8
-    if size > MAX_BYTES:
-        raise SandboxError(f"a trace of {steps:,} steps takes {size / 1e9:.3g} GB here; at most 3 are allowed")
+    if size > MAX_TRAJECTORY_BYTES:
+        needed, most = f"{size / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
+        raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
     position = np.full((steps + 1, balls, 2), np.nan)
     velocity = np.full_like(position, np.nan)
     for step in range(steps + 1):
         if step:
             lockstep.step()
-        lockstep.obey_due()
+        lockstep.apply_due()
         state = lockstep.states()[engine]
         position[step, lockstep.balls], velocity[step, lockstep.balls] = state.position, state.velocity
     time = np.array([clock.time(step) for step in range(steps + 1)])
@@ -71,9 +73,9 @@ def simulate(
 
 
 def write_trace(trajectory: Trajectory, path: str | Path) -> None:
-    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; on standard output, as csv.
+    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; to standard output as CSV.
 
-    Raises SandboxError for another ending, and where the file cannot be written.
+    Raises SandboxError for another ending, or if the file cannot be written.
     """
     write = trace_writer(path)
     with whole_file(path) as file:
@@ -81,7 +83,7 @@ def write_trace(trajectory: Trajectory, path: str | Path) -> None:
 
 
 def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
-    """Choose how to write a trace by its path's ending. Raises SandboxError where none fits."""
+    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending."""
     ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
@@ -118,12 +120,12 @@ def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
 
 
 def _frames(trajectory: Trajectory) -> Iterator[tuple[float, list[tuple[int, list[float]]]]]:
-    """Yield each time with the balls that are there: number, and x, y, vx, vy, radius, mass."""
+    """Yield each time with the balls that exist then: number, and x, y, vx, vy, radius, mass."""
     constants = np.column_stack([trajectory.radius, trajectory.mass])
     for time, position, velocity in zip(trajectory.time, trajectory.position, trajectory.velocity, strict=True):
-        there = np.flatnonzero(~np.isnan(position[:, 0]))
-        rows = np.hstack([position, velocity, constants])[there].tolist()
-        yield float(time), list(zip(there.tolist(), rows, strict=True))
+        existing = np.flatnonzero(~np.isnan(position[:, 0]))
+        rows = np.hstack([position, velocity, constants])[existing].tolist()
+        yield float(time), list(zip(existing.tolist(), rows, strict=True))
 
 
 _WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv, ".xyz": _write_xyz}

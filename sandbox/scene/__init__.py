@@ -1,4 +1,4 @@
-"""Scenes: their model, their files, and how a scene and a seed become an initial state."""
+"""Scenes: their model, their files, and their initial state."""
 
 from sandbox.scene.files import bundled, load, parse, schema, write
 from sandbox.scene.model import Scene

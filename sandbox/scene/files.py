@@ -1,4 +1,4 @@
-"""Scene files: the only reader and writer of their TOML, the bundled scenes, and the schema."""
+"""Scene files: the reader and the writer of their TOML, the bundled scenes, and the JSON Schema."""
 
 import itertools
 import math
@@ -12,84 +12,81 @@ from typing import Any, Final
 
 import numpy as np
 import tomlkit
-from pydantic import (
-    ValidationError,
-)
+from pydantic import ValidationError
 
 from sandbox.errors import MAX_BYTES, MAX_REPORTED, SandboxError, dotted, first_errors, nearest, read_text
 from sandbox.files import whole_file
-from sandbox.scene.model import ROUNDING, Scene
-from sandbox.scene.toml_lines import line_of, lines_of_keys, too_deep
-from sandbox.scene.validation import explain
+from sandbox.scene.balls import DECIMAL_ROUNDING
+from sandbox.scene.model import Scene
+from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
+from sandbox.scene.validation import problems_of
 from sandbox.state import State
 from sandbox.text import printable
 
-TRUTHS: Final = "truths"  # folder of the bundled scenes that hold a law each
+TRUTHS: Final = "truths"  # folder of the bundled scenes that each test a law of physics
 
 
 def bundled(folder: str = "") -> dict[str, Path]:
-    """Find the scenes that come with the sandbox, or those of a folder among them: what `load` takes -> file."""
+    """Return the scenes that come with the sandbox, or those in one of their folders: name for `load` -> file."""
     package = Path(str(files("sandbox")))
-    homes = (package / "scenes", package.parent / "scenes")  # of a wheel, of a checkout
+    homes = (package / "scenes", package.parent / "scenes")  # in a wheel, in a checkout
     scenes = next(home for home in homes if home.is_dir())
     found = sorted((scenes / folder).glob("*.toml"))
     return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in found}
 
 
 def load(scene: str | Path) -> Scene:
-    """Read a scene: a file, or the name of a bundled scene, such as "article" or "truths/corner".
+    """Read a scene from a TOML file, or a bundled scene by its name, such as "article" or "truths/corner".
 
-    Raises SandboxError with every mistake that the file has, a line each.
+    Raises SandboxError if there is no such scene, or with every error in the file: a line each, `file:line: key ...`.
     """
     path = Path(scene)
-    if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises where a name is too long)
+    if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises if the name is too long)
         name = path.as_posix()
         known = bundled(TRUTHS if path.parent == Path(TRUTHS) else "")
         if name not in known:
-            raise SandboxError(f"no scene {name!r}: no such file, nor a bundled scene; {nearest(name, known)}")
+            raise SandboxError(f"no scene {name!r}: neither a file nor a bundled scene; {nearest(name, known)}")
         path = known[name]
     return parse(read_text(path), str(path))
 
 
 def parse(text: str, file: str) -> Scene:
-    """Make a scene of TOML text; `file` is what messages call it. Raises SandboxError as `load` does."""
-    text, name = re.sub(r"(?<!\r)\r+\n", "\n", text), printable(file)  # \r\r\n too, which tomllib reads
+    """Return the scene of a TOML text. `file` is its name in messages. Raises SandboxError as `load` does."""
+    text, name = re.sub(r"(?<!\r)\r+\n", "\n", text), printable(file)  # tomllib accepts \r\r\n too
     if (deep := too_deep(text)) is not None:
         raise SandboxError(f"{name}:{deep}: is nested too deeply")
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        said, _, place = str(error).partition(" (at line ")
-        line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
-        raise SandboxError(f"{name}{line}: is not valid TOML: {said}") from None
-    except ValueError:  # of int(), which reads no more than 4,300 digits
-        raise SandboxError(f"{name}: has a number of too many digits") from None
-    try:
-        scene = Scene.model_validate(document)
+        return Scene.read(_document(text, name), Source(file, text))
     except ValidationError as error:
         lines = lines_of_keys(text)
         found = sorted(
             (line_of(path, lines) or 0, f"{dotted(path)} {message}")
-            for path, message in itertools.islice(explain(error, Scene), MAX_REPORTED + 1)
+            for path, message in itertools.islice(problems_of(error, Scene), MAX_REPORTED + 1)
         )
-        told = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
-        raise first_errors(told, name) from None
-    scene._file, scene._source = file, text
-    return scene
+        messages = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
+        raise first_errors(messages, name) from None
+
+
+def _document(text: str, name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        what, _, place = str(error).partition(" (at line ")
+        line = f":{place.partition(',')[0]}" if place[:1].isdigit() else ""
+        raise SandboxError(f"{name}{line}: is not valid TOML: {what}") from None
+    except ValueError:  # from int(), which parses at most 4,300 digits
+        raise SandboxError(f"{name}: contains a number with too many digits") from None
 
 
 def write(scene: Scene, state: State, path: str | Path) -> None:
-    """Write a scene whose balls begin as they are in a state, to the bit. What was expected of the scene is left out.
+    """Write a scene file whose balls start, to the bit, as they are in a state. Expectations are left out.
 
-    Raises SandboxError where it would not load again, or cannot be written.
+    Raises SandboxError if the file would not load again, or cannot be written.
     """
     numbers = np.column_stack([state.position, state.velocity]).tolist()
-    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_BYTES else None  # that would take minutes
+    text = _dumped(scene, state) if len(repr(numbers)) <= MAX_BYTES else None  # a larger one would take minutes
     if text is None or len(text.encode()) > MAX_BYTES:
-        size = f"{MAX_BYTES:,} bytes"
-        raise SandboxError(
-            f"{path}: {len(scene.bodies):,} balls are more than the {size} of a scene file have room for"
-        )
+        raise SandboxError(f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_BYTES:,} bytes of a scene file")
     parse(text, str(path))
     with whole_file(path) as file:
         file.write(text.encode())
@@ -105,14 +102,14 @@ def _dumped(scene: Scene, state: State) -> str:
 
 
 def _overlap(scene: Scene, state: State) -> float:
-    """Return how deep the deepest ball is in a wall of the arena, px, with some room; 0 where none is."""
+    """Return the largest depth of a ball in a wall of the arena, px, rounded up; 0 if no ball is in a wall."""
     radius, size = scene.bodies.radius[:, None], np.array(scene.arena.size)
     depth = np.maximum(radius - state.position, state.position + radius - size)
-    return 0.0 if (depth <= ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000
+    return 0.0 if (depth <= DECIMAL_ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000
 
 
 def _groups(scene: Scene, state: State) -> Iterator[dict[str, Any]]:
-    """Yield a ball group for each run of balls that are alike."""
+    """Yield a ball group for each run of balls of one kind."""
     bodies = scene.bodies
     kinds = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction]).tolist()
     for kind, alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
@@ -130,7 +127,7 @@ def _groups(scene: Scene, state: State) -> Iterator[dict[str, Any]]:
 
 
 def _shortest_cycle(colors: list[str]) -> list[str]:
-    """Return the fewest colours that, taken in turn, are these."""
+    """Return the shortest list of colours that, taken in turn, gives these."""
     for length in range(1, len(colors)):
         if colors[length:] == colors[:-length]:
             return colors[:length]
@@ -138,11 +135,11 @@ def _shortest_cycle(colors: list[str]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Prepare a document for tomlkit: whole numbers without a fraction, lists of lists a line each."""
+    """Prepare a document for tomlkit: whole numbers without a fraction, lists of lists with a line per list."""
     if isinstance(value, dict):
         return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, list) and value and isinstance(value[0], list):
-        # An array grown entry by entry takes tomlkit time as the square of their number.
+        # tomlkit takes quadratic time to grow an array entry by entry.
         return tomlkit.value("[\n" + "".join(f"    {_plain(inner)},\n" for inner in value) + "]")
     if isinstance(value, list):
         return [_plain(inner) for inner in value]
@@ -152,5 +149,6 @@ def _plain(value: Any) -> Any:
 
 
 def schema() -> dict[str, Any]:
-    """Make the JSON Schema of a scene file, for editors."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Scene.model_json_schema()}
+    """Return the JSON Schema of a scene file, for editors."""
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return head | Scene.model_json_schema() | {"description": "Balls, walls and gravity, which several engines run."}

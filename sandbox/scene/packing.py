@@ -1,10 +1,10 @@
-"""The balls that are placed already, and where there is room for one more.
+"""The balls placed so far, and whether there is room for one more.
 
-Balls are sorted by size into levels, each up to twice as large as those of the level below. Each level has square cells
-that its largest ball just fits in, and a ball is listed in the one that its centre is in, among its equals. In the
-levels above of which balls will be placed at random, it is listed too, among the smaller ones. So a ball that is to be
-placed looks at 3 x 3 cells of its own level, smaller ones included, and of each level above, whatever the sizes.
-Cells are found by a hash: a list may hold the balls of several.
+Balls are sorted by size into levels; each holds radii up to twice those of the level below. A level has a grid of
+square cells that its largest ball just fits in, and a ball is listed in the cell of its centre, among those of its own
+level. In each higher level whose balls are placed at random it is listed too, among the smaller ones. So the search for
+room looks at 3 x 3 cells of the ball's own level, smaller balls included, and of each higher level, whatever the sizes.
+Cells share lists by a hash: a list may hold the balls of several.
 """
 
 import math
@@ -19,151 +19,151 @@ from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 LEVELS: Final = 50  # up to a radius of 2**30 px
-LOWEST: Final = -19  # power of two, px: the largest radius of the lowest level, which has those of 1e-6 too
-NOTHING: Final = -1  # ends a list
+LOWEST_EXPONENT: Final = -19  # the largest radius of level 0 is 2**-19 px; it holds all smaller ones too
+END_OF_LIST: Final = -1
 
 
-class Crowd(NamedTuple):
-    """Ball k is the k-th that was placed.
+class Packing(NamedTuple):
+    """The balls in the order in which they were placed, and the lists of the cells.
 
-    ball: (n, 3) x, y, radius, px; wall: (m, 5) both ends and half the thickness, px; asks: (LEVELS,) whether balls of a
-    level will be placed at random; equals: (LEVELS,) balls in each; total: (2,) balls, and entries of lists; first: an
-    entry of each list; entry: its ball, and another entry of the list.
+    ball: (n, 3) x, y, radius, px; wall: (m, 5) both ends and half the thickness, px; random: (LEVELS,) whether balls of
+    a level are placed at random; population: (LEVELS,) balls in each; total: (2,) balls, and entries of lists;
+    first: the first entry of each list, an index of entry; entry: (..., 2) its ball, and the next entry of its list.
     """
 
     ball: Floats
     wall: Floats
-    asks: NDArray[np.bool_]
-    equals: NDArray[np.int64]
+    random: NDArray[np.bool_]
+    population: NDArray[np.int64]
     total: NDArray[np.int64]
     first: NDArray[np.int32]
     entry: NDArray[np.int32]
 
 
-def empty_crowd(scene: Scene) -> Crowd:
-    """Make room for the balls of a scene, among its walls."""
-    most = len(scene.bodies)
-    asks = np.zeros(LEVELS, bool)
-    asks[[_level(group.radius) for group in scene.balls if group.inside]] = True
-    wall = np.array([(*wall.start, *wall.to, wall.thickness / 2) for wall in scene.walls], float).reshape(-1, 5)
-    entries = most * (1 + int(asks.sum()))
-    first = np.full(1 << entries.bit_length(), NOTHING, np.int32)
-    counts = np.zeros(LEVELS, np.int64), np.zeros(2, np.int64)
-    return Crowd(np.empty((most, 3)), wall, asks, *counts, first, np.empty((entries, 2), np.int32))
-
-
-def placed(crowd: Crowd) -> int:
-    """Return how many balls there are."""
-    return int(crowd.total[0])
-
-
 @njit(cache=True)
 def _level(radius):  # type: ignore[no-untyped-def]
-    return max(0, math.ceil(math.log2(radius)) - LOWEST)
+    return max(0, math.ceil(math.log2(radius)) - LOWEST_EXPONENT)
 
 
 @njit(cache=True)
 def _width(level):  # type: ignore[no-untyped-def]
-    return 2.0 ** (level + LOWEST + 1)
+    return 2.0 ** (level + LOWEST_EXPONENT + 1)
 
 
 @njit(cache=True)
-def _list_of(crowd, level, smaller, column, row):  # type: ignore[no-untyped-def]
-    """Return the number of the list for a cell of a level: of its equals, or of those smaller."""
+def _list_of(packing, level, smaller, column, row):  # type: ignore[no-untyped-def]
+    """Return the number of the list for a cell: of the balls of its own level, or of the smaller ones."""
     mixed = (int(column) * 73_856_093) ^ (int(row) * 19_349_663) ^ ((2 * level + smaller) * 83_492_791)  # Teschner 2003
-    return (mixed ^ (mixed >> 17)) & (len(crowd.first) - 1)
+    return (mixed ^ (mixed >> 17)) & (len(packing.first) - 1)
 
 
 @njit(cache=True)
-def _place(crowd, x, y, radius):  # type: ignore[no-untyped-def]
-    k, own = crowd.total[0], _level(radius)
-    crowd.ball[k, 0], crowd.ball[k, 1], crowd.ball[k, 2] = x, y, radius
+def _place(packing, x, y, radius):  # type: ignore[no-untyped-def]
+    k, own = packing.total[0], _level(radius)
+    packing.ball[k, 0], packing.ball[k, 1], packing.ball[k, 2] = x, y, radius
     for level in range(own, LEVELS):
-        if level == own or crowd.asks[level]:
-            e = crowd.total[1]
-            where = _list_of(crowd, level, level > own, x // _width(level), y // _width(level))
-            crowd.entry[e, 0], crowd.entry[e, 1] = k, crowd.first[where]
-            crowd.first[where] = e
-            crowd.total[1] += 1
-    crowd.equals[own] += 1
-    crowd.total[0] += 1
+        if level == own or packing.random[level]:
+            e = packing.total[1]
+            where = _list_of(packing, level, level > own, x // _width(level), y // _width(level))
+            packing.entry[e, 0], packing.entry[e, 1] = k, packing.first[where]
+            packing.first[where] = e
+            packing.total[1] += 1
+    packing.population[own] += 1
+    packing.total[0] += 1
 
 
 @njit(cache=True)
-def forget(crowd, left):  # type: ignore[no-untyped-def]
-    """Take those away again that were placed last, until so many are left."""
-    while crowd.total[0] > left:
-        crowd.total[0] -= 1
-        x, y, radius = crowd.ball[crowd.total[0]]
+def forget(packing, left):  # type: ignore[no-untyped-def]
+    """Remove the balls placed last until `left` of them remain."""
+    while packing.total[0] > left:
+        packing.total[0] -= 1
+        x, y, radius = packing.ball[packing.total[0]]
         own = _level(radius)
-        crowd.equals[own] -= 1
+        packing.population[own] -= 1
         for level in range(LEVELS - 1, own - 1, -1):
-            if level == own or crowd.asks[level]:
-                crowd.total[1] -= 1
-                where = _list_of(crowd, level, level > own, x // _width(level), y // _width(level))
-                crowd.first[where] = crowd.entry[crowd.total[1], 1]
+            if level == own or packing.random[level]:
+                packing.total[1] -= 1
+                where = _list_of(packing, level, level > own, x // _width(level), y // _width(level))
+                packing.first[where] = packing.entry[packing.total[1], 1]
 
 
 @njit(cache=True)
-def _is_free(crowd, level, smaller, x, y, radius):  # type: ignore[no-untyped-def]
-    """Tell whether a ball would overlap none of a level, or none of those smaller."""
+def _is_free(packing, level, smaller, x, y, radius):  # type: ignore[no-untyped-def]
+    """Return whether a ball would overlap no ball of a level, or no smaller one listed there."""
     width = _width(level)
     reach = radius + width / 2
     for column in range(int((x - reach) // width), int((x + reach) // width) + 1):
         for row in range(int((y - reach) // width), int((y + reach) // width) + 1):
-            e = crowd.first[_list_of(crowd, level, smaller, column, row)]
-            while e != NOTHING:
-                k = crowd.entry[e, 0]
-                if math.hypot(crowd.ball[k, 0] - x, crowd.ball[k, 1] - y) < radius + crowd.ball[k, 2]:
+            e = packing.first[_list_of(packing, level, smaller, column, row)]
+            while e != END_OF_LIST:
+                k = packing.entry[e, 0]
+                if math.hypot(packing.ball[k, 0] - x, packing.ball[k, 1] - y) < radius + packing.ball[k, 2]:
                     return False
-                e = crowd.entry[e, 1]
+                e = packing.entry[e, 1]
     return True
 
 
 @njit(cache=True)
-def _has_room(crowd, x, y, radius):  # type: ignore[no-untyped-def]
+def _has_room(packing, x, y, radius):  # type: ignore[no-untyped-def]
     own = _level(radius)
     for level in range(own, LEVELS):
-        if crowd.equals[level] > 0 and not _is_free(crowd, level, False, x, y, radius):
+        if packing.population[level] > 0 and not _is_free(packing, level, False, x, y, radius):
             return False
-    if not _is_free(crowd, own, True, x, y, radius):
+    if not _is_free(packing, own, True, x, y, radius):
         return False
-    for w in range(len(crowd.wall)):
-        x0, y0, x1, y1, thick = crowd.wall[w]
+    for w in range(len(packing.wall)):
+        x0, y0, x1, y1, half_thickness = packing.wall[w]
         dx, dy = way_to_segment(x, y, x0, y0, x1, y1)
-        if math.hypot(dx, dy) < radius + thick:
+        if math.hypot(dx, dy) < radius + half_thickness:
             return False
     return True
 
 
 @njit(cache=True)
-def place_all(crowd, place, radius):  # type: ignore[no-untyped-def]
-    """Place balls of a radius (px), whether there is room or not. place: (n, 2) px."""
+def place_all(packing, place, radius):  # type: ignore[no-untyped-def]
+    """Place balls of a radius (px), even where there is no room. place: (n, 2) px."""
     for k in range(len(place)):
-        _place(crowd, place[k, 0], place[k, 1], radius)
+        _place(packing, place[k, 0], place[k, 1], radius)
 
 
 @njit(cache=True)
-def place_some(crowd, place, radius, wanted, missed, tries):  # type: ignore[no-untyped-def]
-    """Place balls of a radius (px), in order, where there is room; place: (n, 2) px.
+def place_some(packing, place, radius, wanted, missed, max_missed):  # type: ignore[no-untyped-def]
+    """Place balls of a radius (px) where there is room, in order, until `wanted` are placed. place: (n, 2) px.
 
-    Ends when so many as are wanted are placed, or when as many tries in a row have failed, of which `missed` came
-    before these. Returns at how many places it looked, and how many tries in a row have failed by then.
+    Gives up after `max_missed` places in a row without room; `missed` of them came before the first one here.
+    Returns how many places were tried, and how many in a row had no room at the end.
     """
-    looked, most = 0, crowd.total[0] + wanted
-    while looked < len(place) and crowd.total[0] < most and missed < tries:
-        x, y = place[looked, 0], place[looked, 1]
-        looked, missed = looked + 1, missed + 1
-        if _has_room(crowd, x, y, radius):
-            _place(crowd, x, y, radius)
+    tried, most = 0, packing.total[0] + wanted
+    while tried < len(place) and packing.total[0] < most and missed < max_missed:
+        x, y = place[tried, 0], place[tried, 1]
+        tried, missed = tried + 1, missed + 1
+        if _has_room(packing, x, y, radius):
+            _place(packing, x, y, radius)
             missed = 0
-    return looked, missed
+    return tried, missed
 
 
 @njit(cache=True)
-def have_room(crowd, place, radius):  # type: ignore[no-untyped-def]
-    """Tell of each place whether there is room for a ball of a radius (px): (n, 2) px -> (n,)."""
+def have_room(packing, place, radius):  # type: ignore[no-untyped-def]
+    """Return whether there is room for a ball of a radius (px) at each place: (n, 2) px -> (n,)."""
     room = np.empty(len(place), np.bool_)
     for k in range(len(place)):
-        room[k] = _has_room(crowd, place[k, 0], place[k, 1], radius)
+        room[k] = _has_room(packing, place[k, 0], place[k, 1], radius)
     return room
+
+
+def empty_packing(scene: Scene) -> Packing:
+    """Return a packing of the walls of a scene, with room for its balls."""
+    balls = len(scene.bodies)
+    random = np.zeros(LEVELS, bool)
+    random[[_level(group.radius) for group in scene.balls if group.inside]] = True
+    wall = np.array([(*wall.start, *wall.to, wall.thickness / 2) for wall in scene.walls], float).reshape(-1, 5)
+    entries = balls * (1 + int(random.sum()))
+    first = np.full(1 << entries.bit_length(), END_OF_LIST, np.int32)
+    counts = np.zeros(LEVELS, np.int64), np.zeros(2, np.int64)
+    return Packing(np.empty((balls, 3)), wall, random, *counts, first, np.empty((entries, 2), np.int32))
+
+
+def placed(packing: Packing) -> int:
+    """Return the number of balls placed so far."""
+    return int(packing.total[0])

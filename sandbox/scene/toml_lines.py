@@ -1,19 +1,18 @@
-"""On which line of a TOML document each key stands."""
+"""The line of each key in a TOML document."""
 
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
-from sandbox.errors import KeyPath
+from sandbox.errors import KeyPath, dotted
+from sandbox.text import printable
 
-MAX_DEPTH: Final = 20  # of brackets, and of the parts of a dotted key: a scene needs five
-
-
+MAX_DEPTH: Final = 20  # nested brackets, and parts of a dotted key: a scene needs five
 _STRING: Final = r"""(?:"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""  # on one line
-
-
-# What ends or nests a TOML statement: strings, comments and blank lines are passed over whole.
+# What ends or nests a TOML statement: strings, comments and blank lines are skipped whole.
 _TOKEN: Final = re.compile(
     r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)|'
     r"'{3}.*?(?:'{3,5}|\Z)|"
@@ -21,15 +20,13 @@ _TOKEN: Final = re.compile(
     rf"(?P<deep>(?:\.[ \t]*(?:[\w-]+|{_STRING})[ \t]*){{{MAX_DEPTH}}})",
     re.DOTALL,
 )
-
-
-_PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # an assignment of no table to a bare key
+_PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # a bare key, assigned anything but a table
 
 
 def too_deep(text: str) -> int | None:
-    """Return the line on which a TOML document nests too deeply to be read, None where it does not.
+    """Return the line on which a TOML document nests too deeply to be parsed, None if it does not.
 
-    Each part of a dotted key takes a parser time and memory as the length of the whole key.
+    A parser's time and memory grow as the square of the number of parts of a dotted key.
     """
     for token, depth, line in _tokens(text):
         if depth > MAX_DEPTH or token["deep"]:
@@ -38,7 +35,7 @@ def too_deep(text: str) -> int | None:
 
 
 def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
-    """Find what ends or nests a statement, each with the depth and the number of the line after it."""
+    """Yield what ends or nests a statement, with the depth and the line number after it."""
     depth, line = 0, 1
     for token in _TOKEN.finditer(text):
         depth += (token[0] in "[{") - (token[0] in "]}")
@@ -47,7 +44,7 @@ def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """Split valid TOML into its headers and assignments, each with the number of its line."""
+    """Split valid TOML into its headers and assignments, each with its line number."""
     start, first_line = 0, 1
     for token, depth, line in _tokens(text + "\n"):
         if token[0][0] == "\n" and depth == 0:
@@ -56,13 +53,13 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
 
 
 def lines_of_keys(text: str) -> dict[KeyPath, int]:
-    r"""Map each key and table that a valid TOML document writes to its line (from 1).
+    r"""Return the line, from 1, of each key and table in a valid TOML document.
 
     >>> lines_of_keys('rate = 60\n[[balls]]\nradius = 5\n[[balls]]\nx.to = 1')[("balls", 1, "x", "to")]
     5
     """
     lines: dict[KeyPath, int] = {}
-    lengths: dict[KeyPath, int] = {}  # of the arrays of tables so far
+    lengths: dict[KeyPath, int] = {}  # of each array of tables so far
     table: KeyPath = ()
     for line, statement in _statements(text):
         plain = _PLAIN.match(statement)
@@ -84,7 +81,25 @@ def lines_of_keys(text: str) -> dict[KeyPath, int]:
 
 
 def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int | None:
-    """Return the line of a key, or of the first of its tables, or of the nearest table round it."""
+    """Return the line of a key, or else of the first of its tables, or of the innermost table around it."""
     while path and path not in lines and (*path, 0) not in lines:
         path = path[:-1]
     return lines.get(path, lines.get((*path, 0)))
+
+
+@dataclass(frozen=True)
+class Source:
+    """A TOML file: its path, and its text."""
+
+    file: str = "scene"
+    text: str = ""
+
+    @cached_property
+    def _lines(self) -> Mapping[KeyPath, int]:
+        return lines_of_keys(self.text)
+
+    def at(self, path: KeyPath, message: str) -> str:
+        """Return a message about a key: `file:line: key message`, without what is not known."""
+        line, name = line_of(path, self._lines) if path else None, printable(self.file)
+        place = f"{name}:{line}" if line else name
+        return f"{place}: {dotted(path)} {message}" if path else f"{place}: {message}"

@@ -1,4 +1,4 @@
-"""Errors that pydantic found, in the words of a person who writes the file."""
+"""pydantic's validation errors, in the words of someone who writes the file."""
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -11,20 +11,20 @@ if TYPE_CHECKING:  # slow to import, and every command imports this module
     from pydantic_core import ErrorDetails, PydanticCustomError
 
 
-Finding = tuple[KeyPath, str]  # a path and what is wrong there, which reads on from it: "must be ..."
+Problem = tuple[KeyPath, str]  # a path, and what is wrong there: "must be ..."
 
 
-def findings(*found: tuple[KeyPath, str | Callable[[], str]]) -> "PydanticCustomError":
-    """Make the error a validator raises where it found several (path from here, message) at once.
+def invalid(*problems: tuple[KeyPath, str | Callable[[], str]]) -> "PydanticCustomError":
+    """Return the error for a validator to raise: several problems at once, each with its path from there.
 
-    What takes long to say is a function that does, which is called only if it is among the first that are told.
+    A message that takes long to make is a function, which is called only if the message is shown.
     """
     from pydantic_core import PydanticCustomError
 
-    return PydanticCustomError("findings", "{found}", {"found": list(found)})
+    return PydanticCustomError("problems", "{problems}", {"problems": list(problems)})
 
 
-_SAYS: Final[Mapping[str, str]] = {
+_MESSAGES: Final[Mapping[str, str]] = {
     "greater_than": "must be greater than {gt:g}, got {got}",
     "greater_than_equal": "must be at least {ge:g}, got {got}",
     "less_than": "must be less than {lt:g}, got {got}",
@@ -34,36 +34,35 @@ _SAYS: Final[Mapping[str, str]] = {
     "int_type": "must be a whole number, got {got}",
     "string_type": "must be text in quotes, got {got}",
     "string_too_long": "must have at most {max_length} characters, got {got}",
-    "string_unicode": "must not have half of a surrogate pair, got {got}",
+    "string_unicode": "must not contain half of a surrogate pair, got {got}",
     "tuple_type": "must be a list in brackets, got {got}",
     "literal_error": "must be {expected}, got {got}",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
     "too_long": "must have at most {max_length} entries, got {actual_length}",
     "model_type": "must be a table of keys, got {got}",
-    "union_tag_invalid": "must be one of {expected_tags}, got {got}",
-    "union_tag_not_found": "needs the key {discriminator}",
 }
 
 
-def explain(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
-    """Put each error pydantic found in a `model` in the words of a person who writes the file."""
-    told = set()
-    for finding in _findings(error, model):
-        if finding not in told:
-            told.add(finding)
-            yield finding
+def problems_of(error: "ValidationError", model: "type[BaseModel]", within: KeyPath = ()) -> Iterator[Problem]:
+    """Yield every problem that pydantic found in a `model`, once. within: the start of all paths, which is left out."""
+    seen = set()
+    for problem in _problems(error, model, len(within)):
+        if problem not in seen:
+            seen.add(problem)
+            yield problem
 
 
-def error_of(error: "ValidationError", model: "type[BaseModel]") -> SandboxError:
-    """Make one mistake of all errors that pydantic found in a `model` that is no file's."""
-    return SandboxError("\n".join(f"{dotted(path)} {message}" for path, message in explain(error, model)))
+def sandbox_error(error: "ValidationError", model: "type[BaseModel]", within: KeyPath = ()) -> SandboxError:
+    """Return one error with every problem of a `model` that was not read from a scene file, a line each."""
+    lines = (f"{dotted(path)} {message}".lstrip() for path, message in problems_of(error, model, within))
+    return SandboxError("\n".join(lines))
 
 
-def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Finding]:
+def _problems(error: "ValidationError", model: "type[BaseModel]", skipped: int) -> Iterator[Problem]:
     for detail in error.errors(include_url=False):
-        path = detail["loc"]
-        if detail["type"] == "findings":
-            for inner, message in detail["ctx"]["found"]:
+        path = detail["loc"][skipped:]
+        if detail["type"] == "problems":
+            for inner, message in detail["ctx"]["problems"]:
                 yield (*path, *inner), message if isinstance(message, str) else message()
         elif detail["type"] == "extra_forbidden":
             yield path, _unknown(str(path[-1]), _keys_at(model, path[:-1]))
@@ -81,7 +80,7 @@ def _findings(error: "ValidationError", model: "type[BaseModel]") -> Iterator[Fi
 
 
 def _unknown(key: str, known: Iterable[str]) -> str:
-    """Say that a key is mistyped, or of a newer version: a format grows by keys."""
+    """Return the message for a key that is mistyped, or of a newer version: the format grows by keys."""
     from importlib.metadata import version
 
     here = version("pymunk-sandbox")
@@ -89,7 +88,7 @@ def _unknown(key: str, known: Iterable[str]) -> str:
 
 
 def _message(detail: "ErrorDetails") -> str:
-    template = _SAYS.get(detail["type"])
+    template = _MESSAGES.get(detail["type"])
     if template is None:
         return detail["msg"]
     return template.format(got=shown(detail["input"]), **detail.get("ctx", {}))
@@ -101,7 +100,7 @@ def _schema(model: "type[BaseModel]") -> dict[str, Any]:
 
 
 def _keys_at(model: "type[BaseModel]", path: KeyPath) -> dict[str, Any]:
-    """Return the keys of the table that `path` names, and the JSON Schema of each."""
+    """Return the keys of the table at a path, each with its JSON Schema."""
     schema = _schema(model)
     node = schema
     for key in path:

@@ -131,10 +131,10 @@ class Session:
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # only the last move of a step pulls
         if isinstance(given, Grab) and hand.ball is not None:
-            self.lockstep.obey(Release(step=given.step))
-        self.lockstep.obey(given)
+            self.lockstep.apply(Release(step=given.step))
+        self.lockstep.apply(given)
         if isinstance(given, Edit) and hand.ball is not None and not is_held:
-            self.lockstep.obey(Release(step=given.step))
+            self.lockstep.apply(Release(step=given.step))
         self.inputs = list(before)
         self._undone.clear()
         self._branch()
@@ -202,7 +202,7 @@ class Session:
         lockstep, refused = self.lockstep, list[str]()
         while (k := len(lockstep.given)) < len(self.inputs) and self.inputs[k].step <= lockstep.steps:
             try:
-                lockstep.obey(self.inputs[k])
+                lockstep.apply(self.inputs[k])
             except SandboxError as error:
                 del self.inputs[k]
                 refused.append(str(error))

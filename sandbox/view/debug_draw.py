@@ -13,17 +13,17 @@ from pymunk.batch import BodyFields, Buffer, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.view.draw import blit_discs, capsule, disc
+from sandbox.view.primitives import blit_discs, capsule, disc
 
-TURNS: Final = 64  # directions that a disc's line may have: at most 3 degrees off
+ANGLES: Final = 64  # directions that a disc's line can have, so at most 3 degrees off
 
 
 class DebugDraw(DrawOptions):
-    """Pymunk's drawing of a space, but for its shapes.
+    """Pymunk's drawing of a space, except for its shapes.
 
-    Of these it would call Python one by one, which of a thousand discs takes half of a frame: discs are kept as
-    pictures, and placed by what is read of all bodies at once. They show how they are turned, as pymunk's do. Walls
-    are as thick at any slope, and the arena's, which are very large, are left out.
+    Pymunk calls Python for each shape, which takes half a frame for a thousand discs. Here discs are cached pictures,
+    placed by one read of all bodies, and show their angle as pymunk's do. Walls have their thickness at any slope; the
+    arena's, which are very large, are left out.
     """
 
     def __init__(self, space: pymunk.Space, colours: Sequence[str]) -> None:
@@ -49,7 +49,7 @@ class DebugDraw(DrawOptions):
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._radius)]
-        turns = np.rint(rows[:, 2] / math.tau * TURNS).astype(int) % TURNS
+        turns = np.rint(rows[:, 2] / math.tau * ANGLES).astype(int) % ANGLES
         line = self.shape_outline_color.as_int()
         radius = scale * self._radius
         pictures = map(turned, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
@@ -63,7 +63,7 @@ class DebugDraw(DrawOptions):
         outline_color: SpaceDebugColor,
         fill_color: SpaceDebugColor,
     ) -> None:
-        """Draw a wall, if any of it is on the surface and not only its edge."""
+        """Draw a wall, if more of it than its edge is on the surface."""
         size = self.surface.get_size()
         for axis in (0, 1):
             if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
@@ -73,9 +73,9 @@ class DebugDraw(DrawOptions):
 
 @lru_cache(maxsize=4096)
 def turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
-    """Draw a disc with the line that shows how it is turned, as pymunk does."""
+    """Draw a disc with the line that shows its angle, as pymunk does. turn: one of ANGLES."""
     picture = disc(radius, colour).copy()
-    half, angle = picture.get_width() // 2, turn * math.tau / TURNS
+    half, angle = picture.get_width() // 2, turn * math.tau / ANGLES
     edge = half + round((radius - 1) * math.cos(angle)), half + round((radius - 1) * math.sin(angle))
     pygame.draw.line(picture, line, (half, half), edge, 2 if radius > 20 else 1)
     return picture

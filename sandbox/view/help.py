@@ -3,13 +3,13 @@
 from pygame import Rect, Surface
 
 from sandbox.view.controls import HELP
-from sandbox.view.draw import panel, text_width, write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, INK
+from sandbox.view.primitives import panel, text_width, write
 
 
 def draw_help(surface: Surface, layout: Layout) -> None:
-    """Draw the table of keys, in as many columns and as small as it takes to fit the window."""
+    """Draw the table of keys in the largest text that fits into the window, in one column or two."""
     window = surface.get_rect()
     for height in range(layout.text_height, 6, -1):
         for columns in (1, 2):
@@ -21,6 +21,7 @@ def draw_help(surface: Surface, layout: Layout) -> None:
 
 
 def _size(height: int, columns: int) -> tuple[Rect, tuple[int, int]]:
+    """Return the table's size, and the widths of the keys and of what they do, px."""
     keys, does = (max(text_width(row[k], height) for row in HELP) + height for k in (0, 1))
     rows = -(-len(HELP) // columns)
     return Rect(0, 0, columns * (keys + does) + height, round((rows + 1) * 1.5 * height)), (keys, does)

@@ -1,27 +1,27 @@
-"""Where things stand in a window: a toolbar, panes side by side as large as they can be, charts, a status line."""
+"""The places of everything in a window: a toolbar, panes as large as they can be, charts, a status line."""
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final
 
 from pygame import Rect
 
 from sandbox.scene.model import Vector
 
-GAP = 8  # px between panes and round them
-AROUND = 110  # px, about, of toolbar, titles and status line
-STRIP = 0.27  # of the window's height, for the charts
-LEAST: Final = (480, 320)  # px of a window that has room for all of this
+GAP: Final = 8  # px between panes and round them
+CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
+CHARTS_SHARE: Final = 0.27  # of the window's height, for the charts
+MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
+ScreenPoint = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Layout:
-    """A window of some size with a pane per engine, each a title over an arena.
+    """A window with one pane per engine, each a title over an arena; the toolbar above, charts and status line below.
 
-    Above the panes stand the toolbar's widgets, below them the charts and a status line. window and arena: width and
-    height, px of the screen and of the scene. tools: the widgets' widths, in heights of the toolbar, in groups.
-    charts: how many; they are left out where there is no room for them.
+    window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
+    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
     """
 
     window: tuple[int, int]
@@ -42,7 +42,7 @@ class Layout:
 
     @cached_property
     def toolbar(self) -> list[Rect]:
-        """Each widget's place: in rows from the left, with a gap between groups."""
+        """Each widget's place: rows from the left, with a gap between groups."""
         side, places = round(1.75 * self.text_height), []
         x, y = GAP, GAP // 2
         for group in self.tools:
@@ -57,26 +57,26 @@ class Layout:
 
     @cached_property
     def top(self) -> int:
-        """Where the panes begin, px."""
+        """The upper edge of the panes, px."""
         return self.toolbar[-1].bottom if self.toolbar else 0
 
     @cached_property
     def strip(self) -> Rect:
-        """Where the charts go, above the status line; of no height where there are none, or no room for them."""
-        height = round(STRIP * self.window[1])
+        """The place of the charts, above the status line; its height is 0 if none are shown or there is no room."""
+        height = round(CHARTS_SHARE * self.window[1])
         if not self.charts or height < self.charts * 2.2 * self.text_height + self.line_height:
             height = 0
         return Rect(GAP, self.status.y - height, max(1, self.window[0] - 2 * GAP), height)
 
     @cached_property
     def bar(self) -> Rect:
-        """Where the bar of time goes: above the status line of a window that has no charts; else of no height."""
+        """The place of the time bar, above the status line; its height is 0 if charts are shown."""
         height = 0 if self.strip.height or not self.tools else round(0.7 * self.text_height)
         return Rect(GAP, self.strip.y - height, self.strip.width, height)
 
     @cached_property
     def columns(self) -> int:
-        """How many panes stand side by side: as many as make them largest."""
+        """How many panes stand side by side: the number that makes them largest."""
         return max(range(1, self.panes + 1), key=self._scale)
 
     @cached_property
@@ -85,7 +85,7 @@ class Layout:
         return self._scale(self.columns)
 
     def _room(self, columns: int) -> Vector:
-        """Width and height that a pane's arena may take."""
+        """Return the width and height that there is for a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
         width = (self.window[0] - GAP) / columns - GAP
         height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height
@@ -108,35 +108,38 @@ class Layout:
         return rects
 
     def title(self, pane: int) -> Rect:
-        """Where a pane's title goes: right above its arena."""
+        """Return the place of a pane's title, right above its arena."""
         arena = self.arenas[pane]
         return Rect(arena.x, arena.y - self.line_height, arena.width, self.line_height)
 
     @cached_property
     def status(self) -> Rect:
-        """Where the status line goes."""
+        """The place of the status line."""
         return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
 
-    def to_scene(self, pane: int, point: tuple[int, int]) -> Vector:
-        """Turn a point of the screen into one of a pane's scene, px."""
+    def to_scene(self, pane: int, point: ScreenPoint) -> Vector:
+        """Turn a point of the screen into a place of the scene in a pane, px."""
         arena = self.arenas[pane]
         return (point[0] - arena.x) / self.scale, (point[1] - arena.y) / self.scale
 
-    def pane_at(self, point: tuple[int, int]) -> int | None:
-        """Return the pane whose arena has a point of the screen in it."""
+    def pane_at(self, point: ScreenPoint) -> int | None:
+        """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
 
 
+layout_of = lru_cache(maxsize=16)(Layout)  # a window asks for its layout at every event, and it seldom changes
+
+
 def natural_size(arena: Vector, panes: int, desktop: tuple[int, int]) -> tuple[int, int]:
-    """Choose the size of a new window: every arena at its own size, or as large as the desktop has room for."""
+    """Choose the size of a new window: every arena at its own size, or as large as fits on the desktop."""
 
     def size(columns: int) -> Vector:
         return arena[0] * columns, arena[1] * math.ceil(panes / columns)
 
     def shrink(columns: int) -> float:
         width, height = size(columns)
-        return min(1.0, 0.9 * desktop[0] / width, (0.9 * (1 - STRIP) * desktop[1] - AROUND) / height)
+        return min(1.0, 0.9 * desktop[0] / width, (0.9 * (1 - CHARTS_SHARE) * desktop[1] - CHROME_HEIGHT) / height)
 
     columns = max(range(min(panes, 2), panes + 1), key=shrink)  # two side by side, whatever their shape
     width, height = (side * shrink(columns) for side in size(columns))
-    return max(640, round(width)), max(480, round((height + AROUND) / (1 - STRIP)))
+    return max(640, round(width)), max(480, round((height + CHROME_HEIGHT) / (1 - CHARTS_SHARE)))

@@ -1,23 +1,38 @@
-"""What is wrong with a file, over a run that goes on without it."""
+"""A message that takes the place of the status line for some seconds."""
 
-import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import monotonic
+from typing import Final
 
-from pygame import Surface
+from sandbox.errors import SandboxError
 
-from sandbox.view.draw import card, drawable, text_width
-from sandbox.view.layout import Layout
-
-LINES = 8  # of what is wrong, that are shown at once
+SECONDS_SHOWN: Final = 5.0
 
 
-def draw_mistake(surface: Surface, layout: Layout, mistake: str) -> None:
-    """Draw what is wrong with a file, as many lines as there is room for, above the status line."""
-    height, window = layout.text_height, surface.get_rect()
-    letters = max(20, int((window.width - 4 * height) / (text_width("abcdefghij klmnopqrst", height) / 21)))
-    told = mistake.splitlines()
-    lines = [part for line in told[:LINES] for part in textwrap.wrap(drawable(line), letters, subsequent_indent="    ")]
-    count = len(lines) + len(told[LINES:])
-    if count > LINES:
-        lines[LINES - 1 :] = [f"and {count - LINES + 1} lines more"]
-    said = ["The file cannot be run; what was open goes on (Esc closes this):", *lines]
-    card(surface, [[line] for line in said], layout.status.topleft, height, window)
+class Notice:
+    """The latest message to the user: what was saved, or what went wrong."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    @property
+    def text(self) -> str:
+        """The message, while it is shown; then nothing."""
+        return self._text if monotonic() < self._until else ""
+
+    def show(self, text: str) -> None:
+        """Show a message."""
+        self._text, self._until = text, monotonic() + SECONDS_SHOWN
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self._text, self._until = "", 0.0
+
+    @contextmanager
+    def reporting(self) -> Iterator[None]:
+        """Show the error that a block raises, and end the block."""
+        try:
+            yield
+        except SandboxError as error:
+            self.show(str(error))

@@ -1,4 +1,4 @@
-"""The window's colours, which colour-blind people can tell apart, and what tells engines apart without colour."""
+"""The window's colours, which colour-blind people can distinguish, and dashes that distinguish engines too."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,16 +8,17 @@ from pygame import Color
 
 from sandbox.scene.model import PALETTE, rgb
 
-FRAME: Final = Color("#22262b")  # round the panes
-RAISED: Final = Color("#3a4047")  # what lies on the frame: buttons, cards
+FRAME: Final = Color("#22262b")  # around the panes
+RAISED: Final = Color("#3a4047")  # buttons and fields on the frame
 INK: Final = Color("#e8eaed")
 FAINT: Final = Color("#9aa0a6")
 NIGHT: Final = "#14181d"
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
-YELLOW: Final = "#f0e442"  # Okabe and Ito's, left out of the balls' as it is hardly seen on white
+ACCENT: Final = Color(SKY)  # buttons that are on, and what is chosen
+YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, as it is hardly visible on white
 
-# Engines' lines in turn: those of Okabe and Ito's colours that stand out from a light ground, and from a dark one.
+# The engines' lines in turn: those of Okabe and Ito's colours that stand out on a light or on a dark ground.
 ON_LIGHT: Final = (BLUE, VERMILLION, GREEN, PURPLE, "#000000")
 ON_DARK: Final = (SKY, ORANGE, GREEN, YELLOW, "#ffffff")
 DASHES: Final = ((1, 0), (8, 4), (2, 3), (14, 3, 2, 3), (4, 8))  # on, off, ..., in line widths
@@ -25,7 +26,7 @@ DASHES: Final = ((1, 0), (8, 4), (2, 3), (14, 3, 2, 3), (4, 8))  # on, off, ...,
 
 @dataclass(frozen=True)
 class Line:
-    """How an engine's line is drawn. dash: lengths on, off, ..., in line widths; one that is never off is solid."""
+    """How an engine's line is drawn. dash: lengths on, off, ..., in line widths; solid if it is never off."""
 
     colour: Color
     dash: tuple[int, ...]
@@ -33,9 +34,9 @@ class Line:
 
 @dataclass(frozen=True)
 class Palette:
-    """The colours of everything that is drawn on some background.
+    """The colours of everything that is drawn on one background.
 
-    ink: text and marks; faint: grid and axes; momentum, contact: of arrows and sparks.
+    ink: text and marks. faint: grid and axes. momentum, contact: arrows and contacts.
     """
 
     ground: Color
@@ -46,13 +47,13 @@ class Palette:
     lines: tuple[Line, ...]
 
     def line(self, engine: int) -> Line:
-        """Return how the line of an engine, counted from 0, is drawn; they come round again."""
+        """Return the line of an engine, counted from 0. After the last line comes the first again."""
         return self.lines[engine % len(self.lines)]
 
 
 @lru_cache(maxsize=64)
 def palette(background: str) -> Palette:
-    """Choose the colours that stand out from a background."""
+    """Choose colours that stand out from a background."""
     ground, ink = Color(*rgb(background)), contrast(background)
     dark = ink == Color("white")
     lines = zip(ON_DARK if dark else ON_LIGHT, DASHES, strict=True)
@@ -67,11 +68,11 @@ def palette(background: str) -> Palette:
 
 
 def paper(background: str) -> str:
-    """Choose the ground of charts: light or dark as a scene's background, but never a colour that hides a line's."""
+    """Choose the charts' background: light or dark like a scene's, but never a colour that hides a line."""
     return "white" if contrast(background) == Color("black") else NIGHT
 
 
 def contrast(background: str) -> Color:
-    """Choose black or white, whichever is seen on a background."""
+    """Choose black or white, whichever stands out from a background."""
     red, green, blue = rgb(background)
     return Color("black") if 0.299 * red + 0.587 * green + 0.114 * blue > 128 else Color("white")

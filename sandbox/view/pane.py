@@ -1,25 +1,29 @@
-"""One engine's pane: its arena as the engine has it now, and over it what belongs to comparing and dragging."""
+"""One engine's pane: its balls and walls, the layers, and a title."""
 
 from collections.abc import Collection, Sequence
+from typing import Final
 
 from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.quantity import energy, kinetic_energy, potential_energy
-from sandbox.run.mouse import Hand
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.state import State
+from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.draw import blit_discs, capsule, dashes, disc, text_width, write
+from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
-from sandbox.view.overlay import Overlay, Sparks, Trail
+from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, contrast, palette, paper
+from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
+from sandbox.view.recent import RecentContacts, Trail
+
+TITLE_GAP: Final = "    "  # between the parts of a title
 
 
 class Pane:
-    """What is shown of one engine. A Pymunk space is drawn by Pymunk's debug-draw, any other engine by the scene."""
+    """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
@@ -27,23 +31,24 @@ class Pane:
 
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
-        self.energy_at_start = _energy(moment.scene, moment.states[name])
+        self.energy_at_start = scene_energy(moment.scene, moment.states[name])
         self.show([moment], engine, live=True)
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
-        """Show the last of some moments, and trails and contacts of those before.
+        """Show the last of some moments, with trails and contacts of those before it.
 
-        engine: that runs, and is at the last of them where it is live; afresh: what was shown is not what led here.
+        live: the engine is at the last moment. afresh: the moments do not continue what was shown.
         """
         moment = moments[-1]
         if afresh or moment.balls != self._balls:
             moments = [one for one in moments if one.balls == moment.balls]
-            self.trail, self.sparks = Trail(len(moment.balls)), Sparks(moment.scene.bodies.radius)
+            self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts(moment.scene.bodies.radius)
         for one in moments:
-            self.sparks.add(one.contacts[self.name], one.states[self.name])
+            self.recent_contacts.add(one.contacts[self.name], one.states[self.name])
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
+        self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
         if isinstance(engine, PymunkEngine):
             drawn = engine if live else PymunkEngine(self.scene, self.state)
@@ -52,53 +57,48 @@ class Pane:
 
     @property
     def title(self) -> str:
-        """Engine, energy left, contacts."""
-        now = _energy(self.scene, self.state)
+        """The engine, its energy as a share of the start, and its number of contacts."""
+        now = scene_energy(self.scene, self.state)
         left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}{SPACE}energy {left}{SPACE}contacts {self.contacts}"
+        return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
 
     def draw(
         self,
         surface: Surface,
         layout: Layout,
         index: int,
-        ghosts: State | None,
-        hand: Hand,
-        showing: Collection[str] = (),
+        showing: Collection[Layer],
+        other: State | None,
     ) -> None:
-        """Draw the pane at its place in a layout, with the outlines of another engine's balls where given.
-
-        showing: what else to draw, by the names that controls have for it.
-        """
-        arena = layout.arenas[index]
-        inside = surface.subsurface(arena)
-        over = Overlay(inside, self.scene, layout.scale, layout.text_height)
-        inside.fill(over.palette.ground)
-        if "grid" in showing:
-            over.grid()
-        if "trails" in showing:
-            over.trails(self.trail.places())
+        """Draw the pane at its place in a layout. other: another engine's balls, for the ghosts."""
+        inside, scale = surface.subsurface(layout.arenas[index]), layout.scale
+        overlay = Overlay(
+            inside,
+            self.scene,
+            self.state,
+            self.trail,
+            self.recent_contacts,
+            other,
+            scale=scale,
+            text_height=layout.text_height,
+        )
+        inside.fill(overlay.palette.ground)
+        for layer, draw in BELOW_BALLS.items():
+            if layer in showing:
+                draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, layout.scale)
+            self.debug_draw.draw(inside, scale)
         else:
-            draw_scene(inside, self.scene, self.state, layout.scale)
-        if ghosts is not None:
-            over.ghosts(ghosts)
-        if "momentum" in showing:
-            over.momentum(self.state)
-        if "velocity" in showing:
-            over.velocity(self.state)
-        if "numbers" in showing:
-            over.numbers(self.state)
-        if "contacts" in showing:
-            over.contacts(self.sparks.latest(), self.state.time)
-        if "centre" in showing:
-            over.centre(self.state)
-        over.pull(self.state, hand)
+            draw_scene(inside, self.scene, self.state, scale)
+        for layer, draw in ABOVE_BALLS.items():
+            if layer in showing:
+                draw(overlay)
+        if self._held is not None:
+            overlay.pull(self._held, self._target)
         self._draw_title(surface, layout, index)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
-        """Draw as much of the title as there is room for, after a sample of the engine's line in the charts."""
+        """Draw a sample of the engine's line in the charts, and as much of the title as there is room for."""
         place, height = layout.title(index), layout.text_height
         if layout.strip.height:
             sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
@@ -108,14 +108,10 @@ class Pane:
             for start, end in dashes(0, sample.width, line.dash, width):
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
-        parts = self.title.split(SPACE)
-        while len(parts) > 1 and text_width(SPACE.join(parts), height) > place.width:
+        parts = self.title.split(TITLE_GAP)
+        while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
             parts.pop()
-        write(surface, SPACE.join(parts), place, INK, height)
-
-
-def _energy(scene: Scene, state: State) -> float:
-    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
+        write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
 def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:
@@ -128,26 +124,8 @@ def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> No
     blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
 
 
-SPACE = "    "  # between the parts of a title
-
-
-def draw_panes(
-    surface: Surface, layout: Layout, panes: Sequence[Pane], *, showing: Collection[str] = (), hand: Hand
-) -> None:
-    """Draw every pane; the first lends its balls as ghosts to the last, and the last to all others."""
+def draw_panes(surface: Surface, layout: Layout, panes: Sequence[Pane], showing: Collection[Layer] = ()) -> None:
+    """Draw every pane. The ghosts in the last pane are the first's balls; in all others, they are the last's."""
     for index, pane in enumerate(panes):
         other = panes[0] if pane is panes[-1] else panes[-1]
-        ghosts = other.state if "ghosts" in showing and other is not pane else None
-        pane.draw(surface, layout, index, ghosts, hand, showing)
-
-
-def facts(panes: Sequence[Pane], ball: int) -> list[list[str]]:
-    """Tell of a ball where it is in every engine, and with which velocity and energy: rows of a table."""
-    rows = [[f"ball {ball}", "at, px", "velocity, px/s", "energy, kg px²/s²"]]
-    for pane in panes:
-        scene, one = pane.scene, slice(ball, ball + 1)
-        position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
-        whole = kinetic_energy(velocity, mass) + potential_energy(position, mass, scene.gravity, scene.arena.size)
-        (x, y), (vx, vy) = position[0], velocity[0]
-        rows.append([pane.name, f"{x:.2f}, {y:.2f}", f"{vx:.2f}, {vy:.2f}", f"{whole:.6g}"])
-    return rows
+        pane.draw(surface, layout, index, showing, other.state if other is not pane else None)

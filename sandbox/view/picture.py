@@ -1,6 +1,7 @@
-"""A picture of a scene without a window."""
+"""A picture of a comparison, without a window."""
 
 import io
+from typing import Final
 
 import pygame
 from pygame import Surface
@@ -8,23 +9,22 @@ from pygame import Surface
 from sandbox.analysis.comparison import Comparison
 from sandbox.engines import create
 from sandbox.files import whole_file
-from sandbox.run.mouse import Hand
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
-from sandbox.view.draw import write
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.primitives import write
 
-SIZE = (1280, 560)  # px
+PICTURE_SIZE: Final = (1280, 560)  # px
 
 
 def draw_picture(comparison: Comparison) -> Surface:
-    """Draw the end of each engine's run in a pane of its own, as the window would."""
+    """Draw the end of each engine's run in a pane, as the window does."""
     scene = comparison.scene
-    surface = Surface(SIZE)
+    surface = Surface(PICTURE_SIZE)
     surface.fill(FRAME)
-    layout = Layout(SIZE, scene.arena.size, len(comparison.runs))
+    layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
     panes = []
     end = Moment(
         step=len(comparison.time) - 1,
@@ -41,14 +41,14 @@ def draw_picture(comparison: Comparison) -> Surface:
         pane = Pane(end, name, create(name, scene, run.final))
         pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
-    draw_panes(surface, layout, panes, hand=Hand(scene))
+    draw_panes(surface, layout, panes)
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, FAINT, layout.text_height)
     return surface
 
 
 def save_picture(surface: Surface, path: str) -> None:
-    """Write a surface as PNG. Raises SandboxError where the file cannot be written."""
+    """Write a surface as PNG. Raises SandboxError if the file cannot be written."""
     png = io.BytesIO()
     pygame.image.save(surface, png, "picture.png")
     with whole_file(path) as file:

@@ -9,15 +9,15 @@ from pygame import Surface
 from sandbox.errors import SandboxError, nearest
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
-from sandbox.view.controls import CONTROLS
-from sandbox.view.draw import write
 from sandbox.view.film import FILMS
+from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.picture import save_picture
-from sandbox.view.stage import Stage
+from sandbox.view.primitives import write
+from sandbox.view.session_view import SessionView
 
-SHOWN: Final = tuple(control.shows for control in CONTROLS if control.group == "see")
+SHOWN: Final = tuple(Layer)
 LEAST: Final = 64  # px of a film's sides
 MOST: Final = 8192
 PICTURE_FPS: Final = 60  # how often trails and charts look, for a picture
@@ -31,21 +31,20 @@ class Camera:
         scene: Scene,
         engines: Sequence[str] | None,
         size: tuple[int, int],
-        showing: Collection[str],
+        showing: Collection[Layer],
         inputs: Sequence[Input] = (),
     ) -> None:
         self.scene = scene
         self.showing = showing
-        self.stage = Stage(scene, engines, inputs)
+        self.stage = SessionView(scene, engines, inputs)
         self.surface = Surface(size)
-        charts = len(self.stage.charts.history.quantities) if "charts" in showing else 0
-        self.layout = Layout(size, scene.arena.size, len(self.stage.panes), charts=charts)
+        self.layout = Layout(size, scene.arena.size, len(self.stage.panes), charts=self.stage.chart_count(showing))
 
     def go_to(self, step: int) -> None:
         """Run to a step, and look at it."""
         while self.stage.session.step < step:
             self.stage.session.advance()
-        self.stage.look()
+        self.stage.update()
 
     def draw(self) -> Surface:
         """Draw what is to be seen now."""
@@ -76,8 +75,7 @@ def record(
 
     watched: passes the frames' steps on, and may show progress. Raises SandboxError for what cannot be recorded.
     """
-    check(path, size, showing)
-    camera = Camera(scene, engines, size, showing, inputs)
+    camera = Camera(scene, engines, size, check(path, size, showing), inputs)
     if Path(path).suffix == ".png":
         for step in watched(steps_of_frames(scene, PICTURE_FPS)):
             camera.go_to(step)
@@ -89,8 +87,8 @@ def record(
             film.add(camera.draw())
 
 
-def check(path: str, size: tuple[int, int], showing: Collection[str]) -> None:
-    """Find what cannot be recorded before anything runs. Raises SandboxError."""
+def check(path: str, size: tuple[int, int], showing: Collection[str]) -> set[Layer]:
+    """Find what cannot be recorded before anything runs, and return the layers. Raises SandboxError."""
     endings = (".png", *FILMS)
     if Path(path).suffix not in endings:
         raise SandboxError(f"{path}: a recording must end in one of {', '.join(endings)}")
@@ -99,3 +97,4 @@ def check(path: str, size: tuple[int, int], showing: Collection[str]) -> None:
     for name in showing:
         if name not in SHOWN:
             raise SandboxError(f"--show {name}: nothing of that name can be shown; {nearest(name, SHOWN)}")
+    return {Layer(name) for name in showing}

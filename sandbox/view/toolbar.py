@@ -1,4 +1,4 @@
-"""The toolbar: buttons and sliders, for the mouse alone and for the keyboard alone."""
+"""The toolbar: buttons and sliders, each usable by mouse alone and by keyboard alone."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -9,48 +9,49 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.controls import Control
-from sandbox.view.draw import card, lettering
-from sandbox.view.icon import icon
-from sandbox.view.palette import FAINT, FRAME, INK, RAISED, SKY
+from sandbox.view.controls import Control, Group
+from sandbox.view.icons import icon
+from sandbox.view.palette import ACCENT, FAINT, FRAME, INK, RAISED
+from sandbox.view.primitives import card, lettering
 
-SLIDER: Final = 5.0  # width of a slider, in heights of the toolbar
-ON: Final = pygame.Color(SKY)
-DARK: Final = (FRAME.r, FRAME.g, FRAME.b)
-LIGHT: Final = (INK.r, INK.g, INK.b)
+SLIDER_WIDTH: Final = 5.0  # in heights of the toolbar
+ICON_OFF: Final = (INK.r, INK.g, INK.b)
+ICON_ON: Final = (FRAME.r, FRAME.g, FRAME.b)
+ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
+ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
 
 
 class Widget(Protocol):
-    """Something on the toolbar. Its place is given anew each time, as the window may change."""
+    """Something on the toolbar. It is given its place at each call, since the window's size changes."""
 
     @property
-    def group(self) -> str:
-        """Widgets of a group stand together."""
+    def group(self) -> Group:
+        """The group that it stands in."""
 
     @property
     def width(self) -> float:
-        """In heights of the toolbar."""
+        """Its width, in heights of the toolbar."""
 
     @property
     def tip(self) -> str:
-        """What it does, and by which key."""
+        """The text below it while the mouse or the keyboard is on it."""
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw it. hot: the mouse or the keyboard is on it."""
 
     def press(self, place: Rect, x: int) -> None:
-        """Do what the mouse asks for that went down on it, or moved on since, at x (px of the window)."""
+        """Handle the mouse going down on it, or moving since then, at x (px of the window)."""
 
-    def let_go(self) -> None:
-        """Do what the mouse asks for by letting go of it."""
+    def release(self) -> None:
+        """Handle the mouse button going up."""
 
     def key(self, key: int) -> bool:
-        """Do what a key asks for; tell whether it was for this widget."""
+        """Handle a key. Return whether the widget uses it."""
 
 
 @dataclass(frozen=True)
 class Button:
-    """Does what a control's key does. is_on: whether what it stands for is on now."""
+    """Does what a control's key does. is_on: whether what the control turns on is on."""
 
     control: Control
     do: Callable[[Control], None]
@@ -58,34 +59,34 @@ class Button:
     width: float = 1.0
 
     @property
-    def group(self) -> str:
-        """The control's."""
+    def group(self) -> Group:
+        """The control's group."""
         return self.control.group
 
     @property
     def tip(self) -> str:
-        """What it does, and by which key."""
-        return f"{self.control.does}  ({self.control.shown})"
+        """The text below it while the mouse or the keyboard is on it."""
+        return f"{self.control.does}  ({self.control.key_names})"
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
-        """Draw the icon: dark on a light ground while it is on."""
+        """Draw the icon; while it is on, dark on a light ground."""
         on = self.is_on(self.control)
-        pygame.draw.rect(surface, ON if on else RAISED, place, border_radius=place.height // 6)
+        pygame.draw.rect(surface, ACCENT if on else RAISED, place, border_radius=place.height // 6)
         if hot:
             pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
         name = self.control.icon_on if on and self.control.icon_on else self.control.icon
-        picture = icon(name, round(0.68 * place.height), DARK if on else LIGHT)
+        picture = icon(name, round(0.68 * place.height), ICON_ON if on else ICON_OFF)
         surface.blit(picture, picture.get_rect(center=place.center))
 
     def press(self, place: Rect, x: int) -> None:
-        """Do it; a drag does no more."""
+        """Do it."""
         self.do(self.control)
 
-    def let_go(self) -> None:
-        """Do no more."""
+    def release(self) -> None:
+        """Do nothing: it was done when the button was pressed."""
 
     def key(self, key: int) -> bool:
-        """Do it on Enter."""
+        """Do it if the key is Enter."""
         if key in ENTER:
             self.do(self.control)
         return key in ENTER
@@ -93,12 +94,12 @@ class Button:
 
 @dataclass
 class Slider:
-    """Chooses one of some values, in order. value: the one now, which may be none of them.
+    """Chooses one of some values in ascending order. value: the current one, which may be between two of them.
 
-    at_once: the mouse chooses while it drags; else when it lets go.
+    at_once: a drag of the mouse chooses all the time; else at its end.
     """
 
-    group: str
+    group: Group
     name: str
     does: str
     values: Sequence[float]
@@ -106,34 +107,34 @@ class Slider:
     choose: Callable[[float], None]
     unit: str = ""
     at_once: bool = True
-    width: float = SLIDER
-    dragged: int | None = None  # value that the mouse has dragged it to, and not chosen yet
+    width: float = SLIDER_WIDTH
+    dragged: int | None = None  # the value that the mouse has dragged it to and has not chosen yet
 
     @property
     def tip(self) -> str:
-        """What it is, and its value."""
-        return f"{self.does}: {self._said()}"
+        """What it sets, and its value."""
+        return f"{self.does}: {self._value_text()}"
 
-    def _said(self) -> str:
+    def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
         return "fastest" if value == math.inf else f"{value:g}{self.unit}"
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
-        """Draw name and value over a track with a knob."""
+        """Draw its name and value over a track with a knob."""
         pygame.draw.rect(surface, RAISED, place, border_radius=place.height // 6)
         if hot:
             pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
         height = round(0.38 * place.height)
         track = self._track(place)
-        name, value = lettering(self.name, FAINT, height), lettering(self._said(), INK, height)
+        name, value = lettering(self.name, FAINT, height), lettering(self._value_text(), INK, height)
         surface.blit(name, (track.x, place.y + height // 6))
         surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
         pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
         x = track.x + track.width * self._nearest() / max(1, len(self.values) - 1)
-        pygame.draw.circle(surface, ON, (round(x), track.centery), round(0.16 * place.height))
+        pygame.draw.circle(surface, ACCENT, (round(x), track.centery), round(0.16 * place.height))
 
     def press(self, place: Rect, x: int) -> None:
-        """Choose the value that the track has at x."""
+        """Choose the value at x of the track."""
         track = self._track(place)
         share = min(max((x - track.x) / track.width, 0.0), 1.0)
         index = round(share * (len(self.values) - 1))
@@ -142,14 +143,14 @@ class Slider:
         else:
             self.dragged = index
 
-    def let_go(self) -> None:
-        """Choose the value that the mouse left it at."""
+    def release(self) -> None:
+        """Choose the value that the mouse dragged it to."""
         if self.dragged is not None:
             index, self.dragged = self.dragged, None
             self._choose(index)
 
     def key(self, key: int) -> bool:
-        """Choose the value before or after on an arrow."""
+        """Choose the previous or next value if the key is an arrow."""
         if key in ARROWS:
             self._choose(min(max(self._nearest() + ARROWS[key], 0), len(self.values) - 1))
         return key in ARROWS
@@ -159,10 +160,11 @@ class Slider:
             self.choose(self.values[index])
 
     def _nearest(self) -> int:
+        """Return the index of the value nearest to the current one."""
         if self.dragged is not None:
             return self.dragged
         now = self.value()
-        if now in self.values:  # infinity too, which is as far from itself as from any other
+        if now in self.values:  # infinity has no distance to itself
             return self.values.index(now)
         return min(range(len(self.values)), key=lambda index: abs(self.values[index] - now))
 
@@ -172,23 +174,19 @@ class Slider:
         return Rect(place.x + pad, place.y + round(0.55 * place.height), place.width - 2 * pad, place.height // 3)
 
 
-ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
-ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
-
-
 class Toolbar:
-    """A row of widgets, which the mouse is over one of, and the keyboard on one of."""
+    """A row of widgets; the mouse is over one of them, and the keyboard on one."""
 
     def __init__(self, widgets: Sequence[Widget]) -> None:
         self.widgets = tuple(widgets)
         self.over: int | None = None  # the widget under the mouse
-        self.held: int | None = None  # the widget that the mouse went down on
+        self.held: int | None = None  # the widget that the mouse holds down
         self.focus: int | None = None  # the widget that the keyboard is on
 
     @property
     def widths(self) -> tuple[tuple[float, ...], ...]:
         """The widgets' widths, in heights of the toolbar, by group."""
-        groups: list[tuple[str, list[float]]] = []
+        groups: list[tuple[Group, list[float]]] = []
         for widget in self.widgets:
             if not groups or groups[-1][0] != widget.group:
                 groups.append((widget.group, []))
@@ -196,7 +194,7 @@ class Toolbar:
         return tuple(tuple(widths) for _, widths in groups)
 
     def on_event(self, event: Event, places: Sequence[Rect]) -> bool:
-        """Do what an event asks for; tell whether it was the toolbar's."""
+        """Handle an event. Return whether the toolbar uses it."""
         if event.type == pygame.KEYDOWN:
             return self._on_key(event)
         if event.type == pygame.MOUSEMOTION:
@@ -213,7 +211,7 @@ class Toolbar:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
             if self.held is not None:
-                self.widgets[self.held].let_go()
+                self.widgets[self.held].release()
             self.held = None
         return False
 
@@ -238,7 +236,7 @@ class Toolbar:
             widget.draw(surface, place, hot=index in (self.over, self.focus))
 
     def draw_tip(self, surface: Surface, places: Sequence[Rect], text_height: int) -> None:
-        """Draw what the widget does that the mouse or the keyboard is on."""
+        """Draw the tip of the widget that the mouse or the keyboard is on."""
         index = self.over if self.over is not None else self.focus
         if index is not None:
             card(surface, [[self.widgets[index].tip]], places[index].bottomleft, text_height, surface.get_rect())

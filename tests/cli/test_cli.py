@@ -81,14 +81,14 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (("compare", "article", "--engines", "article,article"), "--engines article,article: names an engine twice"),
         (("compare", "article", "--engines", "pymunk,"), "--engines pymunk,: has a comma without a name"),
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
-        (("compare", "article", "--seconds", "0.001"), "seconds must be at least a step of 0.0166667, got 0.001"),
+        (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
         (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
         (("compare", "oblique", "--engines", "pymunk", "--advise"), "--advise cannot measure pymunk against itself"),
         (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (
             ("trace", "gas-1000", "--engine", "article", "--steps", "9999999"),
-            "a trace of 9,999,999 steps takes 320 GB here",
+            "a trace of 9,999,999 steps needs 320 GB of memory",
         ),
         (("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"), "--steps and --seconds both"),
         (("verify", "article"), "nothing to score: no [[expect]] in article"),
@@ -118,6 +118,4 @@ def test_a_rate_that_the_scene_cannot_be_run_at_is_a_mistake_of_the_inputs(comma
     write_inputs([Start(scene="newtons-cradle", seed=0, rate=1)], Path("inputs.jsonl"))
     code, _, err = command("trace", "newtons-cradle", "--engine", "exact", "--inputs", "inputs.jsonl")
     assert code == 2
-    assert err.splitlines()[0] == (
-        "inputs.jsonl:1: expect[0].at is not on a step, of which there are 1 a second, got 1.5"
-    )
+    assert err.splitlines()[0] == ("inputs.jsonl:1: expect[0].at must be a multiple of 1/1 s, got 1.5")

@@ -24,8 +24,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 import pytest
-from conftest import said
-from hypothesis import settings
+from conftest import sizes, without_notice
 from numba import njit
 from pygame import Surface, surfarray
 
@@ -47,7 +46,7 @@ from sandbox.sweep.journal import journal_of
 from sandbox.view.film import FILMS, Film
 from sandbox.view.picture import save_picture
 
-KILLS = settings().max_examples // 12  # of each writer: 8, and 833 with --hypothesis-profile=thorough
+KILLS = sizes(8, slow=833)  # of each writer
 OLD = b"the old one"
 Write = Callable[[], object]
 
@@ -108,7 +107,7 @@ def done(*arguments: str, out: int | None = None) -> tuple[int, str]:
     with Path("said").open("w+b") as error, Path(os.devnull).open("wb") as nowhere:
         code = ended(forked(main_with(*arguments), nowhere.fileno() if out is None else out, error.fileno()))
         error.seek(0)
-        message = said(error.read().decode())
+        message = without_notice(error.read().decode())
     Path("said").unlink()
     return code, message
 
@@ -186,13 +185,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Write, byt
         return found
 
 
+@pytest.mark.parametrize("kills", KILLS)
 def test_a_program_that_is_killed_while_it_writes_leaves_the_old_file_or_the_new_one(
-    made: dict[str, tuple[Write, bytes, int]],
+    made: dict[str, tuple[Write, bytes, int]], kills: int
 ) -> None:
     """And what it leaves beside is in nobody's way."""
     rng, left = random.Random(0), 0
     for name, (act, new, count) in made.items():
-        for moment in rng.choices(range(1, count), k=KILLS):
+        for moment in rng.choices(range(1, count), k=kills):
             path = Path(name)
             path.unlink(missing_ok=True)
             old = rng.choice([None, OLD])
@@ -213,7 +213,8 @@ def test_a_program_that_is_killed_while_it_writes_leaves_the_old_file_or_the_new
     assert left > len(made)  # or none was killed while it wrote
 
 
-def test_a_sweep_that_is_killed_while_it_keeps_a_row_has_those_before() -> None:
+@pytest.mark.parametrize("kills", KILLS)
+def test_a_sweep_that_is_killed_while_it_keeps_a_row_has_those_before(kills: int) -> None:
     sweep = plan(load("article").changed(seconds=0.1), range(6), [60], ["article"])
     rows = [json.loads(json.dumps(run_job(sweep.scene, sweep.against, job))) for job in sweep.jobs]
 
@@ -225,7 +226,7 @@ def test_a_sweep_that_is_killed_while_it_keeps_a_row_has_those_before() -> None:
     moments = Moments()
     moments.of(keep)
     found = set()
-    for moment in random.Random(0).choices(range(1, moments.count), k=KILLS):
+    for moment in random.Random(0).choices(range(1, moments.count), k=kills):
         journal_of("f.csv").unlink(missing_ok=True)
         assert ended(forked(partial(Moments(moment).of, keep))) == -signal.SIGKILL
         with journal(sweep, "f.csv") as kept:
@@ -339,7 +340,7 @@ def test_compiled_engines_that_cannot_be_kept_are_told(what: str, monkeypatch: p
         assert ended(forked(act, error=error.fileno())) == 2
     why = {"No room": "File too large", "No folder": "neither the sandbox's own folder nor the user's can be"}[what]
     expected = f"compiled engines cannot be written: {why}; NUMBA_CACHE_DIR names another folder\n"
-    assert said(Path("said").read_text()) == expected
+    assert without_notice(Path("said").read_text()) == expected
 
 
 @pytest.mark.parametrize("kind", FILMS.values(), ids=FILMS)
@@ -701,7 +702,7 @@ def test_ctrl_c_while_a_sweep_s_processes_start_is_told_by_none_of_them_and_ends
         time.sleep(0.01)
     os.killpg(program.pid, signal.SIGINT)
     told, _ = program.communicate(timeout=60)
-    assert (program.returncode, said(told)) == (-signal.SIGINT, "")
+    assert (program.returncode, without_notice(told)) == (-signal.SIGINT, "")
     deadline = time.monotonic() + 30
     while processes_of(program.pid):
         assert time.monotonic() < deadline
@@ -717,9 +718,9 @@ def test_what_a_hand_has_done_is_saved_though_the_window_is_stopped_from_outside
     grab = Grab(step=0, ball=0, at=(100, 100))
 
     def run(window: Any) -> NoReturn:
-        window.player.give(grab)
+        window.playback.give(grab)
         for _ in range(3):
-            window.stage.session.advance()
+            window.view.session.advance()
         raise Ended(signal.SIGTERM)
 
     monkeypatch.setattr("sandbox.view.window.Window.run", run)

@@ -17,6 +17,7 @@ from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
+from sandbox.view.layers import Layer
 from sandbox.view.window import Window
 
 SCENES = (*bundled(), *bundled("truths"))
@@ -77,11 +78,11 @@ def test_a_window_shows_the_same_bytes_as_a_run_without_one(name: str, monkeypat
     scene = load(name)
     engines = takers(scene, registry())
     window = Window(scene, engines)
-    window.showing |= {"ghosts", "trails", "contacts"}
+    window.showing |= {Layer.GHOSTS, Layer.TRAILS, Layer.CONTACTS}
     for _ in range(10):
-        window.player.one_step()
+        window.playback.step()
         window.draw()
     for engine in engines:
-        run, shown = simulate(scene, engine, steps=10), window.stage.moment.states[engine]
+        run, shown = simulate(scene, engine, steps=10), window.view.moment.states[engine]
         assert np.array_equal(shown.position, run.position[-1])
         assert np.array_equal(shown.velocity, run.velocity[-1])

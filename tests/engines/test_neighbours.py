@@ -1,9 +1,4 @@
-"""Pairs found through cells are those of all pairs i < j in order, to the bit.
-
-    pytest tests/engines/test_neighbours.py --hypothesis-profile=thorough
-
-holds the engines beside brute force in 10,000 cases each.
-"""
+"""Pairs found through cells are those of all pairs i < j in order, to the bit."""
 
 import math
 from collections.abc import Callable
@@ -12,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import sizes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
@@ -74,17 +70,13 @@ def assert_equal_to_the_bit(plain: Kernel, quick: Kernel, state: list[Floats], f
         assert other[:met].tobytes() == log[:count].tobytes()
 
 
-@settings(deadline=None)
-@given(**CROWDS)
-def test_article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pace: float, frames: int) -> None:
+def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pace: float, frames: int) -> None:
     rng, position, size, _ = crowd(seed, n, eta, heaped)
     state = [position, rng.normal(0, pace, (n, 2))]
     assert_equal_to_the_bit(ARTICLE, article.frame, state, frames, 5.0, *size.tolist(), article.SQUARE)
 
 
-@settings(deadline=None)
-@given(**CROWDS, spread=st.floats(0.1, 1))
-def test_impulse_equals_brute_force(
+def impulse_equals_brute_force(
     seed: int, n: int, eta: float, heaped: float, pace: float, frames: int, spread: float
 ) -> None:
     """Balls of several radii, masses and elasticities; gravity, and a wall across the box."""
@@ -96,6 +88,16 @@ def test_impulse_equals_brute_force(
     constants = (radius, mass, elasticity, rng.normal(0, 900, 2), walls, 2 * float(radius.max()), 1 / 60)
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
     assert_equal_to_the_bit(IMPULSE, impulse.advance, state, frames, *constants)
+
+
+@pytest.mark.parametrize("cases", sizes(100, slow=10_000))
+@pytest.mark.parametrize(
+    ("equals", "more"),
+    [(article_equals_brute_force, {}), (impulse_equals_brute_force, {"spread": st.floats(0.1, 1)})],
+    ids=["article", "impulse"],
+)
+def test_an_engine_equals_brute_force(equals: Kernel, more: dict[str, Any], cases: int) -> None:
+    settings(deadline=None, max_examples=cases)(given(**CROWDS, **more)(equals))()
 
 
 def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> None:

@@ -5,13 +5,12 @@ import html
 import json
 import re
 import shlex
-from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import READY, Browser, chromium
+from browser import READY, Browser
 from conftest import Command
 from hypothesis import given
 from hypothesis import strategies as st
@@ -224,10 +223,9 @@ CURSORS = (
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with chromium(tmp_path_factory.mktemp("profile")) as browser:
-        browser.call("Page.addScriptToEvaluateOnNewDocument", source=RECORD)
-        yield browser
+def browser(browser: Browser) -> Browser:
+    browser.call("Page.addScriptToEvaluateOnNewDocument", source=RECORD)
+    return browser
 
 
 @pytest.fixture(scope="module")
@@ -261,7 +259,7 @@ def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[
 @pytest.mark.parametrize("width", [1280, 1920])
 def test_it_opens_without_network_errors_or_horizontal_scrolling(browser: Browser, file: Path, width: int) -> None:
     browser.visit(file, width)
-    assert browser.complaints == []
+    assert browser.errors == []
     assert browser.requests == [file.as_uri()]
     assert browser.run("document.documentElement.scrollWidth") <= width
     sizes = (
@@ -364,5 +362,5 @@ def test_it_plays_in_the_frame_that_a_notebook_shows(browser: Browser, article: 
         browser.wait_for(READY)
         browser.run("play.click()")
         browser.wait_for("Number(scrubber.value) > 0")
-        assert browser.complaints == []
+        assert browser.errors == []
         assert browser.requests == []

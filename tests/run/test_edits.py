@@ -1,4 +1,4 @@
-"""Edits of a running scene: what each does, in every engine, and that a replay has the same bytes."""
+"""Edits of a running scene: their effect in every engine, and replays to the byte."""
 
 from pathlib import Path
 
@@ -46,7 +46,7 @@ def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene
     for _ in range(7):
         lockstep.step()
     before = {name: state.position.copy() for name, state in lockstep.states().items()}
-    lockstep.obey(edit)
+    lockstep.apply(edit)
     for name, state in lockstep.states().items():
         kept = np.delete(before[name], 1, axis=0) if isinstance(edit, DeleteBall) else before[name]
         assert state.position[: len(kept)].tobytes() == kept.tobytes()
@@ -62,7 +62,7 @@ def test_a_replay_of_an_edit_has_the_bytes_of_the_live_run_in_every_engine(scene
 
 
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
-def test_an_edit_leaves_the_state_it_is_given_alone(scene: Scene, edit: Edit) -> None:
+def test_an_edit_does_not_change_its_argument(scene: Scene, edit: Edit) -> None:
     state = spawn(scene)
     position, velocity = state.position.copy(), state.velocity.copy()
     edit.change_state(state)
@@ -70,7 +70,7 @@ def test_an_edit_leaves_the_state_it_is_given_alone(scene: Scene, edit: Edit) ->
     assert np.array_equal(state.velocity, velocity)
 
 
-def test_an_added_ball_is_the_last_and_flies_from_where_it_was_put(scene: Scene) -> None:
+def test_an_added_ball_is_the_last_and_flies_from_its_position(scene: Scene) -> None:
     lockstep = Lockstep(scene, ENGINES, [AddBall(step=0, position=(600, 500), velocity=(60, -30), radius=12.5)])
     for _ in range(60):
         lockstep.step()
@@ -97,7 +97,7 @@ def test_the_others_keep_their_colours_and_masses_when_a_ball_is_deleted() -> No
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.9, 1.0])
-def test_after_an_edit_of_elasticity_balls_and_walls_meet_with_it(engine: str, e: float) -> None:
+def test_an_edit_of_elasticity_applies_to_balls_and_walls(engine: str, e: float) -> None:
     scene = scene_of(
         "radius = 20\nposition = [200, 100]\nvelocity = [120, 0]\nelasticity = 0.3",
         "radius = 20\nposition = [300, 100]\nvelocity = [-120, 0]",
@@ -111,7 +111,7 @@ def test_after_an_edit_of_elasticity_balls_and_walls_meet_with_it(engine: str, e
     assert edited.walls[0].elasticity * edited.bodies.elasticity[0] == pytest.approx(e, rel=1e-15)
 
 
-def test_time_goes_on_at_a_new_rate(scene: Scene) -> None:
+def test_time_continues_at_a_new_rate(scene: Scene) -> None:
     lockstep = Lockstep(scene, ENGINES, [SetRate(step=30, rate=120), SetRate(step=60, rate=50)])
     times = [lockstep.time]
     for _ in range(100):
@@ -127,7 +127,7 @@ def test_time_goes_on_at_a_new_rate(scene: Scene) -> None:
 
 def test_contacts_before_and_after_an_edit_have_their_times() -> None:
     scene = scene_of("radius = 20\nposition = [770, 300]\nvelocity = [600, 0]", more="rate = 100")
-    times = [10 / 600, 10 / 600 + 760 / 600, 10 / 600 + 1520 / 600]  # of the walls
+    times = [10 / 600, 10 / 600 + 760 / 600, 10 / 600 + 1520 / 600]  # of the wall contacts
     for engine, late in (("pymunk", 0.02), ("impulse", 0.01), ("exact", 1e-12)):
         inputs: list[Input] = [SetGravity(step=50, gravity=(0, 0)), SetRate(step=150, rate=200)]
         lockstep = Lockstep(scene, [engine], inputs)
@@ -152,9 +152,9 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     ]
     for edit, message in refused:
         with pytest.raises(Refused, match=message):
-            lockstep.obey(edit)
+            lockstep.apply(edit)
     impossible: list[tuple[Edit, str]] = [
-        (DeleteBall(step=1, ball=0), "balls are none"),
+        (DeleteBall(step=1, ball=0), "balls must contain at least one ball"),
         (DeleteBall(step=1, ball=1), "ball must be at most 0, got 1"),
         (SetVelocity(step=1, ball=1, velocity=(0, 0)), "ball must be at most 0, got 1"),
         (AddBall(step=1, position=(795, 100), radius=20), r"balls\[1\].position puts a ball outside the arena"),
@@ -162,43 +162,43 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     ]
     for edit, message in impossible:
         with pytest.raises(SandboxError, match=message):
-            lockstep.obey(edit)
+            lockstep.apply(edit)
     assert {name: runner.engine for name, runner in lockstep.engines.items()} == engines
     assert (lockstep.scene, lockstep.given, lockstep.balls) == (scene, [], [0])
 
 
-def test_the_hand_keeps_its_ball_when_another_is_deleted_and_lets_go_when_its_own_is(scene: Scene) -> None:
+def test_the_mouse_keeps_its_ball_if_another_is_deleted_and_releases_it_if_it_is(scene: Scene) -> None:
     lockstep = Lockstep(scene, ["pymunk"])
-    lockstep.obey(Grab(step=0, ball=2, at=(700, 500)))
-    lockstep.obey(DeleteBall(step=0, ball=2 - 2))
+    lockstep.apply(Grab(step=0, ball=2, at=(700, 500)))
+    lockstep.apply(DeleteBall(step=0, ball=2 - 2))
     assert lockstep.hand.ball == 1
-    lockstep.obey(SetRate(step=0, rate=1000))
-    lockstep.obey(Move(step=0, at=(1e6, 500)))
+    lockstep.apply(SetRate(step=0, rate=1000))
+    lockstep.apply(Move(step=0, at=(1e6, 500)))
     assert lockstep.hand.target == (790, 500)
     for _ in range(1000):
         lockstep.step()
     assert lockstep.states()["pymunk"].position[1] == pytest.approx([790, 500], abs=0.5)
-    lockstep.obey(DeleteBall(step=1000, ball=1))
+    lockstep.apply(DeleteBall(step=1000, ball=1))
     assert lockstep.hand.ball is None
     lockstep.step()
 
 
-def test_a_trace_names_balls_by_the_order_in_which_they_came(scene: Scene, tmp_path: Path) -> None:
+def test_a_trace_numbers_balls_in_the_order_of_their_addition(scene: Scene, tmp_path: Path) -> None:
     inputs: list[Input] = [
         AddBall(step=2, position=(600, 500), radius=5, mass=7),
         DeleteBall(step=4, ball=1),
         SetVelocity(step=4, ball=2, velocity=(60, 0)),
     ]
     run = simulate(scene, "pymunk", steps=6, inputs=inputs)
-    there = ~np.isnan(run.position[..., 0])
-    assert [np.flatnonzero(row).tolist() for row in there] == [
+    present = ~np.isnan(run.position[..., 0])
+    assert [np.flatnonzero(row).tolist() for row in present] == [
         *[[0, 1, 2]] * 2, *[[0, 1, 2, 3]] * 2, *[[0, 2, 3]] * 3
     ]  # fmt: skip
     assert run.position[6, 3] == pytest.approx([602, 500])
     assert (run.radius.tolist(), run.mass.tolist()) == ([20, 20, 10, 5], [1, 3, 1, 7])
     write_trace(run, tmp_path / "run.csv")
     rows = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()[1:]]
-    assert [row[1] for row in rows] == [str(ball) for row in there for ball in np.flatnonzero(row)]
+    assert [row[1] for row in rows] == [str(ball) for row in present for ball in np.flatnonzero(row)]
     write_trace(run, tmp_path / "run.xyz")
     counts = [line for line in (tmp_path / "run.xyz").read_text().splitlines() if line.isdigit()]
     assert counts == ["3", "3", "4", "4", "3", "3", "3"]
@@ -209,7 +209,7 @@ def test_edits_are_read_as_they_were_written(scene: Scene, tmp_path: Path) -> No
     assert load_inputs(tmp_path / "inputs.jsonl", scene) == list(EDITS.values())
 
 
-def test_recorded_edits_are_held_to_the_balls_there_are_by_then(scene: Scene, tmp_path: Path) -> None:
+def test_recorded_edits_are_checked_against_the_balls_at_their_step(scene: Scene, tmp_path: Path) -> None:
     (tmp_path / "inputs.jsonl").write_text(
         '{"step": 1, "do": "grab", "ball": 3, "at": [1, 2]}\n'
         '{"step": 2, "do": "add", "position": [50, 50], "radius": 5}\n'
@@ -229,7 +229,7 @@ def test_recorded_edits_are_held_to_the_balls_there_are_by_then(scene: Scene, tm
     ]
 
 
-def test_more_edits_than_a_thousand_are_a_mistake(scene: Scene, tmp_path: Path) -> None:
+def test_more_than_a_thousand_edits_are_an_error(scene: Scene, tmp_path: Path) -> None:
     path = tmp_path / "inputs.jsonl"
     write_inputs([SetGravity(step=0, gravity=(0, 1))] * 1000, path)
     assert len(load_inputs(path, scene)) == 1000
@@ -239,7 +239,7 @@ def test_more_edits_than_a_thousand_are_a_mistake(scene: Scene, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
-def test_a_comparison_replays_edits_and_is_of_what_follows_the_last(scene: Scene, edit: Edit) -> None:
+def test_a_comparison_replays_edits_and_covers_what_follows_the_last(scene: Scene, edit: Edit) -> None:
     first = SetVelocity(step=3, ball=0, velocity=(150, 0))
     inputs: list[Input] = [first, edit, Grab(step=9, ball=0, at=(300, 400)), Release(step=20)]
     short = scene.changed(seconds=1.0)
@@ -251,14 +251,14 @@ def test_a_comparison_replays_edits_and_is_of_what_follows_the_last(scene: Scene
         there = ~np.isnan(replay.position[-1, :, 0])
         assert run.final.position.tobytes() == replay.position[-1, there].tobytes()
         assert run.path[0].tobytes() == replay.position[7, ~np.isnan(replay.position[7, :, 0])].astype("f4").tobytes()
-        assert run.gap_max[0] < 1  # no two engines have had a contact yet, but for gravity's first step
+        assert run.gap_max[0] < 1  # there was no contact yet; gravity's first step differs
         booked = {entry.cause.key: entry.energy for entry in run.figures.ledger}
         assert "untold" not in booked
         assert "hand" in booked
         assert sum(booked.values()) == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-9 * run.energy.max())
 
 
-def test_an_edit_while_a_ball_is_held_leaves_the_hand_at_it(scene: Scene) -> None:
+def test_an_edit_while_a_ball_is_grabbed_does_not_release_it(scene: Scene) -> None:
     inputs: list[Input] = [Grab(step=0, ball=2, at=(500, 100)), SetGravity(step=5, gravity=(0, 300)), Release(step=60)]
     run = simulate(scene, "exact", steps=60, inputs=inputs)
     assert run.position[60, 2] == pytest.approx([500, 100], abs=3)

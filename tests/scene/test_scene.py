@@ -1,4 +1,4 @@
-"""The format of a scene: what it takes, and what it says of mistakes."""
+"""The format of a scene: what it accepts, and its error messages."""
 
 import errno
 import json
@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import NO_KEY, Command, need, scene_of
+from conftest import NO_KEY, Command, require, scene_of
 
 from sandbox.errors import SandboxError
+from sandbox.scene.balls import MAX_BALLS, BallGroup
+from sandbox.scene.fields import PALETTE
 from sandbox.scene.files import bundled, load, parse, schema
-from sandbox.scene.model import MAX_BALLS, PALETTE, BallGroup
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.scene.toml_lines import line_of, lines_of_keys
 
@@ -26,18 +27,18 @@ SCENES = ("article", "head-on", "oblique", "newtons-cradle", "heavy-among-light"
 
 
 def balls(*groups: str, more: str = "") -> str:
-    """Write a scene whose first group's keys begin in line 4."""
+    """Return a scene whose first group's keys begin in line 4."""
     return ARENA + "".join(f"[[balls]]\n{group}\n" for group in groups) + more
 
 
-def mistakes(text: str) -> list[str]:
-    """Return what is said of a scene, without the name of the file."""
+def errors(text: str) -> list[str]:
+    """Return the errors of a scene, without the name of the file."""
     with pytest.raises(SandboxError) as caught:
         parse(text, "mine.toml")
     return [line.removeprefix("mine.toml:") for line in str(caught.value).splitlines()]
 
 
-# --- What the format takes -------------------------------------------------------------------------------------
+# --- What the format accepts -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -89,7 +90,7 @@ def test_every_way_to_throw(throw: str, says: dict[str, Any]) -> None:
 
 
 def _plain(value: object) -> object:
-    """Write a range as from, to, step."""
+    """Return a range as from, to, step."""
     return (value.start, value.to, value.step) if hasattr(value, "start") and hasattr(value, "to") else value  # type: ignore[attr-defined]
 
 
@@ -183,7 +184,7 @@ def test_every_other_key_is_read() -> None:
     assert scene.steps == 600
 
 
-def test_what_is_left_out() -> None:
+def test_defaults() -> None:
     scene = parse(balls(BALL, more="[[walls]]\nfrom = [0, 0]\nto = [9, 9]\n"), "mine.toml")
     assert (scene.rate, scene.seconds, scene.seed, scene.gravity, scene.expect) == (60, 20, 0, (0, 0), ())
     assert (scene.arena.elasticity, scene.arena.friction, scene.arena.background) == (1, 0, "white")
@@ -215,17 +216,17 @@ def test_a_grid_that_fills_the_arena_is_inside_it() -> None:
     assert spawned.position[-1].tolist() == pytest.approx([0.95, 0.95], abs=1e-12)
 
 
-# --- Mistakes --------------------------------------------------------------------------------------------------
+# --- Errors ----------------------------------------------------------------------------------------------------
 
 
-def test_all_mistakes_at_once_in_order_of_lines() -> None:
+def test_all_errors_at_once_in_order_of_lines() -> None:
     text = (
         'title = 3\nsedd = 1\n[arena]\nsize = [800, 600]\nbackgruond = "white"\n'
         "[[balls]]\nradius = -5\nposition = [nan, 100]\n"
         "[[balls]]\nradius = 4\nvelocty = [1, 2]\nposition = [100, 100]\nmass = 0\ncount = 1.5\n"
         "[[walls]]\nfrom = [1, 1]\nto = [1, 1]\n[pymunk]\nsubsteps = 0\n"
     )
-    assert mistakes(text) == [
+    assert errors(text) == [
         "1: title must be text in quotes, got 3",
         f"2: sedd {NO_KEY}; did you mean seed?",
         f"5: arena.backgruond {NO_KEY}; did you mean background?",
@@ -234,7 +235,7 @@ def test_all_mistakes_at_once_in_order_of_lines() -> None:
         f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
         "13: balls[1].mass must be greater than 0, got 0",
         "14: balls[1].count must be a whole number, got 1.5",
-        "17: walls[0].to is the same point as from; a wall needs a length",
+        "17: walls[0].to is the same point as from; a wall must have a length",
         "19: pymunk.substeps must be at least 1, got 0",
     ]
 
@@ -258,12 +259,12 @@ ALL_KEYS = {
 
 
 @pytest.mark.parametrize(("text", "message"), ALL_KEYS.values(), ids=ALL_KEYS)
-def test_an_unknown_key_like_no_other_is_told_the_known_ones(text: str, message: str) -> None:
-    assert mistakes(text) == [message]
+def test_an_unknown_key_like_no_other_is_reported_with_the_known_ones(text: str, message: str) -> None:
+    assert errors(text) == [message]
 
 
-def test_a_key_of_a_newer_version_is_told_with_this_version(tmp_path: Path, command: Command) -> None:
-    """However like a known key it is: `angular_velocity` is more than a mistyped `velocity`."""
+def test_a_key_of_a_newer_version_is_reported_with_this_version(tmp_path: Path, command: Command) -> None:
+    """However similar to a known key: `angular_velocity` is not just a mistyped `velocity`."""
     file = tmp_path / "newer.toml"
     file.write_text(balls(f"{BALL}\nangular_velocity = 3"))
     message = f"{file}:6: balls[0].angular_velocity {NO_KEY}; did you mean velocity?\n"
@@ -272,26 +273,29 @@ def test_a_key_of_a_newer_version_is_told_with_this_version(tmp_path: Path, comm
 
 
 PLACED = {
-    "no-place": ("radius = 5", "3: balls[0] needs a place: position, positions, x and y, inside, or grid with spacing"),
-    "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x needs both x and y"),
-    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y needs both x and y"),
-    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid needs both grid and spacing"),
-    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing needs both grid and spacing"),
+    "no-place": (
+        "radius = 5",
+        "3: balls[0] needs a placement: position, positions, x and y, inside, or grid with spacing",
+    ),
+    "x-without-y": ("radius = 5\nx = { from = 9, to = 9 }", "5: balls[0].x must be given together with y"),
+    "y-without-x": (f"{BALL}\ny = {{ from = 9, to = 9 }}", "6: balls[0].y must be given together with x"),
+    "grid-without-spacing": ("radius = 5\ngrid = [2, 2]", "5: balls[0].grid must be given together with spacing"),
+    "spacing-without-grid": (f"{BALL}\nspacing = 9", "6: balls[0].spacing must be given together with grid"),
     "two-places": (
         f"{BALL}\ninside = [[0, 0], [50, 50]]",
-        "6: balls[0].inside is a second place beside position; keep one of them",
+        "6: balls[0].inside cannot be combined with position; keep one of them",
     ),
     "inside-a-grid": (
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ninside = [[0, 0], [50, 50]]",
-        "5: balls[0].grid is a second place beside inside; keep one of them",
+        "5: balls[0].grid cannot be combined with inside; keep one of them",
     ),
     "two-throws": (
         f"{BALL}\nspeed = 4\nvelocity = [1, 1]",
-        "6: balls[0].speed is a second way to throw beside velocity; keep one of them",
+        "6: balls[0].speed cannot be combined with velocity; keep one of them",
     ),
     "two-random-throws": (
         f"{BALL}\nvy = {{ from = 1, to = 2 }}\nrms_speed = 3",
-        "7: balls[0].rms_speed is a second way to throw beside vy; keep one of them",
+        "7: balls[0].rms_speed cannot be combined with vy; keep one of them",
     ),
     "many-on-one-position": (
         f"{BALL}\ncount = 2",
@@ -299,7 +303,7 @@ PLACED = {
     ),
     "more-than-the-grid": (
         "radius = 5\ngrid = [2, 2]\nspacing = 20\ncount = 5",
-        "7: balls[0].count is more than the 4 places of the grid",
+        "7: balls[0].count must be at most 4, the places of the grid, got 5",
     ),
     "outside-left": (
         "radius = 5\nposition = [4.5, 100]",
@@ -335,7 +339,7 @@ PLACED = {
     ),
     "count-of-positions": (
         "radius = 5\npositions = [[9, 9], [99, 99]]\ncount = 3",
-        "6: balls[0].count is not how many positions there are, 2; leave it out",
+        "6: balls[0].count must be the number of positions, 2, got 3; leave it out",
     ),
     "no-positions": ("radius = 5\npositions = []", "5: balls[0].positions must have at least 1 entries, got 0"),
     "positions-outside": (
@@ -344,19 +348,19 @@ PLACED = {
     ),
     "too-few-velocities": (
         "radius = 5\ngrid = [3, 1]\nspacing = 20\nvelocities = [[1, 2], [3, 4]]",
-        "7: balls[0].velocities must be one a ball, 3, got 2",
+        "7: balls[0].velocities must have one entry per ball, 3, got 2",
     ),
     "range-backwards": (
         f"{BALL}\nvx = {{ from = 2, to = 1 }}",
-        "6: balls[0].vx can produce nothing: from 2 is greater than to 1",
+        "6: balls[0].vx is empty: from 2 is greater than to 1",
     ),
     "steps-the-wrong-way": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = -2 }}",
-        "6: balls[0].vx can produce nothing: steps of -2 from 1 never reach 9",
+        "6: balls[0].vx is empty: steps of -2 from 1 never reach 9",
     ),
     "steps-past-the-end": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 3 }}",
-        "6: balls[0].vx.to is not met in steps of 3 from 1; write 7",
+        "6: balls[0].vx.to is not reached in steps of 3 from 1; write 7",
     ),
     "step-of-0": (
         f"{BALL}\nvx = {{ from = 1, to = 9, step = 0 }}",
@@ -369,7 +373,7 @@ PLACED = {
     "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
     "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
     "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
-    "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must name one colour at least"),
+    "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
     "three-coordinates": (
         "radius = 5\nposition = [9, 9, 9]",
@@ -380,16 +384,16 @@ PLACED = {
 
 
 @pytest.mark.parametrize(("group", "message"), PLACED.values(), ids=PLACED)
-def test_mistakes_in_a_group(group: str, message: str) -> None:
-    assert mistakes(balls(group)) == [message]
+def test_errors_in_a_group(group: str, message: str) -> None:
+    assert errors(balls(group)) == [message]
 
 
 EXPECTED = {
-    "nothing": ("", "[0] expects nothing: give position, velocity, energy_ratio, momentum or centre_of_mass", 6),
-    "whose": ("position = [1, 1]", "[0].ball is missing: whose position or velocity?", 6),
+    "nothing": ("", "[0] must contain position, velocity, energy_ratio, momentum or centre_of_mass", 6),
+    "whose": ("position = [1, 1]", "[0].ball is missing; position and velocity are those of one ball", 6),
     "of-all-balls": (
         "ball = 0\nenergy_ratio = 1",
-        "[0].ball goes with position or velocity; energy_ratio is of all balls",
+        "[0].ball requires position or velocity; energy_ratio is of all balls",
         10,
     ),
     "no-such-ball": ("ball = 1\nvelocity = [1, 1]", "[0].ball must be at most 0, got 1", 10),
@@ -397,40 +401,40 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize(("keys", "message", "line"), EXPECTED.values(), ids=EXPECTED)
-def test_mistakes_in_an_expectation(keys: str, message: str, line: int) -> None:
+def test_errors_in_an_expectation(keys: str, message: str, line: int) -> None:
     text = balls(BALL, more=f'[[expect]]\nat = 1\ntolerance = 1\nbecause = "a law"\n{keys}\n')
-    assert mistakes(text) == [f"{line}: expect{message}"]
+    assert errors(text) == [f"{line}: expect{message}"]
 
 
-def test_both_entries_of_an_empty_pair_are_one_mistake() -> None:
-    assert mistakes("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
+def test_both_entries_of_an_empty_pair_are_one_error() -> None:
+    assert errors("[arena]\nsize = []\n[[balls]]\n" + BALL) == ["2: arena.size must be a list of two, got []"]
 
 
-def test_a_second_and_a_third_place_are_both_told() -> None:
-    found = mistakes(
+def test_a_second_and_a_third_placement_are_both_reported() -> None:
+    found = errors(
         balls(f"{BALL}\nx = {{ from = 9, to = 9 }}\ny = {{ from = 9, to = 9 }}\ninside = [[0, 0], [50, 50]]")
     )
     assert found == [
-        "6: balls[0].x is a second place beside position; keep one of them",
-        "8: balls[0].inside is a second place beside position; keep one of them",
+        "6: balls[0].x cannot be combined with position; keep one of them",
+        "8: balls[0].inside cannot be combined with position; keep one of them",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("key", ["\\u001b[31m", "a\\nb"], ids=["escape", "newline"])
 def test_a_message_is_printable_and_on_one_line(key: str) -> None:
-    (message,) = mistakes(balls(f'{BALL}\n"{key}" = 1'))
+    (message,) = errors(balls(f'{BALL}\n"{key}" = 1'))
     assert message.isprintable()
 
 
 def test_a_long_key_is_cut_off_in_the_message() -> None:
-    (message,) = mistakes(balls(f"{BALL}\n{'radius' * 100_000} = 1"))
+    (message,) = errors(balls(f"{BALL}\n{'radius' * 100_000} = 1"))
     assert message.startswith(f'6: balls[0]."{"radius" * 6}... is not a key of ')
 
 
 @pytest.mark.parametrize(
     ("value", "got"),
     [
-        pytest.param("0x" + "f" * 5000, "0x" + "f" * 35 + "...", id="number-that-python-writes-no-decimals-of"),
+        pytest.param("0x" + "f" * 5000, "0x" + "f" * 35 + "...", id="number-too-long-for-decimals"),
         pytest.param("9" * 4000, "9" * 37 + "...", id="4000-digits"),
         pytest.param('"NaN Infinity"', '"NaN Infinity"', id="text-like-a-number"),
         pytest.param("[nan, -inf, 0.5, true]", "[nan, -inf, 0.5, true]", id="list"),
@@ -438,8 +442,8 @@ def test_a_long_key_is_cut_off_in_the_message() -> None:
         pytest.param("1979-05-27", '"1979-05-27"', id="date"),
     ],
 )
-def test_what_the_file_says_is_shown_short(value: str, got: str) -> None:
-    assert mistakes(balls(f"{BALL}\nmass = {value}")) == [f"6: balls[0].mass must be a number, got {got}"]
+def test_values_are_shortened_in_messages(value: str, got: str) -> None:
+    assert errors(balls(f"{BALL}\nmass = {value}")) == [f"6: balls[0].mass must be a number, got {got}"]
 
 
 DEEP = {
@@ -453,18 +457,18 @@ DEEP = {
 
 
 @pytest.mark.parametrize("line", DEEP.values(), ids=DEEP)
-def test_what_nests_too_deeply_is_told_with_its_line(line: str) -> None:
-    assert mistakes(f"# a\n{line}\n") == ["2: is nested too deeply"]
+def test_too_deep_nesting_is_reported_with_its_line(line: str) -> None:
+    assert errors(f"# a\n{line}\n") == ["2: is nested too deeply"]
 
 
-def test_text_full_of_dots_and_brackets_nests_nothing() -> None:
+def test_dots_and_brackets_in_text_are_not_nesting() -> None:
     dots = ".a" * 40 + "[{" * 40
     scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
     assert (scene.about, scene.title) == (dots, dots[60:])
 
 
-def test_of_very_many_mistakes_the_first_hundred_are_told() -> None:
-    found = mistakes(balls(BALL, *["radius = 0"] * 200))
+def test_of_very_many_errors_the_first_hundred_are_reported() -> None:
+    found = errors(balls(BALL, *["radius = 0"] * 200))
     assert found[:2] == [
         "7: balls[1].radius must be greater than 0, got 0",
         "9: balls[2].radius must be greater than 0, got 0",
@@ -475,11 +479,11 @@ def test_of_very_many_mistakes_the_first_hundred_are_told() -> None:
 
 def test_lines_that_end_in_two_carriage_returns_have_their_numbers() -> None:
     text = balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\r\n")
-    assert mistakes(text) == ["4: balls[0].radius must be greater than 0, got -5"]
+    assert errors(text) == ["4: balls[0].radius must be greater than 0, got -5"]
 
 
 def test_lines_of_a_file_from_windows() -> None:
-    assert mistakes(balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\n")) == [
+    assert errors(balls("radius = -5\nposition = [100, 100]").replace("\n", "\r\n")) == [
         "4: balls[0].radius must be greater than 0, got -5"
     ]
 
@@ -521,11 +525,11 @@ def test_two_hundred_thousand_balls_are_allowed() -> None:
     assert len(scene.bodies) == MAX_BALLS
 
 
-def test_one_more_is_a_mistake() -> None:
+def test_one_more_is_an_error() -> None:
     one, rest = (f"radius = 1\ncount = {count}\n{ANYWHERE}" for count in (1, MAX_BALLS))
-    assert mistakes(balls(rest.replace("200000", "200001"))) == ["5: balls[0].count must be at most 200000, got 200001"]
-    (message,) = mistakes(balls(one, rest))
-    assert message.endswith("balls are 200001 in all; at most 200000 are allowed")
+    assert errors(balls(rest.replace("200000", "200001"))) == ["5: balls[0].count must be at most 200000, got 200001"]
+    (message,) = errors(balls(one, rest))
+    assert message.endswith("balls must contain at most 200000 balls in all, got 200001")
 
 
 @pytest.mark.parametrize(
@@ -538,7 +542,7 @@ def test_one_more_is_a_mistake() -> None:
     ],
 )
 @pytest.mark.filterwarnings("default")
-def test_numbers_at_the_end_of_their_range_are_no_traceback(command: Command, tmp_path: Path, group: str) -> None:
+def test_extreme_numbers_cause_no_traceback(command: Command, tmp_path: Path, group: str) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(balls(group))
     code, out, err = command("check", file)
@@ -550,7 +554,7 @@ def test_numbers_at_the_end_of_their_range_are_no_traceback(command: Command, tm
 @pytest.mark.parametrize(
     "line", [f"rate = {10**400}", "[pymunk]\niterations = 99999999999999999999", "seconds = 1e300"]
 )
-def test_a_run_that_no_machine_holds_is_a_mistake(command: Command, tmp_path: Path, line: str) -> None:
+def test_a_run_too_large_for_any_machine_is_an_error(command: Command, tmp_path: Path, line: str) -> None:
     top, table = ("", line) if line.startswith("[") else (line, "")
     file = tmp_path / "mine.toml"
     file.write_text(f"{top}\n{balls(BALL)}{table}\n")
@@ -584,14 +588,14 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "too-many-to-fit": (
         balls("radius = 50\ninside = [[0, 0], [800, 600]]\ncount = 60"),
-        ":6: balls[0].count is more than fit: 60 balls of radius 50 in 800 x 600",
+        ":6: balls[0].count is too large: there is no room for 60 balls of radius 50 in 800 x 600",
     ),
     "too-many-to-place": (
         balls(
             "radius = 9\ninside = [[0, 0], [20, 20]]",
             more="[[walls]]\nfrom = [0, 10]\nto = [20, 10]\n",
         ),
-        ":3: balls[0].count is more than fit: 1 balls",
+        ":3: balls[0].count is too large: there is no room for 1",
     ),
     "empty": ("", ": arena is missing\n{file}: balls is missing"),
     "no-balls": (ARENA, ": balls is missing"),
@@ -604,17 +608,20 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
     ),
     "impossible-range": (
         balls("radius = 5\nx = { from = 90, to = 50 }\ny = { from = 50, to = 50 }"),
-        ":5: balls[0].x can produce nothing: from 90 is greater than to 50",
+        ":5: balls[0].x is empty: from 90 is greater than to 50",
     ),
     "duplicate-key": (balls(f"{BALL}\nradius = 6"), ":6: is not valid TOML: Cannot overwrite a value"),
-    "no-colour": (balls(f'{BALL}\ncolors = ["rde"]'), ':6: balls[0].colors[0] is no colour: "rde"; did you mean red?'),
+    "no-colour": (
+        balls(f'{BALL}\ncolors = ["rde"]'),
+        ':6: balls[0].colors[0] is not a valid colour: "rde"; did you mean red?',
+    ),
     "no-colour-number": (
         ARENA + 'background = "#12345"\n[[balls]]\n' + BALL,
-        ':3: arena.background is no colour: "#12345"; write a CSS name or #rrggbb',
+        ':3: arena.background is not a valid colour: "#12345"; write a CSS name or #rrggbb',
     ),
     "wall-of-no-length": (
         balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\n"),
-        ":8: walls[0].to is the same point as from; a wall needs a length",
+        ":8: walls[0].to is the same point as from; a wall must have a length",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
     "walls": (
@@ -635,16 +642,16 @@ def test_a_broken_scene_is_one_clear_message(
     assert (code, out, err) == (2, "", f"{file}{message.replace('{file}', str(file))}\n")
 
 
-def test_twenty_broken_scenes_are_told() -> None:
-    others = 5  # directory, missing file, no bundled scene, no permission, engine: below
+def test_at_least_twenty_broken_scenes_are_tested() -> None:
+    others = 5  # directory, missing file, unknown scene, no permission, unknown engine: below
     assert len(BROKEN) + others >= 20
 
 
-def test_a_directory_is_no_scene(command: Command, tmp_path: Path) -> None:
+def test_a_directory_is_not_a_scene(command: Command, tmp_path: Path) -> None:
     assert command("check", tmp_path) == (2, "", f"{tmp_path}: cannot be read: Is a directory\n")
 
 
-def test_a_pipe_that_nobody_writes_to_is_empty_and_keeps_nobody_waiting(command: Command, tmp_path: Path) -> None:
+def test_a_pipe_without_a_writer_is_empty_and_does_not_block(command: Command, tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
     assert command("check", pipe) == (2, "", f"{pipe}: arena is missing\n{pipe}: balls is missing\n")
@@ -653,7 +660,7 @@ def test_a_pipe_that_nobody_writes_to_is_empty_and_keeps_nobody_waiting(command:
 def test_a_pipe_is_read_to_its_end_though_its_writer_is_slow(command: Command, tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
-    writer = os.open(pipe, os.O_RDWR)  # which waits for no reader
+    writer = os.open(pipe, os.O_RDWR)  # does not block until there is a reader
     os.write(writer, balls(BALL).encode()[:20])
 
     def write_the_rest() -> None:
@@ -681,13 +688,13 @@ def test_a_missing_file(command: Command, tmp_path: Path) -> None:
     assert command("check", file) == (2, "", f"{file}: cannot be read: No such file or directory\n")
 
 
-def test_a_name_that_is_none(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_name(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    said = "no scene 'articel': no such file, nor a bundled scene; did you mean article?\n"
-    assert command("check", "articel") == (2, "", said)
+    message = "no scene 'articel': neither a file nor a bundled scene; did you mean article?\n"
+    assert command("check", "articel") == (2, "", message)
 
 
-def test_a_name_longer_than_a_file_can_have(command: Command) -> None:
+def test_a_name_too_long_for_a_file(command: Command) -> None:
     code, _, err = command("check", "x" * 5000)
     assert code == 2
     assert len(err.splitlines()) == 1
@@ -697,7 +704,7 @@ def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.Mon
     file = tmp_path / "mine.toml"
     file.write_text(balls(BALL))
     file.chmod(0)
-    if os.geteuid() == 0:  # whom nothing is forbidden
+    if os.geteuid() == 0:  # root may read any file
 
         def forbid(path: str, _: int) -> None:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
@@ -706,9 +713,9 @@ def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.Mon
     assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
 
 
-def test_an_engine_that_is_none(command: Command) -> None:
-    said = "no engine 'pymnk'; did you mean pymunk?\n"
-    assert command("trace", "article", "--engine", "pymnk", "--steps", 1) == (2, "", said)
+def test_an_unknown_engine(command: Command) -> None:
+    message = "no engine 'pymnk'; did you mean pymunk?\n"
+    assert command("trace", "article", "--engine", "pymnk", "--steps", 1) == (2, "", message)
 
 
 def test_the_program_ends_with_2_and_no_traceback(tmp_path: Path) -> None:
@@ -721,7 +728,7 @@ def test_the_program_ends_with_2_and_no_traceback(tmp_path: Path) -> None:
     assert ran.stderr == f"{file}:4: balls[0].radius must be greater than 0, got -5\n"
 
 
-def test_check_goes_on_after_a_mistake(command: Command, tmp_path: Path) -> None:
+def test_check_continues_after_an_error(command: Command, tmp_path: Path) -> None:
     good, bad = tmp_path / "good.toml", tmp_path / "bad.toml"
     good.write_text(balls(BALL, BALL))
     bad.write_text("[arena\n")
@@ -748,7 +755,7 @@ def test_the_schema_in_the_checkout_is_the_models(command: Command) -> None:
 def _taplo(*files: Path) -> subprocess.CompletedProcess[str]:
     program = shutil.which("taplo", path=str(Path(sys.executable).parent)) or shutil.which("taplo")
     if program is None:
-        need("taplo")
+        require("taplo")
     assert program is not None
     return subprocess.run([program, "check", *files], capture_output=True, text=True, check=False, timeout=60)
 
@@ -796,7 +803,7 @@ def test_a_bundled_scene(name: str) -> None:
     assert list(warnings(scene, initial)) == []
 
 
-def test_every_key_of_a_group_is_explained() -> None:
+def test_every_key_of_a_group_has_a_description() -> None:
     properties = schema()["$defs"]["BallGroup"]["properties"]
     assert set(properties) == set(BallGroup.model_fields)
     assert [key for key, value in properties.items() if not value.get("description")] == []

@@ -1,4 +1,4 @@
-"""Scenes that are written: they load to the state that was, and read well."""
+"""Written scenes load with the same state, and are readable."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -65,7 +65,7 @@ def reloaded(scene: Scene, state: State, folder: Path) -> Scene:
 
 
 def check_same(saved: Scene, scene: Scene, state: State) -> None:
-    """Hold a loaded scene to the one that was written, and its start to the state, bit for bit."""
+    """Compare a loaded scene with the one that was written, and its initial state with a state, bit for bit."""
     start = spawn(saved)
     assert start.position.tobytes() == state.position.tobytes()
     assert start.velocity.tobytes() == state.velocity.tobytes()
@@ -78,7 +78,7 @@ def check_same(saved: Scene, scene: Scene, state: State) -> None:
     assert saved.arena.model_copy(update={"overlap": 0}) == scene.arena.model_copy(update={"overlap": 0})
 
 
-def test_everything_but_expectations_is_kept(tmp_path: Path) -> None:
+def test_everything_except_expectations_is_written(tmp_path: Path) -> None:
     scene = parse(EVERY_KEY, "every.toml")
     state = spawn(scene)
     saved = reloaded(scene, state, tmp_path)
@@ -99,7 +99,7 @@ def test_a_bundled_scene_in_flight_loads_to_the_state_of_each_engine(name: str, 
 @given(
     st.lists(st.tuples(*[st.floats(20, 580)] * 2, *[st.floats(-1e9, 1e9)] * 2, st.sampled_from([1.0, 0.1])), min_size=1)
 )
-def test_any_numbers_are_kept_to_the_bit(rows: list[tuple[float, float, float, float, float]]) -> None:
+def test_any_numbers_are_written_to_the_bit(rows: list[tuple[float, float, float, float, float]]) -> None:
     groups = tuple(BallGroup(radius=20, mass=mass, position=(x, y), velocity=(vx, vy)) for x, y, vx, vy, mass in rows)
     scene = scene_of("radius = 20\nposition = [100, 100]").changed(balls=groups)
     state = State(0.0, *np.array(rows)[:, :4].reshape(-1, 2, 2).transpose(1, 0, 2).copy())
@@ -107,7 +107,7 @@ def test_any_numbers_are_kept_to_the_bit(rows: list[tuple[float, float, float, f
         check_same(reloaded(scene, state, Path(folder)), scene, state)
 
 
-def test_balls_that_are_alike_are_one_group_and_the_file_reads_well(tmp_path: Path) -> None:
+def test_balls_of_one_kind_are_one_group_and_the_file_is_readable(tmp_path: Path) -> None:
     scene = scene_of(
         'radius = 20\ngrid = [4, 1]\nspacing = 50\ncolors = ["red", "blue"]\nvelocity = [-0.0, 1e-7]',
         "radius = 20\nmass = 2\nposition = [99.5, 30]",
@@ -133,7 +133,7 @@ def test_colours_are_written_as_the_shortest_cycle(colors: list[str], written: i
     assert saved.balls[0].colors == tuple(colors[:written])
 
 
-def test_a_ball_in_a_wall_is_allowed_as_deep_as_it_is(tmp_path: Path) -> None:
+def test_a_ball_in_a_wall_is_written_with_the_overlap_allowed(tmp_path: Path) -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]")
     state = State(0.0, np.array([[14.7501, 100.0]]), np.zeros((1, 2)))
     saved = reloaded(scene, state, tmp_path)
@@ -146,17 +146,15 @@ def test_a_ball_in_a_wall_is_allowed_as_deep_as_it_is(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("most", [60, 150])
-def test_more_balls_than_a_file_has_room_for_are_not_written(
-    most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_too_many_balls_for_a_file_are_not_written(most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
     monkeypatch.setattr("sandbox.scene.files.MAX_BYTES", most)
-    with pytest.raises(SandboxError, match=f"saved.toml: 4 balls are more than the {most} bytes of a scene file"):
+    with pytest.raises(SandboxError, match=f"saved.toml: 4 balls do not fit in the {most} bytes of a scene file"):
         write(scene, spawn(scene), tmp_path / "saved.toml")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_would_not_load_is_not_written(tmp_path: Path) -> None:
+def test_a_scene_that_would_not_load_is_not_written(tmp_path: Path) -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]")
     with pytest.raises(SandboxError, match=r"saved.toml:\d+: balls\[0\].velocity\[0\] must be at most 1e\+09"):
         write(scene, State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])), tmp_path / "saved.toml")

@@ -1,4 +1,4 @@
-"""From a scene and a seed to the initial state."""
+"""The initial state of a scene."""
 
 import math
 import random
@@ -13,16 +13,17 @@ from hypothesis import strategies as st
 from sandbox.errors import SandboxError
 from sandbox.quantity import deepest_overlap
 from sandbox.scene import spawn as spawn_module
+from sandbox.scene.fields import Vector
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Scene
+from sandbox.scene.model import Arena, BallGroup, Scene, Wall
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.state import Floats
+from sandbox.state import Floats, State
 
 ANYWHERE = "x = { from = 100, to = 700 }\ny = { from = 100, to = 500 }"
 
 
 def closest(position: Floats, radius: Floats) -> float:
-    """Return the smallest gap between two discs, px, by looking at every pair."""
+    """Return the smallest gap between two discs, px, over every pair."""
     return min(
         (
             math.dist(position[i], position[j]) - radius[i] - radius[j]
@@ -34,7 +35,7 @@ def closest(position: Floats, radius: Floats) -> float:
 
 
 def gap_to_wall(position: Floats, radius: float, start: tuple[float, float], end: tuple[float, float]) -> float:
-    """Return the smallest gap between a disc and a line, px, by walking along the line."""
+    """Return the smallest gap between a disc and a line, px, over points of the line."""
     along = np.linspace(start, end, 2001)
     distance = np.hypot(*(position[:, None, :] - along[None, :, :]).transpose(2, 0, 1))
     return float(distance.min()) - radius
@@ -84,7 +85,7 @@ def test_one_generator_serves_all_groups_in_order() -> None:
 
 
 @pytest.mark.parametrize("name", ["article", "funnel", "gas-100"])
-def test_a_seed_is_one_state_and_another_seed_another(name: str) -> None:
+def test_a_seed_determines_the_state(name: str) -> None:
     scene = load(name)
     first, again = spawn(scene), spawn(scene)
     other = spawn(scene.model_copy(update={"seed": scene.seed + 1}))
@@ -96,7 +97,7 @@ def test_a_seed_is_one_state_and_another_seed_another(name: str) -> None:
 # --- Grid ------------------------------------------------------------------------------------------------------
 
 
-def test_a_grid_stands_in_the_middle_and_is_filled_row_by_row() -> None:
+def test_a_grid_is_in_the_middle_and_filled_row_by_row() -> None:
     state = spawn(scene_of("radius = 10\ngrid = [3, 2]\nspacing = 50"))
     assert state.position.tolist() == [[350, 275], [400, 275], [450, 275], [350, 325], [400, 325], [450, 325]]
     assert not state.velocity.any()
@@ -118,7 +119,7 @@ def test_a_grid_is_centred(columns: int, rows: int, spacing: float, width: float
     assert extent == pytest.approx([(columns - 1) * spacing, (rows - 1) * spacing], abs=1e-9)
 
 
-def test_a_grid_from_a_position_and_not_filled() -> None:
+def test_a_grid_at_a_position_and_partly_filled() -> None:
     state = spawn(scene_of("radius = 10\ngrid = [2, 2]\nspacing = 25.5\nposition = [60, 70]\ncount = 3"))
     assert state.position.tolist() == [[60, 70], [85.5, 70], [60, 95.5]]
 
@@ -135,7 +136,9 @@ def test_a_grid_from_a_position_and_not_filled() -> None:
     seed=st.integers(0, 1000),
     wall=st.booleans(),
 )
-def test_inside_nothing_overlaps(radius: float, count: int, width: float, height: float, seed: int, wall: bool) -> None:
+def test_packed_balls_do_not_overlap(
+    radius: float, count: int, width: float, height: float, seed: int, wall: bool
+) -> None:
     walls = f"[[walls]]\nfrom = [50, 50]\nto = [{50 + width!r}, {50 + height!r}]\nthickness = 6\n" if wall else ""
     try:
         scene = parse(
@@ -144,8 +147,8 @@ def test_inside_nothing_overlaps(radius: float, count: int, width: float, height
             "mine.toml",
         )
         position = spawn(scene).position
-    except SandboxError as mistake:
-        assert " is more than fit: " in str(mistake)  # noqa: PT017 - the only mistake there may be
+    except SandboxError as error:
+        assert " there is no room for " in str(error)  # noqa: PT017 - the only possible error
         assume(False)
         return
     assert position.shape == (count, 2)
@@ -158,7 +161,7 @@ def test_inside_nothing_overlaps(radius: float, count: int, width: float, height
 
 @pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.6, 0.7, 0.8])
 @pytest.mark.parametrize("seed", range(3))
-def test_inside_holds_up_to_four_fifths_of_the_area(share: float, seed: int) -> None:
+def test_balls_fit_inside_up_to_four_fifths_of_the_area(share: float, seed: int) -> None:
     count = int(share * 400**2 / (math.pi * 10**2))
     state = spawn(scene_of(f"radius = 10\ncount = {count}\ninside = [[0, 0], [400, 400]]", more=f"seed = {seed}"))
     assert len(state.position) == count
@@ -167,20 +170,20 @@ def test_inside_holds_up_to_four_fifths_of_the_area(share: float, seed: int) -> 
     assert state.position.max() <= 390 + 1e-9
 
 
-def test_a_crowd_beyond_jamming_is_put_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[float] = []
+def test_a_group_denser_than_jamming_is_put_on_a_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
+    pitches: list[float] = []
     lattice = spawn_module._lattice
 
-    def watched(low: Floats, high: Floats, pitch: float) -> object:
-        asked.append(pitch)
+    def watched(low: Vector, high: Vector, pitch: float) -> object:
+        pitches.append(pitch)
         return lattice(low, high, pitch)
 
     monkeypatch.setattr(spawn_module, "_lattice", watched)
     spawn(scene_of("radius = 10\ncount = 150\ninside = [[0, 0], [400, 400]]"))  # 0.29 of the area
-    assert asked == []
+    assert pitches == []
     spawn(scene_of("radius = 10\ncount = 360\ninside = [[0, 0], [400, 400]]"))  # 0.71
-    assert asked
-    assert min(asked) >= 20
+    assert pitches
+    assert min(pitches) >= 20
 
 
 def test_a_lattice_is_shuffled() -> None:
@@ -191,7 +194,7 @@ def test_a_lattice_is_shuffled() -> None:
     assert not np.array_equal(first, second)
 
 
-def test_inside_keeps_clear_of_groups_before_it_whatever_their_size() -> None:
+def test_balls_inside_do_not_overlap_earlier_groups_of_any_size() -> None:
     scene = scene_of(
         "radius = 100\nposition = [400, 300]",
         "radius = 3\ncount = 100\ninside = [[250, 150], [550, 450]]",
@@ -211,44 +214,44 @@ def test_one_ball_in_a_box_of_its_size() -> None:
     assert state.position.tolist() == [[20, 20]]
 
 
-def test_more_than_fit_for_the_walls_in_the_way_is_a_mistake() -> None:
+def test_too_many_balls_among_walls_are_an_error() -> None:
     scene = parse(
         "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\ninside = [[0, 0], [100, 20]]\ncount = 5\n"
         "[[walls]]\nfrom = [0, 10]\nto = [100, 10]\n",
         "mine.toml",
     )
-    message = "mine.toml:6: balls[0].count is more than fit: 5 balls"
+    message = "mine.toml:6: balls[0].count is too large: there is no room for 5"
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         spawn(scene)
 
 
-def test_more_than_fit_for_the_balls_before_them_is_a_mistake_of_the_second_group() -> None:
+def test_too_many_balls_among_earlier_ones_are_an_error_of_the_second_group() -> None:
     scene = parse(
         "[arena]\nsize = [100, 100]\n[[balls]]\nradius = 40\nposition = [50, 50]\n"
         "[[balls]]\nradius = 10\ncount = 20\ninside = [[0, 0], [100, 100]]\n",
         "mine.toml",
     )
-    with pytest.raises(SandboxError, match=r"^mine\.toml:8: balls\[1\]\.count is more than fit: 20 balls$"):
+    with pytest.raises(SandboxError, match=r"^mine\.toml:8: balls\[1\]\.count is too large: there is no room for 20$"):
         spawn(scene)
 
 
-def test_where_no_ball_has_room_it_is_told_however_small_the_balls() -> None:
+def test_no_room_is_an_error_however_small_the_balls() -> None:
     scene = scene_of("radius = 200\nposition = [400, 300]", "radius = 1e-6\ninside = [[300, 200], [500, 400]]")
-    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is more than fit: 1 balls$"):
+    with pytest.raises(SandboxError, match=r"balls\[1\]\.count is too large: there is no room for 1$"):
         spawn(scene)
 
 
-def test_in_a_row_that_is_taken_it_is_told_however_long_the_row() -> None:
+def test_no_room_is_an_error_however_long_the_row() -> None:
     scene = parse(
         "[arena]\nsize = [1e9, 10]\n[[balls]]\nradius = 5\ninside = [[0, 0], [1e9, 10]]\n"
         "[[walls]]\nfrom = [0, 5]\nto = [1e9, 5]\n",
         "mine.toml",
     )
-    with pytest.raises(SandboxError, match=r"balls\[0\]\.count is more than fit: 1 balls$"):
+    with pytest.raises(SandboxError, match=r"balls\[0\]\.count is too large: there is no room for 1$"):
         spawn(scene)
 
 
-def test_a_crowd_finds_room_among_larger_and_smaller_balls() -> None:
+def test_a_dense_group_finds_room_among_larger_and_smaller_balls() -> None:
     scene = scene_of(
         "radius = 100\nposition = [400, 300]",
         "radius = 0.001\ncount = 5000\ninside = [[0, 0], [800, 600]]",
@@ -267,18 +270,18 @@ def thrown(throw: str, seed: int, count: int = 2000) -> Floats:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_speed_goes_in_every_direction_alike(seed: int) -> None:
+def test_a_speed_has_uniform_directions(seed: int) -> None:
     velocity = thrown("speed = 250", seed)
     assert np.hypot(*velocity.T) == pytest.approx(np.full(2000, 250), rel=1e-14)
-    # Kolmogorov: sqrt(n) sup |F - uniform| passes 1.95 once in a thousand
+    # Kolmogorov: sqrt(n) sup |F - uniform| exceeds 1.95 once in a thousand
     angle = np.sort(np.arctan2(velocity[:, 1], velocity[:, 0]) / (2 * math.pi) % 1)
     assert math.sqrt(2000) * np.abs(angle - (np.arange(2000) + 0.5) / 2000).max() < 1.95
-    # a step of the generator between balls, not one direction again and again: serial correlation is ~1/sqrt(n)
+    # successive directions are independent: their correlation is ~1/sqrt(n)
     assert abs(np.corrcoef(velocity[:-1, 0], velocity[1:, 0])[0, 1]) < 4 / math.sqrt(2000)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_rms_speed_is_maxwells_distribution_in_the_plane(seed: int) -> None:
+def test_rms_speed_is_a_maxwell_distribution_in_the_plane(seed: int) -> None:
     velocity = thrown("rms_speed = 200", seed)
     squared = (velocity**2).sum(axis=1) / 200**2  # exponential, mean 1, standard deviation 1
     assert squared.mean() == pytest.approx(1, abs=4 / math.sqrt(2000))
@@ -296,25 +299,25 @@ def test_no_speed_is_at_rest(throw: str) -> None:
 # --- Warnings --------------------------------------------------------------------------------------------------
 
 
-def said(scene: Scene) -> list[str]:
+def warnings_of(scene: Scene) -> list[str]:
     return list(warnings(scene, spawn(scene)))
 
 
-def test_overlapping_balls_are_a_warning_of_the_deepest_pair() -> None:
+def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
     scene = scene_of(
         "radius = 5\nposition = [300, 100]",
         "radius = 5\nposition = [309, 100]",
         "radius = 20\nposition = [100, 100]",
         "radius = 5\nposition = [100, 117.5]",
     )
-    assert said(scene) == ["test.toml: warning: balls 2 and 3 overlap by 7.5 px at the start"]
+    assert warnings_of(scene) == ["test.toml: warning: balls 2 and 3 overlap by 7.5 px at the start"]
 
 
-def test_touching_balls_are_no_overlap() -> None:
-    assert said(scene_of("radius = 5\ngrid = [20, 10]\nspacing = 10")) == []
+def test_touching_balls_do_not_overlap() -> None:
+    assert warnings_of(scene_of("radius = 5\ngrid = [20, 10]\nspacing = 10")) == []
 
 
-def test_balls_in_a_wall_are_a_warning_with_the_walls_line() -> None:
+def test_balls_in_a_wall_cause_a_warning_with_the_wall_s_line() -> None:
     scene = parse(
         "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\nposition = [100, 106]\n"
         "[[balls]]\nradius = 5\nposition = [150, 104]\n"
@@ -322,42 +325,43 @@ def test_balls_in_a_wall_are_a_warning_with_the_walls_line() -> None:
         "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n",
         "mine.toml",
     )
-    assert said(scene) == ["mine.toml:12: walls[1] warning: overlaps ball 1 by 3 px at the start"]
+    assert warnings_of(scene) == ["mine.toml:12: walls[1] warning: overlaps ball 1 by 3 px at the start"]
 
 
-def test_touching_a_wall_is_no_overlap() -> None:
+def test_a_ball_that_touches_a_wall_does_not_overlap_it() -> None:
     wall = "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n"
     text = f"[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\nposition = [100, 107]\n{wall}"
-    assert said(parse(text, "mine.toml")) == []
+    assert warnings_of(parse(text, "mine.toml")) == []
 
 
-def test_a_ball_that_outruns_its_radius_is_a_warning() -> None:
+def test_a_ball_that_moves_by_more_than_its_radius_causes_a_warning() -> None:
     scene = scene_of(
         "radius = 20\nposition = [100, 100]\nvelocity = [1500, 0]",
         "radius = 4\nposition = [300, 300]\nvelocity = [0, 990]",
     )
-    assert said(scene) == [
+    assert warnings_of(scene) == [
         (
-            "test.toml: warning: ball 1 moves 16.5 px a step, more than its radius of 4, "
-            "so solvers that step may miss contacts; a rate of 248 would do"
+            "test.toml: warning: ball 1 moves 16.5 px per step, more than its radius of 4: "
+            "time-stepped engines may miss contacts; a rate of 248 would do"
+            ""
         )
     ]
 
 
-def test_a_ball_that_moves_by_its_radius_does_not_outrun_it() -> None:
-    assert said(scene_of("radius = 4\nposition = [300, 300]\nvelocity = [240, 0]")) == []
+def test_a_ball_that_moves_by_its_radius_causes_no_warning() -> None:
+    assert warnings_of(scene_of("radius = 4\nposition = [300, 300]\nvelocity = [240, 0]")) == []
 
 
 @settings(deadline=None)
 @given(radius=st.floats(0.5, 50), speed=st.floats(1, 1e5), rate=st.integers(1, 1000))
 @example(radius=0.5, speed=1.0000000000222042, rate=1)
 @example(radius=0.5, speed=1.0000002, rate=1)
-def test_the_rate_that_the_warning_names_would_do(radius: float, speed: float, rate: int) -> None:
+def test_the_rate_in_the_warning_is_enough(radius: float, speed: float, rate: int) -> None:
     group = f"radius = {radius!r}\nposition = [400, 300]\nvelocity = [0, {speed!r}]"
     scene = scene_of(group, more=f"rate = {rate}")
-    told = said(scene)
-    assert told or speed / rate <= radius * (1 + 2e-9)
-    for warning in told:
+    found = warnings_of(scene)
+    assert found or speed / rate <= radius * (1 + 2e-9)
+    for warning in found:
         match = re.search(r"a rate of (\d+) would do$", warning)
         assert match
         enough = int(match[1])
@@ -366,14 +370,63 @@ def test_the_rate_that_the_warning_names_would_do(radius: float, speed: float, r
         assert enough == 1 or speed / (enough - 1) > radius
 
 
-def test_a_scene_is_spawned_once_however_long_it_runs_and_anew_where_its_balls_change() -> None:
+def count_draws(monkeypatch: pytest.MonkeyPatch) -> list[Scene]:
+    """Return a list to which each scene is appended when its balls are drawn."""
+    drawn: list[Scene] = []
+    draw = spawn_module._spawn
+
+    def watched(scene: Scene) -> State:
+        drawn.append(scene)
+        return draw(scene)
+
+    monkeypatch.setattr(spawn_module, "_spawn", watched)
+    spawn_module._recent.clear()
+    return drawn
+
+
+def test_a_scene_is_drawn_once_however_it_is_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn = count_draws(monkeypatch)
     scene = load("gas-1000")
     first = spawn(scene)
-    drawn = scene._spawned
-    first.position[:] = 0  # the caller's own
-    again = spawn(scene.changed(seconds=1.0, rate=240, expect=()))
-    assert scene._spawned is drawn
-    assert np.array_equal(again.position, spawn(load("gas-1000")).position)
-    assert not np.array_equal(again.position, spawn(scene.changed(seed=1)).position)
-    fewer = scene.balls[0].model_copy(update={"count": 10})
-    assert len(spawn(scene.changed(balls=(fewer,), expect=())).position) == 10
+    position, velocity = first.position.tobytes(), first.velocity.tobytes()
+    first.position[:] = first.velocity[:] = 0  # the caller's own
+    for same in (scene, scene.changed(seconds=1.0, rate=240, gravity=(0, 9), expect=())):
+        assert spawn(same).position.tobytes() == position
+        assert spawn(same).velocity.tobytes() == velocity
+    assert drawn == [scene]
+
+
+GRID = BallGroup(radius=1, grid=(2, 2), spacing=4, velocity=(0.0, 0.0))  # in the middle of the arena
+GAS = BallGroup(radius=9, count=50, inside=((0, 0), (400, 400)))
+WALL = Wall(start=(100, 100), to=(300, 300), thickness=60)
+CHANGES: dict[str, dict[str, object]] = {
+    "seed": {"seed": 1},
+    "group": {"balls": (GRID.model_copy(update={"count": 3}), GAS)},
+    "minus-zero": {"balls": (GRID.model_copy(update={"velocity": (-0.0, 0.0)}), GAS)},
+    "more-groups": {"balls": (GRID, GAS, GRID)},
+    "wall": {"walls": (Wall(start=(100, 300), to=(300, 100)),)},
+    "no-wall": {"walls": ()},
+    "arena": {"arena": Arena(size=(500, 400))},
+}
+
+
+@pytest.mark.parametrize("changes", CHANGES.values(), ids=CHANGES)
+def test_a_scene_is_drawn_again_if_what_is_drawn_from_changes(
+    changes: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = count_draws(monkeypatch)
+    scene = Scene(arena=Arena(size=(400, 400)), balls=(GRID, GAS), walls=(WALL,))
+    other = scene.changed(**changes)
+    before, after = spawn(scene), spawn(other)
+    assert drawn == [scene, other]
+    assert (before.position.tobytes(), before.velocity.tobytes()) != (
+        after.position.tobytes(),
+        after.velocity.tobytes(),
+    )
+    assert spawn(scene).position.tobytes() == before.position.tobytes()
+
+
+def test_only_few_drawn_states_are_kept() -> None:
+    for seed in range(20):
+        spawn(load("head-on").changed(seed=seed))
+    assert len(spawn_module._recent) <= 4

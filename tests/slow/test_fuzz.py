@@ -1,8 +1,6 @@
-"""Whatever is in a file, it loads or is refused in one message: no traceback, never more than 1 GB or 5 s.
+"""Any file loads or is rejected with clear messages: no traceback, never more than 1 GB or 5 s.
 
-    pytest -s tests/slow/test_fuzz.py --hypothesis-profile=thorough
-
-does so with 10,000 files of scenes and 10,000 of inputs, and prints what came of them.
+`pytest -m slow -s tests/slow/test_fuzz.py` tries 10,000 scene files and 10,000 input files, and prints a summary.
 """
 
 import contextlib
@@ -22,30 +20,30 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import said
+from conftest import sizes, without_notice
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sandbox.cli import commands as cli
+from sandbox.cli.inputs import scene_and_inputs
 from sandbox.engines import registry
-from sandbox.errors import MAX_BYTES, Refused, SandboxError
+from sandbox.errors import MAX_TEXT_FILE_BYTES, Refused, SandboxError
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
-from sandbox.run.inputs import _ALL, Input, load_inputs
+from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 
-MOST_MEMORY = 10**9  # bytes that a case may take
-MOST_TIME = 5.0  # s of the processor that it may take
+MAX_CASE_MEMORY = 10**9  # bytes
+MAX_CASE_TIME = 5.0  # s of processor time
 ENGINES = list(registry())
 FILES = [file.read_bytes() for folder in ("", "truths") for file in bundled(folder).values()]
 
 Strategy = st.SearchStrategy[Any]
 Document = dict[str, Any]
 
-# --- What a model allows, and what no model does ----------------------------------------------------------------
+# --- Documents that a schema allows, and that no schema allows --------------------------------------------------
 
 TEXT = st.text(max_size=20) | st.sampled_from(
     ["\x00", "\x1b[31m", "\u202e", "e\u0301", "\ufeff", "\u0085", "a.b", "=1"]
@@ -58,84 +56,84 @@ WILD = st.recursive(
 )
 
 
-def within(node: Document, of: Document) -> Strategy:
-    """Draw what a node of the JSON Schema `of` allows."""
-    node = resolved(node, of)
+def within(node: Document, root: Document) -> Strategy:
+    """Draw a value that a node of the JSON Schema `root` allows."""
+    node = resolved(node, root)
     if "anyOf" in node:
-        return st.one_of([within(kind, of) for kind in node["anyOf"] if kind != {"type": "null"}])
+        return st.one_of([within(kind, root) for kind in node["anyOf"] if kind != {"type": "null"}])
     if "const" in node:
         return st.just(node["const"])
     if node["type"] == "object":
-        keys = {key: within(inner, of) for key, inner in node["properties"].items()}
+        keys = {key: within(inner, root) for key, inner in node["properties"].items()}
         kinds = [key for key, inner in node["properties"].items() if "const" in inner]
         required = {key: keys.pop(key) for key in [*node.get("required", ()), *kinds]}
         return st.fixed_dictionaries(required, optional=keys)
     if "prefixItems" in node:
-        return st.tuples(*[within(inner, of) for inner in node["prefixItems"]]).map(list)
+        return st.tuples(*[within(inner, root) for inner in node["prefixItems"]]).map(list)
     if node["type"] == "array":
-        return st.lists(within(node["items"], of), min_size=node.get("minItems", 0), max_size=3)
+        return st.lists(within(node["items"], root), min_size=node.get("minItems", 0), max_size=3)
     return numbers(node) if node["type"] in ("integer", "number") else st.sampled_from(["red", "#0072b2"]) | TEXT
 
 
 def numbers(node: Document) -> Strategy:
-    """Draw a number that is allowed, small more often than large: so that most of a file's are right for it."""
+    """Draw an allowed number, small more often than large, so that most documents are valid as a whole."""
     low, high = int(node["minimum"]), int(node.get("maximum", 2**63 - 1))
     if node["type"] == "integer":
-        few = st.integers(low, min(high, low + 3))
-        return st.one_of(few, few, few, few, st.integers(low, high))
-    few = st.one_of(st.integers(0, min(high, 600)), st.floats(0, min(high, 600)))
-    return st.one_of(few, few, few, few, st.floats(low, high))
+        small = st.integers(low, min(high, low + 3))
+        return st.one_of(small, small, small, small, st.integers(low, high))
+    small = st.one_of(st.integers(0, min(high, 600)), st.floats(0, min(high, 600)))
+    return st.one_of(small, small, small, small, st.floats(low, high))
 
 
-def resolved(node: Document, of: Document) -> Document:
-    return of["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+def resolved(node: Document, root: Document) -> Document:
+    return root["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
 
 
-def tables(value: Any, node: Document, of: Document) -> Iterator[tuple[Document, Document]]:
-    """Yield each table in a document with the schema of its keys."""
-    node = resolved(node, of)
+def tables(value: Any, node: Document, root: Document) -> Iterator[tuple[Document, Document]]:
+    """Yield each table of a document with the schemas of its keys."""
+    node = resolved(node, root)
     for kind in node.get("anyOf", ()):
-        yield from tables(value, kind, of)
+        yield from tables(value, kind, root)
     if isinstance(value, dict) and "properties" in node:
         yield value, node["properties"]
         for key, inner in value.items():
             if key in node["properties"]:
-                yield from tables(inner, node["properties"][key], of)
+                yield from tables(inner, node["properties"][key], root)
     if isinstance(value, list) and "items" in node:
         for inner in value:
-            yield from tables(inner, node["items"], of)
+            yield from tables(inner, node["items"], root)
 
 
 @st.composite
-def changed(draw: st.DrawFn, documents: Strategy, of: Document) -> Document:
-    """Draw a document, and set or delete a few keys of it."""
+def changed(draw: st.DrawFn, documents: Strategy, root: Document) -> Document:
+    """Draw a document, and set or delete up to three of its keys."""
     document: Document = draw(documents)
     for _ in range(draw(st.integers(0, 3))):
-        table, known = draw(st.sampled_from(list(tables(document, of, of))))
+        table, known = draw(st.sampled_from(list(tables(document, root, root))))
         how = draw(st.sampled_from(["model", "model", "wild", "unknown", "delete"]))
         key = draw(TEXT) if how == "unknown" else draw(st.sampled_from(sorted(known)))
         if how == "delete":
             table.pop(key, None)
         else:
-            table[key] = draw(within(known[key], of) if how == "model" else WILD)
+            table[key] = draw(within(known[key], root) if how == "model" else WILD)
     return document
 
 
-# --- What can happen to a file ----------------------------------------------------------------------------------
+# --- Damaged files ----------------------------------------------------------------------------------------------
 
 SCRAPS = [
     *("\ufeff", "\x00", "\u202e", "\u0301", "\uff11", "\u0085", "\u2028", "\ud800", "\\ud800", "\\U00110000"),
     *("\r", "\r\n", "\r\r\n"),
     *("9" * 5_000, "0x" + "f" * 5_000, "1e999", "-nan", "Infinity", "1979-05-27T07:32:00Z", "1_0", "true", "null"),
     *("[" * 5_000, "{a=" * 5_000, '{"a":' * 5_000, "a" + ".a" * 5_000, "[[balls]]\n" * 20_000, "[[walls]]\n" * 20_000),
-    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_BYTES),
+    *('"""', "'''", '"', "#", "=", "\\", "{}", "a = 1\n", "a" * 500_000, "#" * MAX_TEXT_FILE_BYTES),
 ]
-MUTILATED = [scrap.encode(errors="surrogatepass") for scrap in SCRAPS]
+SCRAP_BYTES = [scrap.encode(errors="surrogatepass") for scrap in SCRAPS]
 
 
 @st.composite
-def mutilated(draw: st.DrawFn, contents: st.SearchStrategy[bytes]) -> bytes:
-    """Draw what a file holds, and flip, cut, double, splice and insert in it."""
+def damaged(draw: st.DrawFn, contents: st.SearchStrategy[bytes]) -> bytes:
+    """Draw the content of a file, and flip, cut, double, splice and insert up to three times."""
     content = draw(contents)
     for _ in range(draw(st.sampled_from([0, 0, 0, 1, 2, 3]))):
         at, to = sorted(draw(st.tuples(*[st.integers(0, len(content))] * 2)))
@@ -150,7 +148,7 @@ def mutilated(draw: st.DrawFn, contents: st.SearchStrategy[bytes]) -> bytes:
             case "splice":
                 content = content[:at] + draw(contents)[at:]
             case "insert":
-                content = content[:at] + draw(st.sampled_from(MUTILATED)) + content[at:]
+                content = content[:at] + draw(st.sampled_from(SCRAP_BYTES)) + content[at:]
             case "windows":
                 content = content.replace(b"\n", b"\r\n")
     return content
@@ -176,14 +174,14 @@ def toml_value(value: Any) -> str:
 
 SCHEMA = schema()
 SCENES = st.sampled_from(FILES).map(lambda content: tomllib.loads(content.decode()))
-SCENE_FILES = mutilated(st.sampled_from(FILES) | changed(SCENES, SCHEMA).map(toml) | within(SCHEMA, SCHEMA).map(toml))
+SCENE_FILES = damaged(st.sampled_from(FILES) | changed(SCENES, SCHEMA).map(toml) | within(SCHEMA, SCHEMA).map(toml))
 
-KINDS = [kind.model_json_schema() for kind in _ALL]
+KINDS = [kind.model_json_schema() for kind in INPUT_KINDS.values()]
 
 
 @st.composite
 def recordings(draw: st.DrawFn) -> bytes:
-    """Draw a file of inputs, most of them in order and some of them with a key that is none of theirs."""
+    """Draw a file of inputs, many of them in order and some with changed or unknown keys."""
     kinds = draw(st.lists(st.sampled_from(KINDS), max_size=5))
     lines = [draw(changed(within(kind, kind), kind) if draw(st.booleans()) else within(kind, kind)) for kind in kinds]
     for step, line in enumerate(lines):
@@ -192,23 +190,23 @@ def recordings(draw: st.DrawFn) -> bytes:
     return "".join(json.dumps(line, default=str) + "\n" for line in lines).encode()
 
 
-RECORDINGS = mutilated(recordings())
+RECORDINGS = damaged(recordings())
 
-# --- What a person does with a file ------------------------------------------------------------------------------
+# --- Loading, checking and running within limits ----------------------------------------------------------------
 
 
 @contextlib.contextmanager
-def bounded() -> Iterator[None]:
-    """Let a case take so much of the processor's time, and so much more memory than is taken already."""
+def limited() -> Iterator[None]:
+    """Limit the processor time, and the memory beyond what the process has already."""
 
     def too_long(*_: object) -> None:
-        raise AssertionError(f"took more than {MOST_TIME:g} s")
+        raise AssertionError(f"took more than {MAX_CASE_TIME:g} s")
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     limits = resource.getrlimit(resource.RLIMIT_AS)
     handler = signal.signal(signal.SIGPROF, too_long)
-    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MOST_MEMORY, limits[1]))
-    signal.setitimer(signal.ITIMER_PROF, MOST_TIME)
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MAX_CASE_MEMORY, limits[1]))
+    signal.setitimer(signal.ITIMER_PROF, MAX_CASE_TIME)
     try:
         yield
     finally:
@@ -217,13 +215,13 @@ def bounded() -> Iterator[None]:
         signal.signal(signal.SIGPROF, handler)
 
 
-def memory(what: str) -> int:
-    """Return what Linux says of this process's memory, in bytes: VmRSS is what it has, VmHWM the most it had."""
-    return int(re.findall(rf"{what}:\s*(\d+) kB", Path("/proc/self/status").read_text())[0]) * 1000
+def memory(field: str) -> int:
+    """Return a field of /proc/self/status in bytes: VmRSS is the present memory, VmHWM its peak."""
+    return int(re.findall(rf"{field}:\s*(\d+) kB", Path("/proc/self/status").read_text())[0]) * 1000
 
 
-class Tally:
-    """What came of the cases of a test: how many loaded, how long the slowest took, and how much memory the largest."""
+class Summary:
+    """Outcomes of the cases of a test, and the time of the slowest and the memory of the largest."""
 
     def __init__(self) -> None:
         self.cases: Counter[str] = Counter()
@@ -231,23 +229,23 @@ class Tally:
         self.largest = 0  # bytes
 
     def run(self, case: Callable[[], object], files: tuple[Path, ...]) -> None:
-        """Run a case, which ends well or in a mistake that is told well."""
-        Path("/proc/self/clear_refs").write_text("5")  # the most it had counts from here
-        begun, had = time.process_time(), memory("VmRSS")
-        with bounded():
+        """Run a case, which must succeed or raise a clear SandboxError."""
+        Path("/proc/self/clear_refs").write_text("5")  # resets VmHWM
+        start, initial = time.process_time(), memory("VmRSS")
+        with limited():
             try:
                 case()
                 outcome = "loaded"
-            except SandboxError as mistake:
-                assert_clear(str(mistake), files)
-                outcome = "refused"
+            except SandboxError as error:
+                assert_clear(str(error), files)
+                outcome = "rejected"
         self.cases[outcome] += 1
-        self.slowest = max(self.slowest, time.process_time() - begun)
-        self.largest = max(self.largest, memory("VmHWM") - had)
+        self.slowest = max(self.slowest, time.process_time() - start)
+        self.largest = max(self.largest, memory("VmHWM") - initial)
 
     def __str__(self) -> str:
         return (
-            f"{self.cases.total():,} cases: {self.cases['loaded']:,} loaded, {self.cases['refused']:,} refused; "
+            f"{self.cases.total():,} cases: {self.cases['loaded']:,} loaded, {self.cases['rejected']:,} rejected; "
             f"the slowest took {self.slowest:.2f} s, the largest {self.largest / 1e6:.0f} MB"
         )
 
@@ -263,28 +261,28 @@ def compiled() -> None:
     for name in ENGINES:
         for scene in ("gas-100", "funnel"):
             with contextlib.suppress(Refused):
-                simulate(load(scene), name, steps=10)  # in which balls meet
+                simulate(load(scene), name, steps=10)  # long enough for contacts
 
 
 @pytest.fixture
-def tally() -> Iterator[Tally]:
-    """Print at the end what came of the cases."""
-    tally = Tally()
-    yield tally
-    print(f"\n{tally}")
+def summary() -> Iterator[Summary]:
+    """Print the summary after the test."""
+    summary = Summary()
+    yield summary
+    print(f"\n{summary}")
 
 
 def assert_clear(message: str, files: tuple[Path, ...]) -> None:
-    """Hold each line of a message to say in which file, or which engine, it is, and what; short and printable."""
+    """Assert that each line of a message is short and printable, and begins with a file or an engine."""
     for line in message.removesuffix("\n").split("\n") if message else ():
         assert line.isprintable()
-        where = next((str(file) for file in files if line.startswith(f"{file}:")), "")
-        assert where or line.split(":")[0] in ENGINES, line
-        assert len(line.removeprefix(where)) < 300
+        file = next((str(one) for one in files if line.startswith(f"{one}:")), "")
+        assert file or line.split(":")[0] in ENGINES, line
+        assert len(line.removeprefix(file)) < 300
 
 
 def check(file: Path) -> None:
-    """Do as `sandbox check` does, and run what is not too much for a test in all engines."""
+    """Check a file as `sandbox check` does, and run the scene in all engines if it is small."""
     scene = load(file)
     initial = spawn(scene)
     assert np.isfinite(initial.position).all()
@@ -295,29 +293,29 @@ def check(file: Path) -> None:
 
 
 def replay(scene: Scene, inputs: list[Input]) -> None:
-    """Run ten steps, or half a second, in every engine, each of which takes the scene or refuses it."""
-    if not gentle(scene, inputs):
+    """Run ten steps, or half a second, in every engine, unless it refuses the scene."""
+    if not is_small(scene, inputs):
         return
     steps = min(10, max(1, slowest_rate(scene, inputs) // 2))
     for name in ENGINES:
         with contextlib.suppress(Refused):
             run = simulate(scene, name, steps=steps, inputs=inputs)
-            there = ~np.isnan(run.position[:, :, 0])
-            assert np.isfinite(run.position[there]).all()
-            assert np.isfinite(run.velocity[there]).all()
+            present = ~np.isnan(run.position[:, :, 0])
+            assert np.isfinite(run.position[present]).all()
+            assert np.isfinite(run.velocity[present]).all()
 
 
 def slowest_rate(scene: Scene, inputs: list[Input]) -> int:
     return min(one.rate for one in [scene, *inputs] if isinstance(one, Scene | SetRate))
 
 
-def gentle(scene: Scene, inputs: list[Input]) -> bool:
-    """Tell whether no ball can cross the arena a thousand times in a step, and there are few balls and walls."""
+def is_small(scene: Scene, inputs: list[Input]) -> bool:
+    """Return whether balls and walls are few, and no ball can cross the arena a thousand times in a step."""
     edits = [one for one in inputs if isinstance(one, Edit)]
     rate = slowest_rate(scene, inputs)
     pull = max(math.hypot(*one.gravity) for one in [scene, *edits] if isinstance(one, Scene | SetGravity))
-    thrown = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
-    fastest = max([float(length(spawn(scene).velocity).max()), *thrown]) + 10 * pull / rate
+    speeds = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
+    fastest = max([float(length(spawn(scene).velocity).max()), *speeds]) + 10 * pull / rate
     few = len(scene.bodies) * (1 + len(scene.walls)) * (scene.pymunk.iterations or 10) * scene.pymunk.substeps < 10_000
     return few and fastest < 1_000 * rate * min(scene.arena.size)
 
@@ -325,36 +323,38 @@ def gentle(scene: Scene, inputs: list[Input]) -> bool:
 FUZZ = settings(deadline=None, suppress_health_check=list(HealthCheck))
 
 
-def test_every_scene_file_loads_or_is_refused_in_one_message(folder: Path, compiled: None, tally: Tally) -> None:
-    @FUZZ
+@pytest.mark.parametrize("cases", sizes(100, slow=10_000))
+def test_every_scene_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
+    @settings(FUZZ, max_examples=cases)
     @given(SCENE_FILES)
     def every_file(content: bytes) -> None:
         file = folder / "mine.toml"
         file.write_bytes(content)
-        tally.run(lambda: check(file), (file,))
+        summary.run(lambda: check(file), (file,))
 
     every_file()
 
 
-def test_every_inputs_file_loads_or_is_refused_in_one_message(folder: Path, compiled: None, tally: Tally) -> None:
-    @FUZZ
+@pytest.mark.parametrize("cases", sizes(100, slow=10_000))
+def test_every_inputs_file_loads_or_is_rejected(folder: Path, compiled: None, summary: Summary, cases: int) -> None:
+    @settings(FUZZ, max_examples=cases)
     @given(st.sampled_from(["article", "funnel", "newtons-cradle", "truths/chain-of-five"]), RECORDINGS)
     def every_file(name: str, content: bytes) -> None:
         file = folder / "mine.jsonl"
         file.write_bytes(content)
 
         def read_and_replay() -> None:
-            with contextlib.redirect_stderr(io.StringIO()) as told:
-                scene, inputs = cli._scene_and_inputs(name, file)
-            assert_clear(said(told.getvalue()), (file, scene.file))
+            with contextlib.redirect_stderr(io.StringIO()) as stderr:
+                scene, inputs = scene_and_inputs(name, file)
+            assert_clear(without_notice(stderr.getvalue()), (file, scene.file))
             replay(scene, list(inputs))
 
-        tally.run(read_and_replay, (file,))
+        summary.run(read_and_replay, (file,))
 
     every_file()
 
 
-# --- Files that are made to take long ----------------------------------------------------------------------------
+# --- Files made to take long ------------------------------------------------------------------------------------
 
 ARENA = "[arena]\nsize = [800, 600]\n"
 BALL = "[[balls]]\nradius = 5\nposition = [100, 100]\n"
@@ -377,13 +377,13 @@ TRAPS = {
 
 
 @pytest.mark.parametrize("content", TRAPS.values(), ids=TRAPS)
-def test_a_file_that_is_made_to_take_long_does_not(folder: Path, compiled: None, tally: Tally, content: str) -> None:
+def test_a_file_made_to_take_long_does_not(folder: Path, compiled: None, summary: Summary, content: str) -> None:
     file = folder / "mine.toml"
     file.write_text(content, newline="")
-    tally.run(lambda: check(file), (file,))
+    summary.run(lambda: check(file), (file,))
 
 
-def test_a_million_mistakes_in_inputs_do_not_take_long(folder: Path, tally: Tally) -> None:
+def test_a_million_errors_in_inputs_do_not_take_long(folder: Path, summary: Summary) -> None:
     file = folder / "mine.jsonl"
     file.write_text("x\n" * 900_000)
-    tally.run(lambda: load_inputs(file, load("article")), (file,))
+    summary.run(lambda: load_inputs(file, load("article")), (file,))

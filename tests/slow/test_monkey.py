@@ -1,8 +1,6 @@
-"""A monkey at the window, on a screen that is only in memory: whatever it does, the run equals its replay.
+"""A monkey test of the window, on a screen in memory: whatever the input, the run equals its replay.
 
-    pytest tests/slow/test_monkey.py --hypothesis-profile=thorough
-
-lets it work for ten minutes.
+`pytest -m slow tests/slow/test_monkey.py` goes on for ten minutes.
 """
 
 import os
@@ -13,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 import pygame
 import pytest
+from conftest import sizes
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
@@ -58,7 +57,7 @@ OTHERS: Final = (
     pygame.FINGERMOTION, pygame.JOYBUTTONDOWN, pygame.USEREVENT, pygame.CLIPBOARDUPDATE,
 )  # fmt: skip
 
-shares = st.floats(0, 1)
+fractions = st.floats(0, 1)
 numbers = st.integers(0, 60)
 buttons = st.sampled_from([1, 1, 1, 1, 2, 3, 6, 7])
 places = st.sampled_from(["ball", "widget", "charts", "bar", "pane", "anywhere"])
@@ -67,7 +66,7 @@ sides = st.integers(1, 2000)
 
 
 class Monkey(RuleBasedStateMachine):
-    """What a person, a desktop and an editor do to a window. Time passes by steps, never by the clock."""
+    """Actions of a user, a desktop and an editor on a window. Time passes in steps, never by the clock."""
 
     window: Window
 
@@ -77,21 +76,21 @@ class Monkey(RuleBasedStateMachine):
         self.folder = TemporaryDirectory()
         self.patch.chdir(self.folder.name)
         self.patch.setenv("SDL_VIDEODRIVER", "dummy")
-        self.patch.setattr("sandbox.view.player.BUDGET", -1.0)  # a step a frame, on any machine
+        self.patch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step per frame, on any machine
         for name, text in FILES.items():
             Path(name).write_bytes(text)
         self.down: set[int] = set()  # buttons of the mouse
         self.at = (0, 0)
 
-    @initialize(scene=st.sampled_from(SCENES), engines=st.sampled_from(ENGINES), forgets=st.booleans())
-    def open(self, scene: str, engines: list[str] | None, forgets: bool) -> None:
-        if forgets:
+    @initialize(scene=st.sampled_from(SCENES), engines=st.sampled_from(ENGINES), short_history=st.booleans())
+    def open(self, scene: str, engines: list[str] | None, short_history: bool) -> None:
+        if short_history:
             self.patch.setattr("sandbox.session.history.MAX_RECENT", 8)
             self.patch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 50_000)
         self.window = Window(load(scene), engines)
 
     def teardown(self) -> None:
-        self.window.stop_recording()
+        self.window.recorder.stop()
         self.the_run_equals_the_replay_of_its_recording()
         pygame.display.quit()
         self.patch.undo()
@@ -99,9 +98,9 @@ class Monkey(RuleBasedStateMachine):
 
     def send(self, kind: int, **what: Any) -> None:
         self.window.on_event(Event(kind, what))
-        self.window.running = True  # whatever it said
+        self.window.running = True  # even after an event that quits
 
-    # What a monkey does
+    # Actions
 
     @rule(seconds=st.sampled_from([0.0, 1 / 60, 0.5]), frames=st.integers(1, 40))
     def wait(self, seconds: float, frames: int) -> None:
@@ -117,7 +116,7 @@ class Monkey(RuleBasedStateMachine):
     def key(self, key: int, typed: str, mod: int) -> None:
         self.send(pygame.KEYDOWN, key=key, unicode=typed, mod=mod)
 
-    @rule(what=places, which=numbers, x=shares, y=shares)
+    @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:
         window, layout = self.window, self.window.layout
         place = pygame.Rect((0, 0), layout.window).inflate(1000, 1000)
@@ -128,9 +127,9 @@ class Monkey(RuleBasedStateMachine):
         elif what == "bar":
             place = layout.bar
         elif what != "anywhere":
-            place = layout.arenas[which % len(window.panes)]
+            place = layout.arenas[which % len(window.view.panes)]
         if what == "ball":
-            position = window.panes[which % len(window.panes)].state.position
+            position = window.view.panes[which % len(window.view.panes)].state.position
             bx, by = (position[which % len(position)] * layout.scale).tolist()
             place = pygame.Rect(place.x + round(bx), place.y + round(by), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
@@ -146,24 +145,24 @@ class Monkey(RuleBasedStateMachine):
         self.down.discard(button)
         self.send(pygame.MOUSEBUTTONUP, pos=self.at, button=button)
 
-    @rule(what=places, which=numbers, x=shares, y=shares, moves=st.integers(0, 4), frames=st.integers(1, 5))
+    @rule(what=places, which=numbers, x=fractions, y=fractions, moves=st.integers(0, 4), frames=st.integers(1, 5))
     def drag(self, what: str, which: int, x: float, y: float, moves: int, frames: int) -> None:
-        """Drag from somewhere to anywhere, and keep the button down."""
+        """Drag from a place across panes, and keep the button down."""
         self.move(what, which, x, y)
         self.press(1)
         for k in range(moves):
             self.move("pane", which + k, y, x)
             self.wait(1 / 60, frames)
 
-    @rule(which=numbers, x=shares, y=shares, back=shares)
+    @rule(which=numbers, x=fractions, y=fractions, back=fractions)
     def throw_and_go_back(self, which: int, x: float, y: float, back: float) -> None:
-        """Throw a ball, let it fly, and go back to some time, which may be in the midst of that."""
-        self.window.shelf.close_picker()
-        self.window.player.paused = False
+        """Throw a ball, let it fly, and seek a time, which may be during the throw."""
+        self.window.scenes.close_picker()
+        self.window.playback.paused = False
         self.drag("ball", which, x, y, 4, 5)
         self.let_go(1)
         self.wait(1 / 60, 10)
-        self.window.player.seek(round(back * self.window.stage.session.end))
+        self.window.playback.seek(round(back * self.window.view.session.end))
 
     @rule(y=st.integers(-3, 3))
     def turn_the_wheel(self, y: int) -> None:
@@ -172,12 +171,12 @@ class Monkey(RuleBasedStateMachine):
             self.send(kind, pos=self.at, button=4 if y > 0 else 5)
 
     @rule()
-    def look_elsewhere(self) -> None:
-        self.down.clear()  # what is let go there is not told
+    def lose_focus(self) -> None:
+        self.down.clear()  # a release elsewhere sends no event
         self.send(pygame.WINDOWFOCUSLOST)
 
     @rule(kind=st.sampled_from(OTHERS))
-    def be_told_of_something(self, kind: int) -> None:
+    def send_another_event(self, kind: int) -> None:
         self.send(kind)
 
     @rule(size=st.one_of(st.tuples(sides, sides), st.sampled_from([(1, 1), (5000, 20), (20, 3000)])))
@@ -196,8 +195,8 @@ class Monkey(RuleBasedStateMachine):
         Path(name).unlink(missing_ok=True)
         if text is not None:
             Path(name).write_text(text)
-        self.window.shelf._looks_at = 0.0
-        self.window.shelf.look_at_file()
+        self.window.scenes._next_check = 0.0
+        self.window.scenes.reload_if_edited()
 
     @rule(words=st.sampled_from(["mine", "odd", "cradle", "zzz", ""]))
     def pick(self, words: str) -> None:
@@ -206,26 +205,26 @@ class Monkey(RuleBasedStateMachine):
         self.window.frame(1 / 60)
         self.key(pygame.K_RETURN, "\r", 0)
 
-    # What must be
+    # Properties
 
     @rule()
     def the_run_equals_the_replay_of_its_recording(self) -> None:
-        window, session = self.window, self.window.stage.session
-        window.player.settle()
+        window, session = self.window, self.window.view.session
+        window.playback.settle()
         start = Start(scene=window.scene.name, seed=window.scene.seed, rate=window.scene.rate)
         write_inputs([start, *session.given(), End(step=session.step)], Path("inputs.jsonl"))
         inputs = load_inputs(Path("inputs.jsonl"), window.scene)
-        assert window.stage.moment.step == session.step
-        for name, state in window.stage.moment.states.items():
+        assert window.view.moment.step == session.step
+        for name, state in window.view.moment.states.items():
             replay = simulate(window.scene, name, steps=session.step, inputs=inputs)
-            assert replay.position[-1, window.stage.moment.balls].tobytes() == state.position.tobytes()
-            assert replay.velocity[-1, window.stage.moment.balls].tobytes() == state.velocity.tobytes()
+            assert replay.position[-1, window.view.moment.balls].tobytes() == state.position.tobytes()
+            assert replay.velocity[-1, window.view.moment.balls].tobytes() == state.velocity.tobytes()
 
-    @rule(charts=shares, which=numbers, keys=st.lists(st.sampled_from(CONTROLS[:5])))
-    def who_only_looks_changes_nothing(self, charts: float, which: int, keys: list[Control]) -> None:
+    @rule(charts=fractions, which=numbers, keys=st.lists(st.sampled_from(CONTROLS[:5])))
+    def looking_records_no_inputs(self, charts: float, which: int, keys: list[Control]) -> None:
         self.let_go(1)
-        before = list(self.window.stage.session.inputs)
-        if not self.window.shelf.picker:
+        before = list(self.window.view.session.inputs)
+        if not self.window.scenes.picker:
             for control in keys:
                 self.window.do(control)
             self.drag("charts", 0, charts, 0.5, 0, 1)
@@ -233,37 +232,42 @@ class Monkey(RuleBasedStateMachine):
         self.move("ball", which, 0.5, 0.5)
         self.send(pygame.WINDOWFOCUSLOST)
         self.wait(1 / 60, 3)
-        assert self.window.stage.session.inputs == before
+        assert self.window.view.session.inputs == before
 
     @rule()
-    def what_is_undone_is_done_again_as_it_was(self) -> None:
-        session = self.window.stage.session
+    def redo_restores_what_undo_removed(self) -> None:
+        session = self.window.view.session
         self.let_go(1)
-        self.window.player.seek(session.end)
+        self.window.playback.seek(session.end)
         before = list(session.inputs)
         if session.undo():
             assert len(session.inputs) < len(before)
             assert session.redo()
         assert session.inputs == before
-        self.window.player.settle()
+        self.window.playback.settle()
 
     @invariant()
-    def all_is_somewhere_and_can_be_drawn(self) -> None:
+    def every_state_is_finite_and_can_be_drawn(self) -> None:
         self.window.frame(0.0)
-        for state in self.window.stage.moment.states.values():
+        for state in self.window.view.moment.states.values():
             assert np.isfinite([state.position, state.velocity]).all()
 
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.holds, self.window.scrubs, self.window.toolbar.held) == (False, False, None)
+            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (
+                False,
+                False,
+                None,
+            )
 
 
-def test_whatever_is_done_to_the_window_the_run_equals_its_replay() -> None:
+@pytest.mark.parametrize("examples", sizes(8, slow=833))
+def test_whatever_the_input_the_run_equals_its_replay(examples: int) -> None:
     run_state_machine_as_test(
         Monkey,
         settings=settings(
-            max_examples=settings().max_examples // 12,
+            max_examples=examples,
             deadline=None,
             suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
         ),

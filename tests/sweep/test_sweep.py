@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import NO_KEY, REQUIRED, Command, said, scene_of
+from conftest import NO_KEY, REQUIRED, Command, scene_of, without_notice
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
@@ -71,7 +71,7 @@ def begun(*arguments: str, program: str = "", **environment: str) -> subprocess.
 
 def done(process: subprocess.Popen[str]) -> tuple[int, str, str]:
     out, error = process.communicate(timeout=120)
-    return process.returncode, out, said(error)
+    return process.returncode, out, without_notice(error)
 
 
 # What a row is

@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 import pygame
 import pytest
-from conftest import need
+from conftest import require
 
 from sandbox.run.edits import AddBall
 from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
@@ -43,10 +44,10 @@ ENGINES = ("pymunk", "article")
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    need("Xvfb", "xdotool")
+    require("Xvfb", "xdotool")
     read, write = os.pipe()
     server = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1600x900x24", "-nolisten", "tcp"]
-    server.append("-noreset")  # or it begins anew when a client leaves, and a window that opens then finds none
+    server.append("-noreset")  # or it restarts when a client leaves, and a window that opens then finds no server
     with subprocess.Popen(server, pass_fds=[write], stderr=subprocess.DEVNULL) as xvfb:
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -56,7 +57,7 @@ def display() -> Iterator[str]:
 
 @dataclass
 class Desktop:
-    """A running sandbox, and a hand on its mouse and keyboard."""
+    """A running sandbox, driven by mouse and keyboard."""
 
     environment: dict[str, str]
     process: subprocess.Popen[bytes]
@@ -69,17 +70,17 @@ class Desktop:
         return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
 
     def wait_for(self, found: Callable[[], object], seconds: float = 30) -> object:
-        """Wait for something to be there, for as long as a slow machine may need."""
+        """Wait until a function returns something true, for as long as a slow machine may need."""
         for _ in range(round(20 * seconds)):
             result = found()
             if result:
                 return result
             assert self.process.poll() is None, "the sandbox stopped"
             time.sleep(0.05)
-        raise TimeoutError("waited in vain")
+        raise TimeoutError(f"nothing after {seconds} s")
 
     def open(self) -> None:
-        """Wait until the first frame is there, and keys reach the window: they are lost before it is ready."""
+        """Wait until keys reach the window: they are lost before it is ready."""
         for _ in range(10):
             self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
             self.xdo("windowfocus", "--sync", self.window, "key", "F12")
@@ -89,7 +90,7 @@ class Desktop:
         raise TimeoutError("no key reached the window")
 
     def picture(self) -> pygame.Surface:
-        """Have the sandbox save a picture, and load it."""
+        """Save a picture with the sandbox, and load it."""
         for old in self.folder.glob("*.png"):
             old.unlink()
         self.xdo("key", "F12")
@@ -106,7 +107,7 @@ class Desktop:
             return Window(self.scene, None).layout_in(size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
-        """Turn a place of the scene into one of the window."""
+        """Turn a place of the scene into a point of the window."""
         arena, scale = self.layout.arenas[pane], self.layout.scale
         return round(arena.x + x * scale), round(arena.y + y * scale)
 
@@ -124,7 +125,7 @@ class Desktop:
         return self.xdo("getwindowname", self.window) == title
 
     def save(self) -> Path:
-        """Have the sandbox save the balls as a scene; return its file."""
+        """Save the balls as a scene with the sandbox; return its file."""
         before = set(self.folder.glob("*.toml"))
         self.key("s")
         self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
@@ -132,7 +133,7 @@ class Desktop:
         return file
 
     def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the toolbar to a share of its way."""
+        """Drag a slider of the toolbar to a share of its track."""
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("SDL_VIDEODRIVER", "dummy")
             widgets = Window(self.scene, None).toolbar.widgets
@@ -153,7 +154,7 @@ class Desktop:
 
 @pytest.fixture(scope="module", autouse=True)
 def _compiled() -> None:
-    """Compile what the window runs, or it would stand still while a ball is dragged in it."""
+    """Compile the engines first: the window stands still while they are compiled."""
     session = Session(parse(SCENE, "scene.toml"), ENGINES)
     for _ in range(10):
         session.advance()
@@ -203,12 +204,11 @@ def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Des
         assert run.position[-1, 1].tolist() == [600, 500]
 
 
-def test_a_ball_let_go_in_motion_keeps_flying(desktop: Desktop) -> None:
+def test_a_ball_released_in_motion_keeps_flying(desktop: Desktop) -> None:
     desktop.press(200, 300, pane=1)
-    for x in range(200, 401, 10):
-        desktop.move(x, 300, pane=1)
-        time.sleep(0.02)
-    desktop.xdo("mouseup", 1)
+    start, end = desktop.point(200, 300, pane=1), desktop.point(400, 300, pane=1)
+    moves = [("mousemove", "--window", desktop.window, x, start[1], "sleep", 0.02) for x in range(start[0], end[0], 8)]
+    desktop.xdo(*chain.from_iterable(moves), "mouseup", 1)  # in one command, or the ball comes to rest between two
     time.sleep(0.3)
     inputs = desktop.quit()
     [released] = [given.step for given in inputs if isinstance(given, Release)]
@@ -219,7 +219,7 @@ def test_a_ball_let_go_in_motion_keeps_flying(desktop: Desktop) -> None:
         assert run.velocity[-1, 0].tolist() == run.velocity[released, 0].tolist()
 
 
-def test_a_drag_far_outside_the_window_leaves_the_ball_in_the_arena_and_lets_go_there(desktop: Desktop) -> None:
+def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_it_there(desktop: Desktop) -> None:
     desktop.press(200, 300)
     for x, y in ((300, 300), (600, 200), (700, -200)):
         desktop.move(x, y)
@@ -237,7 +237,7 @@ def test_a_drag_far_outside_the_window_leaves_the_ball_in_the_arena_and_lets_go_
         assert run.position[-1, 0] == pytest.approx([780, 20], abs=1)
 
 
-def test_losing_the_focus_lets_go(desktop: Desktop) -> None:
+def test_losing_the_focus_releases_the_ball(desktop: Desktop) -> None:
     desktop.press(200, 300)
     desktop.move(300, 300)
     time.sleep(0.2)
@@ -260,7 +260,7 @@ def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
             assert tuple(shown.get_at(desktop.point(600, 510, pane)))[:3] == rgb("#0072b2")
 
 
-def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -> None:
+def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop) -> None:
     desktop.key("slash")
     desktop.xdo("type", "--delay", 30, "bounci")
     desktop.key("Return", "p")
@@ -278,7 +278,7 @@ def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -
     desktop.key(*["Left"] * 10)
     assert desktop.save().read_bytes() == paused_at.read_bytes()
 
-    # A ball is dragged and thrown; another is added; the elasticity is changed, and that undone.
+    # A ball is dragged and thrown, another is added, the elasticity is changed, and that is undone.
     x, y = load(paused_at).balls[0].position or (0, 0)
     desktop.key("p")
     desktop.press(x, y)
@@ -299,7 +299,7 @@ def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -
     assert load(with_slider).arena.elasticity == pytest.approx(0.9**0.5)
     assert [len(load(file).bodies) for file in (paused_at, with_ball)] == [3, 4]
 
-    # The start is where it was, and so is the end; both load as they were shown, and the replay agrees.
+    # Start and end are unchanged; both load as they were shown, and the replay agrees.
     strip = desktop.layout.strip
     desktop.xdo("mousemove", "--window", desktop.window, strip.x + 2, strip.centery, "click", 1)
     start = load(desktop.save())
@@ -315,7 +315,7 @@ def test_a_session_with_scenes_time_edits_and_what_was_saved(desktop: Desktop) -
         assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
 
 
-def test_an_edited_file_runs_at_once_and_a_mistake_leaves_what_runs(desktop: Desktop) -> None:
+def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(desktop: Desktop) -> None:
     file = desktop.folder / "scene.toml"
     for k in range(20):
         broken = k % 4 == 1

@@ -1,4 +1,4 @@
-"""The toolbar: each widget by the mouse alone, and by the keyboard alone."""
+"""The toolbar's widgets work by mouse alone and by keyboard alone."""
 
 import math
 from dataclasses import dataclass, field
@@ -9,19 +9,21 @@ import pytest
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.controls import CONTROLS, Control
-from sandbox.view.icon import ICONS, icon
-from sandbox.view.toolbar import ON, Button, Slider, Toolbar
+from sandbox.view.controls import CONTROLS, Action, Control, Group
+from sandbox.view.icons import ICONS, icon
+from sandbox.view.layers import Layer
+from sandbox.view.palette import ACCENT
+from sandbox.view.toolbar import Button, Slider, Toolbar
 
 STOPS = (0.0, 0.25, 0.5, 1.0)
 PLACES = [Rect(10, 10, 30, 30), Rect(50, 10, 30, 30), Rect(100, 10, 150, 30)]
 
 
 @dataclass
-class Told:
-    """What a toolbar's widgets were told."""
+class Calls:
+    """What a toolbar's widgets have called."""
 
-    done: list[str] = field(default_factory=list)
+    done: list[Action | Layer] = field(default_factory=list)
     on: bool = False
     value: float = 0.25
 
@@ -33,15 +35,16 @@ class Told:
 
 
 @pytest.fixture
-def told() -> Told:
-    return Told()
+def calls() -> Calls:
+    return Calls()
 
 
 @pytest.fixture
-def toolbar(told: Told) -> Toolbar:
+def toolbar(calls: Calls) -> Toolbar:
     pause, grid = (next(c for c in CONTROLS if c.icon == name) for name in ("pause", "grid"))
-    buttons = [Button(control, told.do, lambda _: told.on) for control in (pause, grid)]
-    return Toolbar([*buttons, Slider("see", "bounce", "how bouncy", STOPS, lambda: told.value, told.choose, "!")])
+    buttons = [Button(control, calls.do, lambda _: calls.on) for control in (pause, grid)]
+    slider = Slider(Group.LAYERS, "bounce", "how bouncy", STOPS, lambda: calls.value, calls.choose, "!")
+    return Toolbar([*buttons, slider])
 
 
 def mouse(toolbar: Toolbar, what: int, x: int, y: int = 20) -> bool:
@@ -52,46 +55,46 @@ def key(toolbar: Toolbar, code: int, mod: int = 0) -> bool:
     return toolbar.on_event(Event(pygame.KEYDOWN, key=code, mod=mod, unicode=""), PLACES)
 
 
-def test_a_click_on_a_button_does_it_once(toolbar: Toolbar, told: Told) -> None:
+def test_a_click_on_a_button_does_its_action_once(toolbar: Toolbar, calls: Calls) -> None:
     assert mouse(toolbar, pygame.MOUSEBUTTONDOWN, 20)
     mouse(toolbar, pygame.MOUSEMOTION, 22)
     mouse(toolbar, pygame.MOUSEBUTTONUP, 22)
-    assert told.done == ["pause"]
-    assert not mouse(toolbar, pygame.MOUSEBUTTONDOWN, 45)  # between two
+    assert calls.done == [Action.PAUSE]
+    assert not mouse(toolbar, pygame.MOUSEBUTTONDOWN, 45)  # between two buttons
     assert not mouse(toolbar, pygame.MOUSEBUTTONDOWN, 20, y=300)
-    assert told.done == ["pause"]
+    assert calls.done == [Action.PAUSE]
 
 
-def test_a_slider_follows_the_mouse_until_it_is_let_go(toolbar: Toolbar, told: Told) -> None:
+def test_a_slider_follows_the_mouse_until_its_release(toolbar: Toolbar, calls: Calls) -> None:
     mouse(toolbar, pygame.MOUSEBUTTONDOWN, 175)
-    assert told.value in (0.25, 0.5)  # the middle of four
+    assert calls.value in (0.25, 0.5)  # the middle of four
     for x, value in ((240, 1.0), (500, 1.0), (155, 0.25), (-50, 0.0)):
         assert mouse(toolbar, pygame.MOUSEMOTION, x)
-        assert told.value == value
+        assert calls.value == value
     mouse(toolbar, pygame.MOUSEBUTTONUP, 0)
     assert not mouse(toolbar, pygame.MOUSEMOTION, 240)
-    assert told.value == 0.0
+    assert calls.value == 0.0
 
 
-def test_losing_the_focus_lets_a_slider_go(toolbar: Toolbar, told: Told) -> None:
+def test_losing_the_focus_releases_a_slider(toolbar: Toolbar, calls: Calls) -> None:
     mouse(toolbar, pygame.MOUSEBUTTONDOWN, 240)
     toolbar.on_event(Event(pygame.WINDOWFOCUSLOST), PLACES)
     mouse(toolbar, pygame.MOUSEMOTION, 110)
-    assert told.value == 1.0
+    assert calls.value == 1.0
 
 
-def test_the_keyboard_alone_reaches_everything(toolbar: Toolbar, told: Told) -> None:
+def test_the_keyboard_alone_reaches_everything(toolbar: Toolbar, calls: Calls) -> None:
     assert not key(toolbar, pygame.K_RETURN)  # nothing has the focus
     key(toolbar, pygame.K_TAB)
     key(toolbar, pygame.K_RETURN)
     key(toolbar, pygame.K_TAB)
     assert not key(toolbar, pygame.K_RIGHT)  # is the window's while a button has the focus
     key(toolbar, pygame.K_KP_ENTER)
-    assert told.done == ["pause", "show"]
+    assert calls.done == [Action.PAUSE, Layer.GRID]
     key(toolbar, pygame.K_TAB)
     for code, value in ((pygame.K_RIGHT, 0.5), (pygame.K_UP, 1.0), (pygame.K_RIGHT, 1.0), (pygame.K_LEFT, 0.5)):
         assert key(toolbar, code)
-        assert told.value == value
+        assert calls.value == value
     key(toolbar, pygame.K_TAB)
     assert toolbar.focus == 0
     key(toolbar, pygame.K_TAB, pygame.KMOD_LSHIFT)
@@ -101,7 +104,7 @@ def test_the_keyboard_alone_reaches_everything(toolbar: Toolbar, told: Told) -> 
     assert not key(toolbar, pygame.K_ESCAPE)
 
 
-def test_keys_that_a_widget_does_not_know_are_the_window_s(toolbar: Toolbar, told: Told) -> None:
+def test_keys_that_a_widget_does_not_handle_are_left_to_the_window(toolbar: Toolbar, calls: Calls) -> None:
     for toolbar.focus in range(3):
         assert not key(toolbar, pygame.K_SPACE)
     toolbar.focus = 2
@@ -114,23 +117,22 @@ def test_the_mouse_takes_the_focus_from_the_keyboard(toolbar: Toolbar) -> None:
     assert toolbar.focus is None
 
 
-def test_a_slider_at_the_fastest_has_its_knob_there_and_goes_on_from_there() -> None:
-    """It stood at the slowest, and the arrow to the left went there."""
-    told = Told(value=math.inf)
-    slider = Slider("time", "speed", "how fast", (0.5, 1.0, 2.0, math.inf), lambda: told.value, told.choose)
+def test_a_slider_at_infinity_has_its_knob_at_the_end_and_steps_back_from_there() -> None:
+    calls = Calls(value=math.inf)
+    slider = Slider(Group.TIME, "speed", "how fast", (0.5, 1.0, 2.0, math.inf), lambda: calls.value, calls.choose)
     place, surface = Rect(0, 0, 140, 30), Surface((140, 30))
     slider.draw(surface, place, hot=False)
-    knob = [x for x in range(140) if surface.get_at((x, 21)) == ON]
+    knob = [x for x in range(140) if surface.get_at((x, 21)) == ACCENT]
     assert min(knob) > 120
     slider.key(pygame.K_LEFT)
-    assert told.value == 2.0
+    assert calls.value == 2.0
 
 
-def test_a_slider_at_a_value_of_none_of_its_stops_goes_on_from_the_nearest(toolbar: Toolbar, told: Told) -> None:
-    told.value = 0.9
+def test_a_slider_between_two_values_steps_from_the_nearest(toolbar: Toolbar, calls: Calls) -> None:
+    calls.value = 0.9
     toolbar.focus = 2
     key(toolbar, pygame.K_LEFT)
-    assert told.value == 0.5
+    assert calls.value == 0.5
 
 
 def test_widths_are_grouped(toolbar: Toolbar) -> None:
@@ -143,9 +145,9 @@ def drawn(toolbar: Toolbar) -> Surface:
     return surface
 
 
-def test_what_is_on_looks_otherwise(toolbar: Toolbar, told: Told) -> None:
+def test_buttons_that_are_on_look_different(toolbar: Toolbar, calls: Calls) -> None:
     off = pygame.surfarray.array3d(drawn(toolbar))
-    told.on = True
+    calls.on = True
     on = pygame.surfarray.array3d(drawn(toolbar))
     changed = (off != on).any(axis=2)
     for place in PLACES[:2]:
@@ -153,17 +155,17 @@ def test_what_is_on_looks_otherwise(toolbar: Toolbar, told: Told) -> None:
     assert not changed[PLACES[2].x :].any()
 
 
-def test_the_knob_stands_at_the_value(toolbar: Toolbar, told: Told) -> None:
+def test_the_knob_is_drawn_at_the_value(toolbar: Toolbar, calls: Calls) -> None:
     knobs = []
     for value in STOPS:
-        told.value = value
+        calls.value = value
         knob = np.nonzero((pygame.surfarray.array3d(drawn(toolbar)) == (0x56, 0xB4, 0xE9)).all(axis=2))[0]
         knobs.append(knob.mean())
     assert knobs == pytest.approx([110 + k * 130 / 3 for k in range(4)], abs=1)
 
 
 @pytest.mark.parametrize("index", [0, 1, 2])
-def test_a_tooltip_stands_below_its_widget_with_what_it_does_and_its_key(toolbar: Toolbar, index: int) -> None:
+def test_a_tooltip_is_drawn_below_its_widget_with_its_effect_and_its_key(toolbar: Toolbar, index: int) -> None:
     surface = drawn(toolbar)
     before = pygame.surfarray.array3d(surface)
     mouse(toolbar, pygame.MOUSEMOTION, PLACES[index].centerx)
@@ -171,7 +173,7 @@ def test_a_tooltip_stands_below_its_widget_with_what_it_does_and_its_key(toolbar
     x, y = np.nonzero((pygame.surfarray.array3d(surface) != before).any(axis=2))
     assert y.min() >= PLACES[index].bottom
     assert x.min() >= PLACES[index].x
-    tips = ["pause, and go on  (Space, P)", "lines of a grid  (L)", "how bouncy: 0.25!"]
+    tips = ["pause or resume  (Space, P)", "grid lines  (L)", "how bouncy: 0.25!"]
     assert toolbar.widgets[index].tip == tips[index]
     toolbar.on_event(Event(pygame.WINDOWLEAVE), PLACES)
     again = drawn(toolbar)
@@ -189,7 +191,7 @@ def test_every_icon_is_drawn_and_no_two_are_alike() -> None:
         assert 0.05 < covered.mean() < 0.6, name
 
 
-def test_keys_are_of_one_control_each() -> None:
+def test_each_key_belongs_to_one_control() -> None:
     keys = [(key, control.shift) for control in CONTROLS for key in control.keys]
     typed = [character for control in CONTROLS for character in control.typed]
     assert len(set(keys)) == len(keys)

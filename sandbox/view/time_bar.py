@@ -1,4 +1,4 @@
-"""The bar of time: where one is in a run, for windows without charts."""
+"""The time bar: where the current step is in a run. It is for windows without charts."""
 
 import pygame
 from pygame import Rect, Surface
@@ -6,8 +6,8 @@ from pygame import Rect, Surface
 from sandbox.view.palette import FAINT, INK, RAISED
 
 
-def draw_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
-    """Draw how far a step is on the way to the furthest that was reached."""
+def draw_time_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
+    """Draw a step between the start and the latest step reached."""
     if not place.height:
         return
     knob = place.height // 2
@@ -19,7 +19,7 @@ def draw_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
 
 
 def step_at(place: Rect, x: int, end: int) -> int:
-    """Return the step that the bar has at x, px of the window."""
+    """Return the step that a bar at a place shows at x, px of the window. end: the latest step reached."""
     knob = place.height // 2
     share = (x - place.x - knob) / max(1, place.width - 2 * knob)
     return round(min(max(share, 0.0), 1.0) * end)

@@ -1,4 +1,4 @@
-"""The picker of scenes: previews, found by typing."""
+"""The scene picker: previews of scenes, found by typing."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,14 +15,13 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene, rgb
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
-from sandbox.view.draw import panel, text_width, write
-from sandbox.view.palette import FAINT, INK, RAISED, SKY
+from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
 from sandbox.view.pane import draw_scene
+from sandbox.view.primitives import panel, text_width, write
 
-TILE: Final = 12  # width of a preview with its name, in heights of the text
-SHAPE: Final = 0.65  # of a preview: its height, as a share of its width
-MOST: Final = 200  # files of a folder that are offered
-ON: Final = pygame.Color(SKY)
+TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
+PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
+MAX_FILES: Final = 200  # of a folder that are listed
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Entry:
 
     @cached_property
     def words(self) -> str:
-        """What a search looks through: the name, and all that the file says."""
+        """The text that is searched: the name, and the whole file."""
         try:
             with self.file.open("rb") as file:
                 return f"{self.name} {file.read(MAX_BYTES).decode(errors='replace')}".lower()
@@ -43,16 +42,19 @@ class Entry:
 
 
 def entries(folder: Path) -> list[Entry]:
-    """List the scenes of a folder, then those that come with the sandbox."""
-    come_with = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
-    known = {entry.file.resolve() for entry in come_with}
+    """List the scenes of a folder, then the bundled ones."""
+    examples = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
+    known = {entry.file.resolve() for entry in examples}
     files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
-    own = [Entry(printable(file.name), file) for file in files[:MOST]]
-    return [entry for entry in own if "[[balls]]" in entry.words] + come_with
+    own = [Entry(printable(file.name), file) for file in files[:MAX_FILES]]
+    return [entry for entry in own if "[[balls]]" in entry.words] + examples
 
 
-class Picker:
-    """A grid of scenes over the whole window, while it is open."""
+class ScenePicker:
+    """A grid of scenes over the whole window.
+
+    choose: runs the scene of a file. close: closes the picker.
+    """
 
     def __init__(self, choose: Callable[[Path], None], close: Callable[[], None]) -> None:
         self._choose = choose
@@ -66,18 +68,18 @@ class Picker:
 
     @property
     def found(self) -> list[Entry]:
-        """The scenes that have every word that was typed."""
+        """The scenes that contain every typed word."""
         words = self.typed.lower().split()
         return [entry for entry in self._entries if all(word in entry.words for word in words)]
 
     def fit(self, window: Rect, text_height: int) -> None:
-        """Fill a window with text of some height, px."""
+        """Set the window that the picker fills, and the height of its text, px."""
         self._window, self._text_height = window, text_height
 
-    # What mouse and keys do
+    # Events
 
     def on_event(self, event: Event) -> None:
-        """Do what an event asks for."""
+        """Handle an event."""
         if event.type == pygame.KEYDOWN:
             self._on_key(event)
         elif event.type == pygame.MOUSEWHEEL:
@@ -116,16 +118,16 @@ class Picker:
         if found:
             self._choose(found[self.chosen].file)
 
-    # Where things stand
+    # Layout
 
     @property
     def columns(self) -> int:
-        """How many previews stand side by side."""
-        return max(1, (self._window.width - self._pad) // (TILE * self._text_height + self._pad))
+        """How many previews are side by side."""
+        return max(1, (self._window.width - self._pad) // (TILE_WIDTH * self._text_height + self._pad))
 
     @property
     def rows(self) -> int:
-        """How many rows of previews there is room for."""
+        """How many rows of previews fit into the window."""
         return max(1, (self._window.height - self._head - self._pad) // (self._tile_height + self._pad))
 
     @property
@@ -142,43 +144,47 @@ class Picker:
 
     @property
     def _tile_height(self) -> int:
-        return round(TILE * self._text_height * SHAPE) + round(2 * 1.4 * self._text_height)
+        return round(TILE_WIDTH * self._text_height * PREVIEW_HEIGHT) + round(2 * 1.4 * self._text_height)
 
     def places(self) -> list[tuple[int, Rect]]:
-        """Return which scenes are seen, and where."""
+        """Return the visible scenes, by their number in `found`, and their places."""
         row = self.chosen // self.columns
         self._first_row = min(max(self._first_row, row - self.rows + 1), row)
-        seen = range(self._first_row * self.columns, (self._first_row + self.rows) * self.columns)
+        visible = range(self._first_row * self.columns, (self._first_row + self.rows) * self.columns)
         places = []
-        for index in seen[: max(0, len(self.found) - seen.start)]:
-            down, across = divmod(index - seen.start, self.columns)
+        for index in visible[: max(0, len(self.found) - visible.start)]:
+            down, across = divmod(index - visible.start, self.columns)
             x = self._window.x + self._pad + across * (self._tile_width + self._pad)
             y = self._window.y + self._head + down * (self._tile_height + self._pad)
             places.append((index, Rect(x, y, self._tile_width, self._tile_height)))
         return places
 
-    # What is shown
+    # Drawing
 
     def draw(self, surface: Surface) -> None:
-        """Draw the search and the previews."""
-        height = self._text_height
+        """Draw the search field and the previews."""
         panel(surface, self._window)
+        self._draw_search(surface)
         found = self.found
+        for index, place in self.places():
+            self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
+
+    def _draw_search(self, surface: Surface) -> None:
+        """Draw the field with the typed text, and the number of scenes found."""
+        height = self._text_height
         field = Rect(
             self._window.x + self._pad, self._window.y + height, self._window.width - 2 * self._pad, 2 * height
         )
         pygame.draw.rect(surface, RAISED, field, border_radius=height // 3)
         line = field.inflate(-height, 0)
-        said = self.typed or "type to search; arrows and Enter, or a click, choose; Esc closes"
-        end = write(surface, said, line, INK if self.typed else FAINT, height)
+        text = self.typed or "type to search; choose with arrows and Enter, or a click; Esc closes"
+        end = write(surface, text, line, INK if self.typed else FAINT, height)
         if self.typed:
             surface.fill(INK, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3)))
-        count = f"{len(found)} of {len(self._entries)}"
+        count = f"{len(self.found)} of {len(self._entries)}"
         count_place = Rect(line.right - text_width(count, height), line.y, text_width(count, height), line.height)
         if count_place.x > end + height:
             write(surface, count, count_place, FAINT, height)
-        for index, place in self.places():
-            self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
 
     def _draw_tile(self, surface: Surface, entry: Entry, place: Rect, *, chosen: bool) -> None:
         height = self._text_height
@@ -186,7 +192,7 @@ class Picker:
         picture = preview(entry.file, (place.width, place.height - 2 * text.height), height)
         if chosen:
             pygame.draw.rect(surface, RAISED, place.inflate(height, height // 2), border_radius=height // 3)
-            pygame.draw.rect(surface, ON, place.inflate(height, height // 2), 2, border_radius=height // 3)
+            pygame.draw.rect(surface, ACCENT, place.inflate(height, height // 2), 2, border_radius=height // 3)
         surface.blit(picture.surface, place)
         text.y = place.bottom - 2 * text.height
         write(surface, entry.name, text, INK, height)
@@ -196,7 +202,7 @@ class Picker:
 
 @dataclass(frozen=True)
 class Preview:
-    """What is shown of a scene before it is chosen."""
+    """A scene's picture and title in the picker."""
 
     surface: Surface
     title: str
@@ -204,14 +210,14 @@ class Preview:
 
 @lru_cache(maxsize=256)
 def preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
-    """Draw a scene's start in a small picture; or what is wrong with the scene."""
+    """Draw a scene's start in a small picture, or write its first error there."""
     surface = Surface(size, pygame.SRCALPHA)
     try:
         loaded = load(file)
         _draw_start(surface, loaded)
-    except SandboxError as mistake:
-        write(surface, str(mistake).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
-        return Preview(surface, "has a mistake")
+    except SandboxError as error:
+        write(surface, str(error).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
+        return Preview(surface, "has errors")
     return Preview(surface, loaded.title)
 
 

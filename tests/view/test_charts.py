@@ -1,4 +1,4 @@
-"""Charts: what is kept of a run, and that lines, marks and the cursor stand where the numbers say."""
+"""Charts keep samples of a run, and draw lines, marks and the cursor where the numbers say."""
 
 import math
 from collections.abc import Callable
@@ -14,7 +14,8 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.monitor import Marks
 from sandbox.state import Floats, State
-from sandbox.view.chart import CAPACITY, HEADROOM, ChartData, Charts, Series
+from sandbox.view.chart_data import CAPACITY, ChartData, Series
+from sandbox.view.charts import HEADROOM, Charts
 from sandbox.view.palette import Line, palette
 
 PLACE = Rect(0, 0, 900, 300)
@@ -29,7 +30,7 @@ def scene() -> Scene:
 
 
 def states(scene: Scene, time: float = 0.0, **velocity: float) -> dict[str, State]:
-    """Make states at a time in which the first ball flies so fast, and is as many px along."""
+    """Make states at a time, one per engine: the first ball's speed, px/s, is also its distance from 200 px."""
     made = {}
     for name, speed in velocity.items():
         position, flight = np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
@@ -40,7 +41,7 @@ def states(scene: Scene, time: float = 0.0, **velocity: float) -> dict[str, Stat
 def run(scene: Scene, seconds: int, course: Callable[[float], dict[str, float]]) -> Charts:
     charts = Charts(ChartData(scene, states(scene, **course(0.0))))
     for step in range(1, seconds * scene.rate + 1):
-        charts.history.add(step, states(scene, step / scene.rate, **course(step / scene.rate)))
+        charts.data.add(step, states(scene, step / scene.rate, **course(step / scene.rate)))
     return charts
 
 
@@ -63,7 +64,7 @@ def row(plot: Rect, low: float, high: float, value: float) -> float:
     return plot.bottom - 1 - (value - low) / ((high - low) * HEADROOM) * (plot.height - 1)
 
 
-def test_a_series_keeps_an_hour_of_steps_in_bounded_memory_and_evenly() -> None:
+def test_a_series_keeps_an_hour_of_steps_evenly_in_bounded_memory() -> None:
     series = Series(2)
     hour = 3600 * 60
     for step in range(hour):
@@ -77,7 +78,7 @@ def test_a_series_keeps_an_hour_of_steps_in_bounded_memory_and_evenly() -> None:
     assert np.array_equal(series.rows, np.column_stack([series.steps, -series.steps]))
 
 
-def test_what_was_before_is_not_sampled_again_until_it_is_cut() -> None:
+def test_earlier_steps_are_not_sampled_again_until_the_series_is_cut() -> None:
     series = Series(1)
     for step in range(10):
         series.add(step, [step])
@@ -89,36 +90,33 @@ def test_what_was_before_is_not_sampled_again_until_it_is_cut() -> None:
 
 
 def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None:
-    history = ChartData(scene, states(scene, pymunk=60, article=60))
-    history.add(1, states(scene, pymunk=90, article=30))
-    assert history.of(0)[1].tolist() == pytest.approx([100 * 1.5**2, 100 * 0.5**2])
-    assert history.of(1)[1].tolist() == pytest.approx([60 / math.sqrt(2), 0])  # over two balls
-    assert history.of(2)[1].tolist() == [90, 30]
+    data = ChartData(scene, states(scene, pymunk=60, article=60))
+    data.add(1, states(scene, pymunk=90, article=30))
+    assert data.of(0)[1].tolist() == pytest.approx([100 * 1.5**2, 100 * 0.5**2])
+    assert data.of(1)[1].tolist() == pytest.approx([60 / math.sqrt(2), 0])  # over two balls
+    assert data.of(2)[1].tolist() == [90, 30]
 
 
 @pytest.mark.parametrize(
     ("engines", "reference"),
     [(["pymunk", "impulse"], "impulse"), (["exact", "pymunk"], "exact"), (["pymunk", "exact", "impulse"], "exact")],
 )
-def test_the_yardstick_is_the_exact_engine_where_it_is_shown_and_else_the_last(
-    engines: list[str], reference: str
-) -> None:
-    history = ChartData(load("head-on"), Lockstep(load("head-on"), engines).states())
-    assert history.reference == reference
-    assert [quantity.title for quantity in history.quantities] == ["energy", "gap, RMS", "momentum"]
+def test_the_reference_is_the_exact_engine_if_it_runs_and_else_the_last(engines: list[str], reference: str) -> None:
+    data = ChartData(load("head-on"), Lockstep(load("head-on"), engines).states())
+    assert data.reference == reference
+    assert [quantity.title for quantity in data.quantities] == ["energy", "gap, RMS", "momentum"]
 
 
-def test_one_engine_has_no_gap_and_a_scene_at_rest_no_share_of_energy() -> None:
+def test_one_engine_has_no_gap_and_a_scene_at_rest_no_energy_in_percent() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
-    history = ChartData(scene, Lockstep(scene, ["pymunk"]).states())
-    assert [(quantity.title, quantity.unit) for quantity in history.quantities] == [
+    data = ChartData(scene, Lockstep(scene, ["pymunk"]).states())
+    assert [(quantity.title, quantity.unit) for quantity in data.quantities] == [
         ("energy", "kg px²/s²"),
         ("momentum", "kg px/s"),
     ]
 
 
-def test_lines_stand_at_the_height_of_their_values(scene: Scene) -> None:
-    """Energy falls from 100 % by steps; the momentum's line is at the root of it."""
+def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
     charts = run(scene, 9, lambda time: {"pymunk": 60.0, "article": 60.0 if time < 5 else 30.0})
     surface = draw(charts, time=9.9)
     energy, gap, momentum = charts.plots(PLACE, TEXT)
@@ -133,20 +131,20 @@ def test_lines_stand_at_the_height_of_their_values(scene: Scene) -> None:
     assert not rows_of(surface, gap, column(charts, 3), FIRST)  # no gap, no place on a logarithmic axis
 
 
-def test_a_chart_gone_on_with_is_the_chart_drawn_at_once(scene: Scene) -> None:
+def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
     def course(time: float) -> dict[str, float]:
         return {"pymunk": 60.0 + 10 * math.sin(7 * time), "article": 60 * math.exp(-time / 3)}
 
     charts = run(scene, 0, course)
     for step in range(1, 900):  # past the end of the first axis
-        charts.history.add(step, states(scene, step / 60, **course(step / 60)))
-        gone_on = draw(charts)
+        charts.data.add(step, states(scene, step / 60, **course(step / 60)))
+        step_by_step = draw(charts)
     at_once = draw(run(scene, 15, course))
-    different = (pygame.surfarray.array3d(gone_on) != pygame.surfarray.array3d(at_once)).any(axis=2)
-    assert different.mean() < 2e-3  # ends of lines, that meet other lines
+    different = (pygame.surfarray.array3d(step_by_step) != pygame.surfarray.array3d(at_once)).any(axis=2)
+    assert different.mean() < 2e-3  # where ends of lines meet other lines
 
 
-def test_a_chart_is_gone_on_with_by_what_is_new(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     points: list[int] = []
     draw_line = Charts._draw_line
 
@@ -160,7 +158,7 @@ def test_a_chart_is_gone_on_with_by_what_is_new(scene: Scene, monkeypatch: pytes
     assert points == [301, 301]  # energy and momentum
     draw(charts)
     assert len(points) == 2
-    charts.history.add(301, states(scene, pymunk=61))
+    charts.data.add(301, states(scene, pymunk=61))
     draw(charts)
     assert points[2:] == [2, 2]
 
@@ -173,7 +171,7 @@ def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     assert not rows_of(surface, energy, column(charts, 11.2, axis=20), FIRST)
 
 
-def test_a_point_of_the_charts_is_a_time(scene: Scene) -> None:
+def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
     charts = Charts(ChartData(scene, states(scene, pymunk=60)))
     place = Rect(8, 400, 900, 200)
     plot = charts.plots(place, TEXT)[0]
@@ -184,7 +182,7 @@ def test_a_point_of_the_charts_is_a_time(scene: Scene) -> None:
     assert charts.time_at(place, TEXT, (500, 399)) is None
 
 
-def test_the_cursor_stands_at_the_time(scene: Scene) -> None:
+def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
     charts = run(scene, 2, lambda time: {"pymunk": 60.0})
     surface = draw(charts, time=4)
     energy = charts.plots(PLACE, TEXT)[0]
@@ -203,10 +201,10 @@ def test_horizon_and_first_differences_are_marked_through_all_charts(scene: Scen
         assert rows_of(surface, plot, column(charts, 6), Color("black"))
     changed = (pygame.surfarray.array3d(surface) != before).any(axis=2)
     assert not changed[: column(charts, 5.9)].any()
-    assert not changed[column(charts, 9.5) :].any()  # that of pymunk is beyond the axis
+    assert not changed[column(charts, 9.5) :].any()  # pymunk's first difference is beyond the axis
 
 
-def test_charts_that_have_no_room_draw_nothing(scene: Scene) -> None:
+def test_charts_without_room_draw_nothing(scene: Scene) -> None:
     charts = run(scene, 1, lambda time: {"pymunk": 60.0})
     surface = Surface((100, 100))
     charts.draw(surface, Rect(8, 90, 80, 0), TEXT, 1.0)
@@ -216,7 +214,7 @@ def test_charts_that_have_no_room_draw_nothing(scene: Scene) -> None:
 def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     charts = run(scene, 8, lambda time: {"pymunk": 60.0})
     draw(charts)
-    charts.history.series.cut(4 * scene.rate)
+    charts.data.series.cut(4 * scene.rate)
     surface = draw(charts)
     energy = charts.plots(PLACE, TEXT)[0]
     assert rows_of(surface, energy, column(charts, 3.9), FIRST)

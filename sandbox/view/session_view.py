@@ -1,4 +1,4 @@
-"""Engines that run a scene, and what is shown of them: a pane each, and charts."""
+"""A session on the screen: a pane for each engine, and charts."""
 
 from collections.abc import Collection, Sequence
 from typing import Final
@@ -7,22 +7,23 @@ from pygame import Surface
 
 from sandbox.engines import default_engines
 from sandbox.run.inputs import Input
-from sandbox.run.mouse import Hand
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
-from sandbox.view.chart import ChartData, Charts
+from sandbox.view.chart_data import ChartData
+from sandbox.view.charts import Charts
 from sandbox.view.debug_draw import turned
-from sandbox.view.draw import disc
+from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.primitives import disc
 
-BEHIND: Final = 120  # steps that trails and contacts reach back, where they are shown afresh
+MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jump in time
 
 
-class Stage:
-    """A session, and what is shown of it. Where no engines are named: Pymunk and its reference."""
+class SessionView:
+    """A session with its panes and charts. engines: by default, Pymunk and its reference."""
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self._monitor = Monitor()
@@ -32,35 +33,37 @@ class Stage:
         self.panes = [Pane(self.moment, name, runner.engine) for name, runner in runners]
         self.charts = Charts(ChartData(scene, self.moment.states))
         self._live = True
-        self._scale = 0.0  # that discs were drawn in
+        self._disc_scale = 0.0  # in which the cached pictures of discs were drawn
 
-    def look(self) -> None:
-        """Show where the session is."""
+    def update(self) -> None:
+        """Show the session's current step, or the nearest in its history."""
         session, before = self.session, self.moment
         moment, live = session.shown, session.is_live
         if moment is before and live == self._live:
             return
-        afresh = not 0 < moment.step - before.step <= BEHIND or live != self._live
-        first = max(0, moment.step - BEHIND) if afresh else before.step + 1
+        afresh = not 0 < moment.step - before.step <= MAX_TRACED_STEPS or live != self._live
+        first = max(0, moment.step - MAX_TRACED_STEPS) if afresh else before.step + 1
         for pane in self.panes:
             engine = session.lockstep.engines[pane.name].engine
             pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
-        self.charts.history.scene = moment.scene
-        self.charts.history.add(moment.step, moment.states)
+        self.charts.data.scene = moment.scene
+        self.charts.data.add(moment.step, moment.states)
         self.charts.marks = self._monitor.marks
 
-    def forget_to_come(self) -> None:
-        """Take what the charts show after this step out of them: the run takes another course."""
-        self.charts.history.series.cut(self.session.step)
+    def forget_future(self) -> None:
+        """Remove what the charts show after the current step: the run takes another course."""
+        self.charts.data.series.cut(self.session.step)
 
-    def draw(self, surface: Surface, layout: Layout, showing: Collection[str]) -> None:
+    def chart_count(self, showing: Collection[Layer]) -> int:
+        """Return how many charts there are, or 0 if they are hidden."""
+        return len(self.charts.data.quantities) if Layer.CHARTS in showing else 0
+
+    def draw(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
         """Draw panes and charts."""
-        if layout.scale != self._scale:  # of no use any more are pictures in another size
+        if layout.scale != self._disc_scale:  # discs of another size are not drawn again
             disc.cache_clear()
             turned.cache_clear()
-            self._scale = layout.scale
-        hand = Hand(self.moment.scene)
-        hand.ball, hand.target = self.moment.held, self.moment.target
-        draw_panes(surface, layout, self.panes, showing=showing, hand=hand)
+            self._disc_scale = layout.scale
+        draw_panes(surface, layout, self.panes, showing)
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time)

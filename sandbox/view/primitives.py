@@ -1,9 +1,10 @@
-"""What everything in the window is drawn with: text, smooth discs, segments, arrows, dashes, cards."""
+"""What the window is drawn with: text, smooth discs, thick segments, arrows, dashes, cards."""
 
 import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import accumulate, cycle, pairwise
+from typing import Final
 
 import numpy as np
 import pygame
@@ -14,18 +15,18 @@ from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
 
-HUGE = 10_000  # px; figures that reach further are drawn only where they are seen
-FAR = 10**6  # px; what is further away is drawn there, where it is not seen either
-MOST_LETTERS = 1000  # characters of a line that are drawn; there is room for fewer on any screen
-FINE = 3  # text is drawn this many times as large: fitted to pixels in its own size, letters stand apart unevenly
-SMOOTH = 4  # a disc is drawn this many times as large and scaled down, which smooths its edge
+MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
+MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
+MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
+TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
+DISC_SCALE: Final = 4  # discs are drawn larger and scaled down, which smooths their edges
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 
 
 @lru_cache(maxsize=64)
 def font(height: int) -> pygame.font.Font:
-    """Return pygame's own font in a height in px: the same on every machine."""
+    """Return pygame's own font, which is the same on every machine. height: px."""
     pygame.font.init()
     return pygame.font.Font(None, round(1.4 * height))
 
@@ -35,27 +36,27 @@ def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
     width = text_width(text, height)
     if not width:
         return Surface((0, height))
-    large = font(FINE * height).render(drawable(text), True, colour)
-    return pygame.transform.smoothscale(large, (width, round(large.get_height() / FINE)))
+    large = font(TEXT_SCALE * height).render(drawable(text), True, colour)
+    return pygame.transform.smoothscale(large, (width, round(large.get_height() / TEXT_SCALE)))
 
 
 def text_width(text: str, height: int) -> int:
-    """Return how wide a line of text is, px."""
-    return round(font(FINE * height).size(drawable(text))[0] / FINE)
+    """Return the width of a line of text, px."""
+    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
 
 
 def drawable(text: str) -> str:
-    """Return as much of a text as there is room for, as pygame takes it."""
-    return printable(text[:MOST_LETTERS])
+    """Return as much of a text as there is room for, in characters that pygame can draw."""
+    return printable(text[:MAX_LETTERS])
 
 
 def lettering(text: str, colour: Color, height: int) -> Surface:
-    """Return a line of text on a clear surface of its size, which is not to be drawn on."""
+    """Return a line of text on a clear surface of its size. The surface is shared: do not draw on it."""
     return _line(text, (colour.r, colour.g, colour.b, colour.a), height)
 
 
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
-    """Write a line of text in the middle of a place's height, cut at its right edge; return where it ends."""
+    """Write a line of text at half of a place's height, cut off at its right edge; return its right end."""
     line = lettering(text, colour, height)
     surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, place.width, place.height))
     return place.x + min(line.get_width(), place.width)
@@ -65,16 +66,16 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
 def disc(radius: float, colour: str) -> Surface:
     """Draw a smooth disc on a clear surface of its size. radius: px of the screen."""
     side = 2 * (max(1, round(radius)) + 1)
-    large = Surface((SMOOTH * side, SMOOTH * side), pygame.SRCALPHA)
-    centre = SMOOTH * side / 2
-    pygame.draw.circle(large, rgb(colour), (centre, centre), SMOOTH * max(radius, 1.0))
+    large = Surface((DISC_SCALE * side, DISC_SCALE * side), pygame.SRCALPHA)
+    centre = DISC_SCALE * side / 2
+    pygame.draw.circle(large, rgb(colour), (centre, centre), DISC_SCALE * max(radius, 1.0))
     return pygame.transform.smoothscale(large, (side, side))
 
 
 def blit_discs(surface: Surface, pictures: Iterable[Surface], centre: Floats, radius: Floats) -> None:
-    """Place pictures of discs. centre: (n, 2), radius: (n,), px of the surface."""
+    """Draw pictures of discs at their places. centre: (n, 2), radius: (n,), px of the surface."""
     half = np.maximum(1, np.rint(radius)) + 1
-    corners = np.clip(np.rint(centre) - half[:, None], -FAR, FAR).astype(int)
+    corners = np.clip(np.rint(centre) - half[:, None], -MAX_BLIT_OFFSET, MAX_BLIT_OFFSET).astype(int)
     surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)
 
 
@@ -84,7 +85,7 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     distance = math.dist(a, b) or 1.0
     across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
     sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]
-    if max(map(abs, (*a, *b, radius))) > HUGE:
+    if max(map(abs, (*a, *b, radius))) > MAX_PYGAME_SHAPE:
         _fill_rows(surface, colour, (a, b), radius, sides)
         return
     pygame.draw.polygon(surface, colour, sides)
@@ -93,9 +94,9 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
 
 
 def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: float, sides: Sequence[Point]) -> None:
-    """Fill the outline of two discs and the four-sided figure between them, which is convex, row by row.
+    """Fill two discs and the rectangle between them row by row; together they are convex.
 
-    pygame's own drawing passes over every row of a figure, seen or not, which of 1e9 takes half a minute.
+    pygame visits every row of a shape, visible or not, which takes half a minute for 1e9 px.
     """
     width, height = surface.get_size()
     y = np.arange(height, dtype=float)
@@ -116,7 +117,7 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
 
 
 def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:
-    """Draw an arrow whose point is at the tip. tail, tip, width of its shaft: px of the surface."""
+    """Draw an arrow. tail, tip, width of its shaft: px of the surface."""
     length = math.dist(tail, tip)
     if length < 1:
         return
@@ -130,7 +131,7 @@ def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) 
 
 
 def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tuple[float, float]]:
-    """Cut a stretch into what a dashed line shows of it. The pattern is fixed to 0, so that a line can go on."""
+    """Return the visible parts of a dashed line. Its pattern begins at 0, so that a line can be continued."""
     if not any(dash[1::2]):
         return [(start, end)]
     lengths = [width * length for length in dash]
@@ -145,8 +146,8 @@ def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tu
     raise AssertionError
 
 
-def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> Rect:
-    """Draw a small table beside a point, never outside a place; return where. lines: the texts of each row."""
+def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> None:
+    """Draw a small table next to a point, inside a place. lines: the texts of each row."""
     columns = [max(text_width(row[k], height) for row in lines if k < len(row)) for k in range(max(map(len, lines)))]
     pad, line_height = height // 2, round(1.4 * height)
     stops = list(accumulate(columns, lambda x, width: x + width + 2 * pad, initial=pad))
@@ -160,10 +161,15 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
             write(surface, text, cell.clip(place), FAINT if number and not column else INK, height)
-    return place
+
+
+def round_up(size: float) -> float:
+    """Return the least of 1, 2, 5, 10, 20, 50, ... that is not less than a size."""
+    power = 10.0 ** np.floor(np.log10(size))
+    return float(next(power * step for step in (1, 2, 5, 10) if power * step >= size * (1 - 1e-9)))
 
 
 def panel(surface: Surface, place: Rect) -> None:
-    """Draw the ground of what lies over everything else."""
+    """Draw the background of something that lies over everything else."""
     pygame.draw.rect(surface, FRAME, place, border_radius=6)
     pygame.draw.rect(surface, FAINT, place, 1, border_radius=6)

@@ -1,4 +1,4 @@
-"""The toolbar's icons, drawn from lines in a square of 24 x 24, so that they are sharp in any size."""
+"""The toolbar's icons, drawn from shapes in a square of 24 x 24, so that they are sharp at any size."""
 
 from functools import lru_cache
 from itertools import pairwise
@@ -7,15 +7,14 @@ from typing import Final
 import pygame
 from pygame import Color, Surface
 
-from sandbox.view.draw import capsule, font
+from sandbox.view.primitives import capsule, font
 
-GRID: Final = 24
-SMOOTH: Final = 4  # an icon is drawn this many times as large and scaled down
-STROKE: Final = 2.0  # width of lines, of the 24
+SIDE: Final = 24
+ICON_SCALE: Final = 4  # icons are drawn larger and scaled down, which smooths their edges
+STROKE: Final = 2.0  # width of lines, in units of the square's 24
 
-Part = tuple[
-    object, ...
-]  # "line", x0, y0, x1, y1, ... | "fill", x0, y0, ... | "ring" or "dot", x, y, radius | "text", t
+# "line" or "fill", x0, y0, x1, y1, ...; "ring" or "dot", x, y, radius; "text", letter
+Part = tuple[object, ...]
 _ARROW_UP: Final = ("fill", 20, 4, 18.5, 12, 12, 5.5)
 ICONS: Final[dict[str, tuple[Part, ...]]] = {
     "pause": (("fill", 6, 4, 10, 4, 10, 20, 6, 20), ("fill", 14, 4, 18, 4, 18, 20, 14, 20)),
@@ -75,8 +74,8 @@ ICONS: Final[dict[str, tuple[Part, ...]]] = {
 @lru_cache(maxsize=256)
 def icon(name: str, side: int, colour: tuple[int, int, int]) -> Surface:
     """Draw an icon on a clear surface. side: px; colour: red, green, blue."""
-    scale = SMOOTH * side / GRID
-    large = Surface((SMOOTH * side, SMOOTH * side), pygame.SRCALPHA)
+    scale = ICON_SCALE * side / SIDE
+    large = Surface((ICON_SCALE * side, ICON_SCALE * side), pygame.SRCALPHA)
     for kind, *numbers in ICONS[name]:
         _part(large, str(kind), numbers, scale, Color(*colour))
     return pygame.transform.smoothscale(large, (side, side))

@@ -1,0 +1,136 @@
+"""A group of balls: how many, of what kind, and how they are placed and thrown."""
+
+from collections.abc import Iterator
+from typing import Annotated, Final, Self
+
+from pydantic import Field, model_validator
+
+from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, Range, Size, Vector
+from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
+from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
+from sandbox.scene.validation import Problem, invalid
+
+MAX_BALLS: Final = 200_000  # of a scene
+DECIMAL_ROUNDING: Final = 1e-9  # share of an arena's size that sums of decimal fractions may be off by
+PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
+THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
+
+
+class BallGroup(Model):
+    """Balls of one size, placed and thrown in one way. The scene's balls are those of its groups, in order."""
+
+    count: Annotated[Count, Field(le=MAX_BALLS)] | None = None
+    """Number of balls; by default as many as there are positions or places in the grid, otherwise 1."""
+    radius: Size
+    """Radius of each ball, px."""
+    mass: Size = 1
+    """Mass of each ball, kg; only ratios matter."""
+    elasticity: Elasticity = 1
+    """The ball's factor: the elasticity of a pair is the product of its two factors."""
+    friction: NotNegative = 0
+    """The ball's factor: the friction of a pair is the product of its two factors."""
+    colors: tuple[Colour, ...] | None = None
+    """CSS colour names or #rrggbb, taken in turn."""
+    position: Vector | None = None
+    """Centre of the ball, px; with grid, the centre of its first ball."""
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_BALLS)] | None = None
+    """Centres of the balls, px: one per ball."""
+    x: Range | None = None
+    """Centres drawn at random, px. Requires y."""
+    y: Range | None = None
+    """Centres drawn at random, px. Requires x."""
+    inside: tuple[Vector, Vector] | None = None
+    """Two opposite corners of a rectangle, px: the balls are at random places wholly inside it, without overlaps."""
+    grid: tuple[Count, Count] | None = None
+    """Number of columns and rows, filled row by row. Requires spacing."""
+    spacing: Size | None = None
+    """Distance between neighbouring centres of a grid, px."""
+    velocity: Vector | None = None
+    """Velocity of every ball, px/s."""
+    velocities: tuple[Vector, ...] | None = None
+    """Velocities of the balls, px/s: one per ball."""
+    vx: Range | None = None
+    """Horizontal velocity drawn at random, px/s; 0 if only vy is given."""
+    vy: Range | None = None
+    """Vertical velocity drawn at random, px/s; 0 if only vx is given."""
+    speed: NotNegative | None = None
+    """Speed of every ball in a direction drawn at random, px/s."""
+    rms_speed: NotNegative | None = None
+    """Root mean square speed, px/s: both components are drawn from a normal distribution."""
+
+    @property
+    def size(self) -> int:
+        """The number of balls."""
+        return self.placement.balls if self.count is None else self.count
+
+    @property
+    def placement(self) -> Placement:
+        """How the balls are placed."""
+        placement = self._placement()
+        assert placement is not None
+        return placement
+
+    def _placement(self) -> Placement | None:
+        if self.grid and self.spacing:
+            return OnGrid(*self.grid, self.spacing, self.position)
+        if self.position:
+            return AtPoint(self.position)
+        if self.positions:
+            return AtPoints(self.positions)
+        if self.x and self.y:
+            return AtRandom(self.x, self.y)
+        return Packed(self.inside, self.radius) if self.inside else None
+
+    @property
+    def throw(self) -> Throw:
+        """How the balls move at the start."""
+        if self.velocities is not None:
+            return OneByOne(self.velocities)
+        if self.vx or self.vy:
+            return RandomComponents(self.vx, self.vy)
+        if self.speed is not None:
+            return RandomDirection(self.speed)
+        if self.rms_speed is not None:
+            return Maxwellian(self.rms_speed)
+        return AllAlike(self.velocity or (0.0, 0.0))
+
+    @model_validator(mode="after")
+    def _check_keys_go_together(self) -> Self:
+        if found := [*self._errors()]:
+            raise invalid(*found)
+        return self
+
+    def _errors(self) -> Iterator[Problem]:
+        given = {key for key, value in self if value is not None}
+        placements = [key for key in PLACEMENT_KEYS if key in given and not (key == "position" and "grid" in given)]
+        throws = [key for key in THROW_KEYS if key in given and not (key == "vy" and "vx" in given)]
+        for keys in (placements, throws):
+            for key in keys[1:]:
+                yield (key,), f"cannot be combined with {keys[0]}; keep one of them"
+        if not placements:
+            yield (), "needs a placement: position, positions, x and y, inside, or grid with spacing"
+        for one, other in (("x", "y"), ("y", "x"), ("grid", "spacing"), ("spacing", "grid")):
+            if one in given and other not in given:
+                yield (one,), f"must be given together with {other}"
+        if placement := self._placement():
+            yield from placement.errors(self.size)
+            if self.velocities is not None and self.size != len(self.velocities):
+                yield ("velocities",), f"must have one entry per ball, {self.size}, got {len(self.velocities)}"
+        if self.colors == ():
+            yield ("colors",), "must contain at least one colour"
+
+    def errors_in(self, arena: Vector, overlap: float) -> Iterator[Problem]:
+        """Yield where balls may be outside an arena, whatever the seed.
+
+        arena: its width and height, px; overlap: how deep a ball may be in its walls, px.
+        """
+        for axis, (name, size) in enumerate(zip("xy", arena, strict=True)):
+            low, high = self.radius, size - self.radius
+            if low > high:
+                yield ("radius",), f"{self.radius:g} is too large for an arena of {arena[0]:g} x {arena[1]:g}"
+                return
+            first, last, key = self.placement.span(axis, self.size, arena)
+            slack = DECIMAL_ROUNDING * size + overlap
+            if not (low - slack <= first and last <= high + slack):
+                got = f"{name} must be from {low:g} to {high:g}, got {first if first < low else last:g}"
+                yield (key,), f"puts a ball outside the arena: {got}"

@@ -1,0 +1,126 @@
+"""What the tables of a scene and of recorded inputs are made of: their base class, and the types of their values."""
+
+import difflib
+import re
+from random import Random
+from typing import Annotated, Any, Final, Self
+
+from PIL import ImageColor
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
+
+from sandbox.errors import shown
+from sandbox.scene.validation import invalid, sandbox_error
+from sandbox.text import unprintable
+
+# Okabe and Ito's colours, which colour-blind people can tell apart (https://jfly.uni-koeln.de/color/).
+PALETTE: Final = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#56b4e9", "#cc79a7")
+
+
+def rgb(colour: str) -> tuple[int, int, int]:
+    """Return the red, green and blue of a CSS colour name or #rrggbb, 0 to 255."""
+    red, green, blue, *_ = ImageColor.getrgb(colour)
+    return red, green, blue
+
+
+def _check_colour(name: str) -> str:
+    if name.lower() in ImageColor.colormap or re.fullmatch("#([0-9a-fA-F]{3}){1,2}", name):
+        return name
+    raise invalid(((), lambda: _not_a_colour(name)))
+
+
+def _not_a_colour(name: str) -> str:
+    close = difflib.get_close_matches(name.lower(), ImageColor.colormap, n=1)
+    hint = f"did you mean {close[0]}?" if close else "write a CSS name or #rrggbb"
+    return f"is not a valid colour: {shown(name)}; {hint}"
+
+
+def _check_not_tiny(size: float) -> float:
+    if size < 1e-6:
+        raise invalid(((), f"must be at least 1e-06, got {size:g}"))
+    return size
+
+
+def _check_printable(line: str) -> str:
+    """Reject letters that command the terminal which prints them, or make text look like other text."""
+    found = next(filter(unprintable, line), None)
+    if found is not None:
+        raise invalid(((), f"must not have control characters, got U+{ord(found):04X}"))
+    return line
+
+
+def _check_lines_printable(text: str) -> str:
+    for line in text.split("\n"):
+        _check_printable(line.replace("\t", " "))
+    return text
+
+
+# The bounds keep squares and quotients of a scene's numbers far from overflow.
+Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
+Size = Annotated[Number, Field(gt=0), AfterValidator(_check_not_tiny)]
+Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
+Elasticity = Annotated[Number, Field(ge=0, le=1)]
+Colour = Annotated[str, AfterValidator(_check_colour)]
+Line = Annotated[str, AfterValidator(_check_printable)]
+Title = Annotated[str, Field(max_length=100), AfterValidator(_check_printable)]
+Text = Annotated[str, Field(max_length=2_000), AfterValidator(_check_lines_printable)]
+Vector = tuple[Number, Number]
+
+
+class Model(BaseModel):
+    """A table of keys. It rejects unknown keys, NaN and infinity, and does not change once it is built.
+
+    Keys that are words of Python, such as `from`, go by their attribute's name in Python: `Wall(start=..., to=...)`.
+    Raises SandboxError with every error in the arguments, in the words that a file's errors have.
+    """
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+        validate_by_name=True,
+        validate_by_alias=True,
+    )
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise sandbox_error(error, type(self)) from None
+
+    # As for BaseModel's own: pydantic builds tables within tables without `__init__`, and their errors keep their path.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+
+class Range(Model):
+    """A number drawn at random for each ball: from `from` to `to`, in whole steps of `step` if it is given."""
+
+    start: Number = Field(validation_alias="from", serialization_alias="from")
+    to: Number
+    step: Number | None = None
+
+    @model_validator(mode="after")
+    def _check_not_empty(self) -> Self:
+        start, to, step = self.start, self.to, self.step
+        if step is None:
+            if start > to:
+                raise invalid(((), f"is empty: from {start:g} is greater than to {to:g}"))
+        elif not all(number.is_integer() for number in (start, to, step)):
+            raise invalid(((), "must have whole numbers as from, to and step"))
+        elif step == 0:
+            raise invalid((("step",), "must not be 0; leave it out for any number in the range"))
+        elif (to - start) * step < 0:
+            raise invalid(((), f"is empty: steps of {step:g} from {start:g} never reach {to:g}"))
+        elif rest := (to - start) % step:
+            raise invalid((("to",), f"is not reached in steps of {step:g} from {start:g}; write {to - rest:g}"))
+        return self
+
+    def draw(self, rng: Random) -> float:
+        """Return a number of the range, of one call of the generator."""
+        if self.step is None:
+            return rng.uniform(self.start, self.to)
+        start, to, step = int(self.start), int(self.to), int(self.step)
+        return float(rng.randrange(start, to + step, step))

@@ -1,0 +1,156 @@
+"""Edits of a running scene: balls added, deleted and thrown, and what applies to all of them."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from sandbox.errors import SandboxError
+from sandbox.quantity import length, segment_distance
+from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.scene.model import PALETTE, Vector
+from sandbox.session.history import Moment
+from sandbox.view.notice import Notice
+from sandbox.view.playback import Playback
+
+PUSH_SPEED: Final = 30.0  # px/s that a key adds to a velocity
+NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
+
+
+class Editor:
+    """Edits the run at its current step, in every engine. Its keys work on the selected ball.
+
+    The selected ball stays selected when others are added or deleted.
+    """
+
+    def __init__(self, playback: Playback, notice: Notice) -> None:
+        self._playback = playback
+        self._notice = notice
+        self.select(None)
+
+    @property
+    def _moment(self) -> Moment:
+        return self._playback.view.moment
+
+    @property
+    def _step(self) -> int:
+        return self._playback.session.step
+
+    # The selected ball
+
+    @property
+    def selected(self) -> int | None:
+        """The number of the selected ball, if it is there at the current step."""
+        balls = self._moment.balls
+        return balls.index(self._selected) if self._selected in balls else None
+
+    def select(self, ball: int | None, *, by_key: bool = False) -> None:
+        """Select a ball, or none."""
+        self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
+        self.by_key = by_key
+
+    def select_next(self, by: int) -> None:
+        """Select the ball so many numbers after the selected one, or before it if negative."""
+        first = 0 if by > 0 else -1
+        self.select(first if self.selected is None else (self.selected + by) % len(self._moment.balls), by_key=True)
+
+    def push(self, x: int, y: int) -> None:
+        """Add to the selected ball's velocity. x, y: in units of PUSH_SPEED."""
+        ball = self.selected
+        if ball is None:
+            self._notice.show(NOTHING_SELECTED)
+            return
+        vx, vy = self._playback.view.panes[0].state.velocity[ball].tolist()
+        self.set_velocity(ball, (vx + PUSH_SPEED * x, vy + PUSH_SPEED * y))
+
+    def set_velocity(self, ball: int, velocity: Vector) -> None:
+        """Set a ball's velocity, px/s."""
+        with self._notice.reporting():
+            self._playback.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
+
+    # Balls that come and go
+
+    def delete(self, ball: int | None) -> None:
+        """Delete a ball, or else the selected one."""
+        ball = self.selected if ball is None else ball
+        if ball is None:
+            self._notice.show(NOTHING_SELECTED)
+        else:
+            self._playback.give(DeleteBall(step=self._step, ball=ball))
+
+    @property
+    def model_ball(self) -> int:
+        """The ball that a new one is a copy of: the selected one, or else the last."""
+        return len(self._moment.balls) - 1 if self.selected is None else self.selected
+
+    def add(self, place: Vector | None) -> None:
+        """Add a copy of the model ball at a place (px), moved into the arena, or else near the arena's middle."""
+        moment, bodies, model = self._moment, self._moment.scene.bodies, self.model_ball
+        radius = float(bodies.radius[model])
+        with self._notice.reporting():
+            edit = AddBall(
+                step=moment.step,
+                position=_near_the_middle(moment, radius) if place is None else _inside(moment, place, radius),
+                radius=radius,
+                mass=float(bodies.mass[model]),
+                elasticity=float(bodies.elasticity[model]),
+                friction=float(bodies.friction[model]),
+                color=PALETTE[len(moment.balls) % len(PALETTE)],
+            )
+            self._playback.give(edit)
+
+    # What applies to all balls
+
+    def elasticity(self) -> float:
+        """Return the elasticity between two balls like the first, to hundredths."""
+        return round(float(self._moment.scene.bodies.elasticity[0]) ** 2, 2)
+
+    def set_elasticity(self, elasticity: float) -> None:
+        """Set the elasticity of every pair."""
+        self._playback.give(SetElasticity(step=self._step, elasticity=elasticity))
+
+    def gravity(self) -> float:
+        """Return the gravity downwards, px/s²."""
+        return self._moment.scene.gravity[1]
+
+    def set_gravity(self, gravity: float) -> None:
+        """Set the gravity downwards, px/s²."""
+        self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
+        self._playback.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
+
+    def rate(self) -> float:
+        """Return the steps per second."""
+        return self._moment.scene.rate
+
+    def set_rate(self, rate: float) -> None:
+        """Set the steps per second."""
+        self._playback.give(SetRate(step=self._step, rate=round(rate)))
+
+
+def _inside(moment: Moment, place: Vector, radius: float) -> Vector:
+    """Return the place inside the arena that is nearest to a place. Raises SandboxError if something is there."""
+    x, y = (min(max(to, radius), side - radius) for to, side in zip(place, moment.scene.arena.size, strict=True))
+    if not _is_free(moment, (x, y), radius):
+        raise SandboxError("there is no room for a ball there")
+    return x, y
+
+
+def _near_the_middle(moment: Moment, radius: float) -> Vector:
+    """Return a free place near the arena's middle. Raises SandboxError if the arena is full."""
+    width, height = moment.scene.arena.size
+    columns, rows = (
+        np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
+    )
+    places = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
+    found = next((place for place in places if _is_free(moment, place, radius)), None)
+    if found is None:
+        raise SandboxError("there is no room for another ball")
+    return found
+
+
+def _is_free(moment: Moment, place: Vector, radius: float) -> bool:
+    """Return whether a ball at a place would touch no ball of any engine, and no inner wall."""
+    scene, here = moment.scene, np.array(place)
+    return all(
+        bool((length(state.position - here) >= scene.bodies.radius + radius).all()) for state in moment.states.values()
+    ) and all(float(segment_distance(here, wall.start, wall.to)) >= radius + wall.thickness / 2 for wall in scene.walls)

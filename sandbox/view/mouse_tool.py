@@ -1,0 +1,195 @@
+"""What the mouse does in the panes and in the charts: it pulls balls, sets velocities, places balls, seeks."""
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.quantity import length
+from sandbox.run.inputs import Grab, Move, Release
+from sandbox.scene.model import Vector
+from sandbox.state import Floats, State
+from sandbox.view.editor import Editor
+from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.overlay import ARROW_SECONDS
+from sandbox.view.palette import palette
+from sandbox.view.playback import Playback
+from sandbox.view.primitives import arrow
+from sandbox.view.time_bar import step_at
+
+GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it takes
+CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
+
+
+class MouseTool:
+    """The mouse over the window.
+
+    While time passes it pulls a ball. While the run is paused, it selects a ball and drags the tip of its velocity.
+    """
+
+    def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
+        self._playback = playback
+        self._editor = editor
+        self._layout = layout
+        self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
+        self.scrubbing = False  # the mouse drags the time
+        self.reset()
+
+    def reset(self) -> None:
+        """Drop what belongs to a run, because another one begins."""
+        self.adding = False  # the next click places a ball
+        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to
+        self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
+        self._pane = 0  # in which the mouse went down
+
+    # What it is over
+
+    @property
+    def pane(self) -> int | None:
+        """The pane under the mouse."""
+        return self._layout().pane_at(self.point) if self.point else None
+
+    @property
+    def place(self) -> Vector | None:
+        """The place of the scene under the mouse, px."""
+        pane = self.pane
+        return self._layout().to_scene(pane, self.point) if pane is not None and self.point else None
+
+    @property
+    def ball(self) -> int | None:
+        """The ball under the mouse."""
+        pane, place = self.pane, self.place
+        if pane is None or place is None:
+            return None
+        view = self._playback.view
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        return ball if distance <= 0 else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the mouse holds a ball, or the tip of its velocity."""
+        return self._pressed is not None or self._playback.session.held is not None
+
+    # Events
+
+    def track(self, event: Event) -> None:
+        """Note where the mouse is, whatever lies over the panes."""
+        if event.type == pygame.MOUSEMOTION:
+            self.point = event.pos
+        elif event.type == pygame.WINDOWLEAVE:
+            self.point = None
+
+    def on_event(self, event: Event) -> None:
+        """Handle what the mouse does outside of the toolbar."""
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            layout = self._layout()
+            self.scrubbing = bool(layout.strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
+            self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
+        elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
+            if not event.buttons[0]:
+                self.release()
+            else:
+                self._scrub(event.pos) if self.scrubbing else self._drag(event.pos)
+        elif event.type == pygame.MOUSEBUTTONUP and event.button == 1:
+            self.release()
+        elif event.type == pygame.WINDOWFOCUSLOST:
+            self.aim = self._pressed = None
+            self.release()
+
+    def _press(self, point: ScreenPoint) -> None:
+        """Take the ball nearest to a point of the screen, if it is near enough; or place a new one."""
+        layout = self._layout()
+        pane = layout.pane_at(point)
+        if pane is None:
+            return
+        self._playback.settle()
+        self._pane, place = pane, layout.to_scene(pane, point)
+        if self.adding:
+            self.adding = False
+            self._editor.add(place)
+            return
+        view = self._playback.view
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        near = distance * layout.scale <= GRAB_DISTANCE
+        if near and not self._playback.paused:
+            self._playback.give(Grab(step=view.session.step, ball=ball, at=place))
+        else:
+            self._editor.select(ball if near else None)
+            self._pressed = point if near else None
+
+    def _drag(self, point: ScreenPoint) -> None:
+        """Pull what is held to a point of the screen."""
+        place = self._layout().to_scene(self._pane, point)
+        session, arena = self._playback.session, self._playback.view.moment.scene.arena
+        if session.held is not None:
+            x, y = (min(max(to, 0.0), side) for to, side in zip(place, arena.size, strict=True))
+            self._playback.give(Move(step=session.step, at=(x, y)))
+        elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
+            self.aim = place
+
+    def release(self) -> None:
+        """Let go of what the mouse holds."""
+        if self.aim:
+            self._playback.settle()
+        aim, self.aim, self._pressed, self.scrubbing = self.aim, None, None, False
+        session, ball = self._playback.session, self._editor.selected
+        if session.held is not None:
+            self._playback.give(Release(step=session.step))
+        elif aim is not None and ball is not None:
+            position = self._playback.view.panes[self._pane].state.position[ball]
+            vx, vy = ((aim - position) / ARROW_SECONDS).tolist()
+            self._editor.set_velocity(ball, (vx, vy))
+
+    def _scrub(self, point: ScreenPoint) -> None:
+        """Pause, and go to the time at a point of the charts or of the time bar."""
+        self._playback.paused = True
+        layout, view = self._layout(), self._playback.view
+        if layout.bar.height:
+            self._playback.seek(step_at(layout.bar, point[0], view.session.end))
+            return
+        x = min(max(point[0], layout.strip.left), layout.strip.right - 1)
+        time = view.charts.time_at(layout.strip, layout.text_height, (x, layout.strip.centery))
+        if time is not None:
+            self._playback.seek(view.session.step_at(time))
+
+    # Actions that depend on where the mouse is
+
+    def add_ball(self) -> None:
+        """Add a ball at the mouse; if that is on the toolbar, let the next click place it."""
+        self.release()
+        if self.point and Rect(self.point, (1, 1)).collidelist(self._layout().toolbar) >= 0:
+            self.adding = not self.adding
+        else:
+            self.adding = False
+            self._editor.add(self.place)
+
+    def delete_ball(self) -> None:
+        """Delete the ball under the mouse, or else the selected one."""
+        self._editor.delete(self.ball)
+
+    def draw(self, surface: Surface) -> None:
+        """Mark the selected ball in every pane, and draw what is held."""
+        layout, view, ball = self._layout(), self._playback.view, self._editor.selected
+        scene, scale = view.moment.scene, layout.scale
+        ink, width = palette(scene.arena.background).ink, max(2, round(layout.text_height / 7))
+        for pane, arena in zip(view.panes, layout.arenas, strict=True):
+            if ball is not None:
+                inside = surface.subsurface(arena)
+                centre = (pane.state.position[ball] * scale).tolist()
+                radius = scene.bodies.radius[ball] * scale + 2 * width
+                pygame.draw.circle(inside, ink, centre, radius, width)
+                if self.aim:
+                    arrow(inside, ink, centre, [scale * c for c in self.aim], width)
+        if self.adding and self.point and self.pane is not None:
+            radius = scene.bodies.radius[self._editor.model_ball] * scale
+            pygame.draw.circle(surface, ink, self.point, radius, width)
+
+
+def ball_at(state: State, radius: Floats, place: Vector) -> tuple[int, float]:
+    """Find the ball whose edge is nearest to a place, and how far that is: px, negative inside the ball."""
+    distance = length(state.position - place) - radius
+    ball = int(distance.argmin())
+    return ball, float(distance[ball])

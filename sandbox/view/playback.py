@@ -1,0 +1,152 @@
+"""How time passes in a run: forward and back, slower and faster, and undoing what was done in it."""
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+from typing import Final
+
+from sandbox.run.inputs import Input, Release
+from sandbox.session.session import Session
+from sandbox.view.notice import Notice
+from sandbox.view.session_view import SessionView
+
+FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; what does not fit slows time down
+STEPS_PER_CHECK: Final = 10  # steps run again between two looks at the clock
+SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
+
+
+class Playback:
+    """Plays a session, and goes to any of its steps.
+
+    show_progress is called while the engines run again before something can be done.
+    """
+
+    def __init__(self, view: SessionView, notice: Notice, show_progress: Callable[[], None]) -> None:
+        self._notice = notice
+        self._show_progress = show_progress
+        self.paused = False
+        self.speed = 1.0
+        self.play(view)
+
+    def play(self, view: SessionView) -> None:
+        """Play another session."""
+        self.view = view
+        self._due = 0.0  # steps that time has passed for and that are not done
+
+    @property
+    def session(self) -> Session:
+        """The run."""
+        return self.view.session
+
+    @property
+    def exact(self) -> bool:
+        """Whether the current step is shown, and not just the nearest one in the history."""
+        return self.view.moment.step == self.session.step
+
+    # Time passes
+
+    def advance(self, seconds: float) -> None:
+        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
+        if self.catch_up():
+            return
+        if seconds:  # infinite speed times 0 s would be nan
+            self._due += seconds * self.speed * self.view.moment.scene.rate
+        deadline = perf_counter() + FRAME_BUDGET
+        while self._due >= 1:
+            with self._notice.reporting():  # an edit in a recording can be refused
+                self.session.advance()
+            self._due -= 1
+            if perf_counter() > deadline:
+                self._due = min(self._due, 1.0)
+                break
+        self.view.update()
+
+    def catch_up(self) -> bool:
+        """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
+        deadline = perf_counter() + FRAME_BUDGET
+        while self.session.steps_behind:
+            self.session.catch_up(STEPS_PER_CHECK)
+            if perf_counter() > deadline:
+                break
+        self.view.update()
+        return self.session.steps_behind > 0
+
+    def settle(self) -> None:
+        """Run the engines until they are at the current step."""
+        while self.catch_up():
+            self._show_progress()
+
+    def give(self, given: Input) -> None:
+        """Apply an input in every engine; show a notice if an engine refuses it."""
+        self.settle()
+        with self._notice.reporting():
+            self.session.give(given)
+        self.view.forget_future()
+        self.view.update()
+
+    # Going to other steps
+
+    def seek(self, step: int) -> None:
+        """Go to a step between the start and the latest step reached."""
+        self._release()
+        self.session.seek(step)
+        self._due = 0.0
+        self.view.update()
+
+    def _release(self) -> None:
+        """Let go of a held ball before the step changes."""
+        if self.session.held is not None:
+            self.give(Release(step=self.session.step))
+
+    def skip(self, seconds: int) -> None:
+        """Go some seconds forward, or back if negative."""
+        self.seek(self.session.step + seconds * self.view.moment.scene.rate)
+
+    def step_back(self) -> None:
+        """Pause, and go one step back."""
+        self.paused = True
+        self.seek(self.session.step - 1)
+
+    def step(self) -> None:
+        """Pause, and do one step."""
+        self.paused = True
+        self.settle()
+        self._due = 1.0
+        self.advance(0.0)
+
+    # Speed
+
+    def pause(self) -> None:
+        """Pause or resume."""
+        self.paused = not self.paused
+
+    def faster(self) -> None:
+        """Go to the next higher speed."""
+        self.set_speed(next((speed for speed in SPEEDS if speed > self.speed), SPEEDS[-1]))
+
+    def slower(self) -> None:
+        """Go to the next lower speed."""
+        self.set_speed(next((speed for speed in reversed(SPEEDS) if speed < self.speed), SPEEDS[0]))
+
+    def set_speed(self, speed: float) -> None:
+        """Set how many seconds of the scene pass in a second on the screen."""
+        self.speed = speed
+
+    # Undoing
+
+    def undo(self) -> None:
+        """Undo the last throw or edit before the current step, and go to the step of it."""
+        self._release()
+        self._show_change(self.session.undo(), "there is nothing to undo here")
+
+    def redo(self) -> None:
+        """Redo what was undone last."""
+        self._show_change(self.session.redo(), "there is nothing to redo")
+
+    def _show_change(self, changed: bool, otherwise: str) -> None:
+        if changed:
+            self._due = 0.0
+            self.settle()
+            self.view.forget_future()
+        else:
+            self._notice.show(otherwise)

@@ -1,0 +1,60 @@
+"""What a pane keeps of the latest steps: where the balls were, and their contacts."""
+
+from collections import deque
+from typing import Final
+
+import numpy as np
+
+from sandbox.state import Contacts, Floats, State
+
+MAX_PLACES: Final = 90  # kept of a ball
+MAX_PLACES_OF_ALL: Final = 20_000  # kept of all balls together
+MAX_PAUSE: Final = 1.0  # s between two places of one trail
+CONTACT_SECONDS: Final = 0.4  # s of the scene that a contact is kept for
+MAX_CONTACTS: Final = 200  # kept at once, the latest
+
+
+class Trail:
+    """Where an engine's balls were at the steps shown, in bounded memory."""
+
+    def __init__(self, balls: int) -> None:
+        self._places: deque[tuple[float, Floats]] = deque(maxlen=max(2, min(MAX_PLACES, MAX_PLACES_OF_ALL // balls)))
+
+    def add(self, state: State) -> None:
+        """Add every ball's place. Later places are dropped if time has gone back, all of them after a long pause."""
+        while self._places and self._places[-1][0] >= state.time:
+            self._places.pop()
+        if self._places and state.time - self._places[-1][0] > MAX_PAUSE:
+            self._places.clear()
+        self._places.append((state.time, state.position))
+
+    def places(self) -> Floats:
+        """Return the places kept, oldest first: (places, n, 2) px."""
+        return np.array([position for _, position in self._places])
+
+
+class RecentContacts:
+    """An engine's latest contacts, with their places.
+
+    Engines do not report places. A contact is placed on the rim of its first ball, which is followed back to the time
+    of the contact at its velocity since then.
+    """
+
+    def __init__(self, radius: Floats) -> None:
+        self._radius = radius
+        self._kept = np.empty(0, [("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
+
+    def add(self, contacts: Contacts, state: State) -> None:
+        """Add an engine's contacts since the last call. state: of the engine now."""
+        new = np.empty(len(contacts), self._kept.dtype)
+        first, since = contacts["first"], (state.time - contacts["time"])[:, None]
+        centre = state.position[first] - since * state.velocity[first]
+        new["point"] = centre + self._radius[first, None] * contacts["normal"]
+        for name in ("time", "normal", "impulse"):
+            new[name] = contacts[name]
+        kept = np.concatenate([self._kept, new])
+        self._kept = kept[(kept["time"] > state.time - CONTACT_SECONDS) & (kept["time"] <= state.time)][-MAX_CONTACTS:]
+
+    def latest(self) -> Contacts:
+        """Return time (s), point (px), normal and impulse (kg px/s) of the contacts kept, oldest first."""
+        return self._kept

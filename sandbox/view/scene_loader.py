@@ -1,0 +1,89 @@
+"""Opens other scenes: the bundled ones in turn, those chosen in the picker, and files, which are watched for edits."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import monotonic
+
+from sandbox.errors import Refused, SandboxError
+from sandbox.scene.files import bundled, load
+from sandbox.scene.model import Scene
+from sandbox.view.file_watcher import CHECK_INTERVAL, FileWatcher
+from sandbox.view.notice import Notice
+from sandbox.view.scene_picker import ScenePicker
+
+
+class SceneLoader:
+    """Opens scenes. While the next one cannot be run, the current one keeps running.
+
+    engines: those named by the user; they run in every scene that they accept. begin: runs a scene in engines, or in
+    its default ones if None; it raises SandboxError, and changes nothing, if it cannot.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        engines: Sequence[str] | None,
+        begin: Callable[[Scene, Sequence[str] | None], None],
+        notice: Notice,
+    ) -> None:
+        self._engines = engines
+        self._begin = begin
+        self._notice = notice
+        self.picker: ScenePicker | None = None  # while it is open
+        self._opened(scene)
+
+    def _opened(self, scene: Scene) -> None:
+        self._scene = scene
+        self.error = ""  # of a file that could not be opened since
+        self._watcher = FileWatcher(scene.file)
+        self._next_check = monotonic() + CHECK_INTERVAL
+
+    def try_to_run(self, scene: Scene) -> None:
+        """Run another scene; if that is impossible, show a notice."""
+        with self._notice.reporting():
+            self._run(scene)
+
+    def open_file(self, file: Path) -> None:
+        """Run the scene of a file; if that is impossible, keep its errors to be shown."""
+        self.close_picker()
+        try:
+            self._run(load(file))
+        except SandboxError as error:
+            self.error = str(error)
+
+    def _run(self, scene: Scene) -> None:
+        try:
+            self._begin(scene, self._engines)
+        except Refused as refusal:
+            self._begin(scene, None)
+            self._notice.show(str(refusal))
+        self._opened(scene)
+
+    def reload_if_edited(self) -> bool:
+        """Open the scene's file again if it has been edited. Return whether it has."""
+        if monotonic() < self._next_check:
+            return False
+        self._next_check = monotonic() + CHECK_INTERVAL
+        changed = self._watcher.changed()
+        if changed:
+            self.open_file(self._watcher.file)
+        return changed
+
+    def next_seed(self) -> None:
+        """Restart the scene with the next seed."""
+        with self._notice.reporting():  # the largest seed has no next one
+            self._run(self._scene.changed(seed=self._scene.seed + 1))
+
+    def open_bundled(self, by: int) -> None:
+        """Open the bundled scene so many after the current one, or before it if negative."""
+        names = list(bundled())
+        here = names.index(self._scene.name) if self._scene.name in names else -1 if by > 0 else 0
+        self.try_to_run(load(names[(here + by) % len(names)]))
+
+    def open_picker(self) -> None:
+        """Open the scene picker."""
+        self.picker = ScenePicker(self.open_file, self.close_picker)
+
+    def close_picker(self) -> None:
+        """Close the scene picker."""
+        self.picker = None

@@ -1,0 +1,119 @@
+"""Recorded inputs: the file has what was recorded, and errors in it name their lines."""
+
+import json
+from pathlib import Path
+
+import pytest
+from conftest import NO_KEY, scene_of
+
+from sandbox.errors import SandboxError
+from sandbox.run.inputs import End, Grab, Input, Move, Release, Start, load_inputs, write_inputs
+from sandbox.scene.model import Scene
+
+RECORDED: list[Input] = [
+    Start(scene="article", seed=3, rate=240),
+    Grab(step=12, ball=1, at=(0.1, 1 / 3)),
+    Move(step=12, at=(-5, 1e8)),
+    Release(step=40),
+    End(step=95),
+]
+LINES = """\
+{"step":0,"do":"start","scene":"article","seed":3,"rate":240}
+{"step":12,"do":"grab","ball":1,"at":[0.1,0.3333333333333333]}
+{"step":12,"do":"move","at":[-5.0,1e8]}
+{"step":40,"do":"release"}
+{"step":95,"do":"end"}
+"""
+
+
+def two_balls() -> Scene:
+    return scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100")
+
+
+def test_inputs_are_read_as_they_were_written(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    write_inputs(RECORDED, path)
+    assert load_inputs(path, two_balls()) == RECORDED
+    assert [json.loads(line) for line in path.read_text().splitlines()] == [
+        json.loads(line) for line in LINES.splitlines()
+    ]
+
+
+def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text(LINES)
+    assert load_inputs(path, two_balls()) == RECORDED
+
+
+KINDS = "start, grab, move, release, add, delete, velocity, elasticity, gravity, rate, end"
+BAD_INPUTS = {
+    "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
+    "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
+    "no-such-kind": ('{"do": "grabb"}', f'must be an object with "do" as one of {KINDS}, got {{"do": "grabb"}}'),
+    "kind-is-a-list": ('{"do": ["a"]}', f'must be an object with "do" as one of {KINDS}, got {{"do": ["a"]}}'),
+    "before-the-start": ('{"step": -1, "do": "release"}', "step must be at least 0, got -1"),
+    "no-step": ('{"do": "release"}', "step is missing"),
+    "no-such-ball": ('{"step": 9, "do": "grab", "ball": 2, "at": [1, 2]}', "ball must be at most 1, got 2"),
+    "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
+    "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
+    "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),
+    "a-start-after-others": (
+        '{"step": 0, "do": "start", "scene": "x", "seed": 0, "rate": 1}',
+        "start must come before all other inputs",
+    ),
+    "deep": ("[" * 100_000, "is nested too deeply"),
+    "deep-kind": (
+        '{"do": ' + "[" * 700 + "]" * 700 + "}",
+        f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
+    ),
+    "number-too-long": ('{"step": ' + "9" * 5000 + "}", "contains a number with too many digits"),
+    "a-start-later-on": (
+        '{"step": 3, "do": "start", "scene": "x", "seed": 0, "rate": 60}',
+        "step must be 0, got 3",
+    ),
+}
+
+
+@pytest.mark.parametrize(("line", "message"), BAD_INPUTS.values(), ids=BAD_INPUTS)
+def test_an_error_in_inputs_names_its_line(tmp_path: Path, line: str, message: str) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text('{"step": 0, "do": "release"}\n' + line + "\n")
+    with pytest.raises(SandboxError) as caught:
+        load_inputs(path, two_balls())
+    assert str(caught.value) == f"{path}:2: {message}"
+
+
+def test_all_errors_in_inputs_are_reported_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text(
+        '{"step": 5, "do": "release"}\n{"step": 4, "do": "release"}\n{"step": 6, "do": "end", "at": 1, "ball": 2}\n'
+        '{"step": 5, "do": "grab", "ball": 2, "at": [0, 0]}\n'
+    )
+    with pytest.raises(SandboxError) as caught:
+        load_inputs(path, two_balls())
+    assert str(caught.value).splitlines() == [
+        f"{path}:2: step must be at least 5, got 4",
+        f"{path}:3: at {NO_KEY}; known are do, step",
+        f"{path}:3: ball {NO_KEY}; known are do, step",
+        f"{path}:4: ball must be at most 1, got 2",
+    ]
+
+
+def test_the_first_hundred_errors_in_inputs_are_reported(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text("[1]\n" * 1000)
+    with pytest.raises(SandboxError) as caught:
+        load_inputs(path, two_balls())
+    messages = str(caught.value).splitlines()
+    assert messages[99].startswith(f"{path}:100: must be an object")
+    assert messages[100:] == [f"{path}: has more than these 100 errors"]
+
+
+def test_only_a_newline_ends_a_line_of_inputs(tmp_path: Path) -> None:
+    path = tmp_path / "inputs.jsonl"
+    path.write_text('{"step": 0, "do": "start", "scene": "a\u2028b\x85c", "seed": 0, "rate": 60}\n[1]\n')
+    with pytest.raises(SandboxError) as caught:
+        load_inputs(path, two_balls())
+    first, second = str(caught.value).split("\n")
+    assert first == f"{path}:1: scene must not have control characters, got U+2028"
+    assert second.startswith(f"{path}:2: must be an object")

@@ -1,0 +1,141 @@
+"""The mouse's control law: a critically damped pull that is bounded and never overshoots."""
+
+import math
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sandbox.run.inputs import End, Grab, Input, Move, Release
+from sandbox.run.lockstep import Lockstep
+from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Hand
+from sandbox.scene.model import Scene
+from sandbox.state import Floats
+
+
+def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
+    """Pull a ball along x with no other force; return its positions and velocities, including the start."""
+    mouse = Hand(scene)
+    mouse.apply(Grab(step=0, ball=0, at=(to, 300)))
+    path, speeds = [x], [v]
+    for _ in range(steps):
+        dv = mouse.pull((path[-1], 300), (speeds[-1], 0))
+        assert dv[1] == 0
+        speeds.append(speeds[-1] + dv[0])
+        path.append(path[-1] + speeds[-1] / scene.rate)
+    return np.array(path), np.array(speeds)
+
+
+@settings(deadline=None)
+@given(rate=st.integers(1, 2000), away=st.floats(-30, 30), v=st.floats(-200, 200))
+def test_the_pull_is_critically_damped_and_integrated_by_backward_euler(rate: int, away: float, v: float) -> None:
+    # Both eigenvalues of the step are 1 / (1 + h w), so x_n - target = (c0 + c1 n) / (1 + h w)^n.
+    scene = scene_of("radius = 250\nposition = [400, 300]", more=f"rate = {rate}")
+    position, _ = pulled(scene, 400, 400 + away, v, 50)
+    h, w = 1 / rate, 25.0
+    assert w == PULL_RATE
+    n = np.arange(51)
+    expected = (away + n * (h * w * away + h * v) / (1 + h * w)) / (1 + h * w) ** n
+    assert position - 400 == pytest.approx(expected, abs=1e-9)
+
+
+@settings(deadline=None)
+@given(rate=st.integers(1, 5000), radius=st.floats(1, 100), fraction=st.floats(0, 1), back=st.booleans())
+def test_the_pull_never_overshoots_at_any_rate(rate: int, radius: float, fraction: float, back: bool) -> None:
+    group = f"radius = {radius!r}\nposition = [400, 300]"
+    start, far = (800 - radius, radius) if back else (radius, 800 - radius)
+    target = start + fraction * (far - start)
+    position, _ = pulled(scene_of(group, more=f"rate = {rate}"), target, start, 0, min(3 * rate, 400))
+    left = (position - target) * math.copysign(1, start - target)
+    assert left.min() >= -1e-9
+    assert (np.diff(left) <= 1e-9).all()
+
+
+def test_the_pull_does_not_overshoot_in_a_large_arena() -> None:
+    scene = scene_of("radius = 50\nposition = [400, 300]", size="[2000, 2000]", more="rate = 240")
+    position, _ = pulled(scene, 1950, 50, 0, 2 * 240)
+    assert position.max() - 1950 <= 1e-6
+
+
+def test_a_held_ball_arrives_within_half_a_second_across_the_arena() -> None:
+    scene = scene_of("radius = 20\nposition = [400, 300]")
+    position, velocity = pulled(scene, 780, 20, 0, 60)
+    assert position[-1] == pytest.approx(780, abs=0.5)
+    assert abs(velocity[-1]) < 10
+    near, _ = pulled(scene, 420, 400, 0, 12)
+    assert near[-1] == pytest.approx(420, abs=1.5)
+
+
+@settings(deadline=None)
+@given(
+    rate=st.integers(1, 2000),
+    radius=st.floats(0.5, 200),
+    at=st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4)),
+    where=st.tuples(st.floats(0, 800), st.floats(0, 600)),
+    v=st.tuples(st.floats(-5e3, 5e3), st.floats(-5e3, 5e3)),
+)
+def test_acceleration_and_displacement_per_step_are_bounded(
+    rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
+) -> None:
+    mouse = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
+    mouse.apply(Grab(step=0, ball=0, at=at))
+    dv = mouse.pull(where, v)
+    assert MAX_PULL_ACCELERATION == 40_000
+    assert math.hypot(*dv) * rate <= 40_000 * (1 + 1e-12)
+    if math.hypot(*v) <= radius * rate:  # the disc of allowed velocities is convex
+        assert math.hypot(v[0] + dv[0], v[1] + dv[1]) <= radius * rate * (1 + 1e-12)
+
+
+def test_the_pull_does_not_scale_with_gravity() -> None:
+    first, second = (
+        pulled(scene_of("radius = 20\nposition = [400, 300]", more=f"gravity = [0, {g}]"), 700, 100, 0, 30)
+        for g in (0, 9000)
+    )
+    assert np.array_equal(first[0], second[0])
+
+
+@settings(deadline=None)
+@given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
+def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool) -> None:
+    mouse = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
+    mouse.apply(Grab(step=0, ball=1, at=(400, 300) if move else at))
+    if move:
+        mouse.apply(Move(step=1, at=at))
+    x, y = mouse.target
+    assert (x, y) == (sorted((30, at[0], 770))[1], sorted((30, at[1], 570))[1])
+
+
+def test_the_mouse_grabs_moves_and_releases() -> None:
+    mouse = Hand(scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100"))
+
+    def held() -> int | None:
+        return mouse.ball
+
+    mouse.apply(Move(step=0, at=(100, 100)))  # ignored, as no ball is held
+    assert held() is None
+    mouse.apply(Grab(step=0, ball=1, at=(100, 110)))
+    assert (held(), mouse.target) == (1, (100, 110))
+    mouse.apply(Move(step=1, at=(200, 210)))
+    assert (held(), mouse.target) == (1, (200, 210))
+    mouse.apply(Release(step=2))
+    assert held() is None
+    mouse.apply(Grab(step=3, ball=0, at=(1, 1)))
+    mouse.apply(End(step=4))
+    assert held() is None
+
+
+def test_a_grab_holds_from_its_step_to_the_release_in_every_engine() -> None:
+    inputs: list[Input] = [Grab(step=2, ball=0, at=(420, 300)), Release(step=5)]
+    lockstep = Lockstep(scene_of("radius = 5\nposition = [400, 300]"), ["pymunk", "article"], inputs)
+    moved = []
+    for _ in range(8):
+        before = {name: state.velocity[0, 0] for name, state in lockstep.states().items()}
+        lockstep.step()
+        moved.append({name: state.velocity[0, 0] != before[name] for name, state in lockstep.states().items()})
+    for name in ("pymunk", "article"):
+        assert [step[name] for step in moved] == [False, False, True, True, True, False, False, False]
+    assert lockstep.given == inputs
+    ends = [state.position[0].tolist() for state in lockstep.states().values()]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-12)

@@ -1,0 +1,300 @@
+"""The documents are true: their commands print the output below them, their examples run, their links resolve.
+
+    SANDBOX_WRITE_DOCS=1 .venv/bin/pytest -q tests/test_docs.py
+
+writes into the documents what their commands print, the keys of the window, the labels of causes, and the pictures.
+
+A ```text block directly after a ```sh block of one command is its output, and after a ```python block what that prints.
+A block whose first line is a comment such as `# mine.toml` is a file for all commands and examples of its page.
+A comment `# exit code 1` after a command is the exit code that it must have; without one it is 0.
+"""
+
+import json
+import os
+import re
+import runpy
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from browser import chromium
+from conftest import REQUIRED, Command
+from PIL import Image, ImageSequence
+
+from sandbox.analysis import causes
+from sandbox.run.inputs import Start, load_inputs, write_inputs
+from sandbox.scene.files import load, parse
+from sandbox.scene.model import Scene
+from sandbox.view.controls import HELP
+
+ROOT = Path(__file__).parent.parent
+WRITE = os.environ.get("SANDBOX_WRITE_DOCS") == "1"
+README = ROOT / "README.md"
+PAGES = [README, *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n(?:\n?^```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# ([\w-]+\.(?:toml|py))\n")
+NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip install", ".ci/", "SANDBOX_WRITE_DOCS")  # sets up, or runs the tests
+PACKAGE = "pyproject.toml"
+MISTAKEN = "broken.toml"  # its errors are what a page shows
+FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
+LABELS = vars(causes).get("CAUSES") or {cause.key: cause.label for cause in vars(causes)["Cause"]}
+NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
+
+
+class Block(NamedTuple):
+    """A fenced block, and the output that stands directly after it."""
+
+    page: Path
+    language: str
+    text: str
+    output: str | None
+
+    def __str__(self) -> str:
+        """Name it in a test's id."""
+        return f"{self.page.name}: {self.text.splitlines()[0]}"
+
+    def check_output(self, printed: str) -> None:
+        """Compare what is printed with the document, or write it there."""
+        lines = "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
+        if WRITE and self.output is not None and lines != self.output:
+            rewrite(self.page, self.text + "```", self.output, lines)
+        elif self.output is not None:
+            assert lines == self.output
+
+
+@cache
+def blocks(language: str) -> list[Block]:
+    """Return all blocks of a language in all pages."""
+    return [
+        Block(page, found[1], found[2], found[3])
+        for page in PAGES
+        for found in BLOCK.finditer(page.read_text())
+        if found[1] == language
+    ]
+
+
+def rewrite(page: Path, after: str, old: str, new: str) -> None:
+    """Replace the first text that follows another in a page."""
+    before, found, rest = page.read_text().partition(after)
+    assert found
+    assert old in rest
+    page.write_text(before + found + rest.replace(old, new, 1))
+
+
+def commands() -> Iterator[Block]:
+    """Yield each command of each page, with the output that stands below it."""
+    for block in blocks("sh"):
+        lines = block.text.splitlines(keepends=True)
+        assert len(lines) == 1 or block.output is None, f"{block}: which command printed that?"
+        yield from (block._replace(text=line) for line in lines if not line.startswith(NOT_RUN))
+
+
+def files(page: Path) -> dict[str, str]:
+    """Return the files that a page shows."""
+    return {found[1]: one.text for one in BLOCKS if one.page == page and (found := FILE.match(one.text))}
+
+
+COMMANDS = list(dict.fromkeys(commands()))
+EXAMPLES = [block for block in blocks("python") if not FILE.match(block.text)]
+BLOCKS = [*blocks("toml"), *blocks("python")]
+SET_UP = re.findall(r"^python3 -m venv .*$", README.read_text(), re.MULTILINE)
+
+
+def put_files(page: Path, folder: Path) -> None:
+    """Put into a folder what a page's commands and examples read."""
+    (folder / "docs").mkdir()
+    write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
+    shown = files(page)
+    for name, text in shown.items():
+        (folder / name).write_text(text)
+    if PACKAGE in shown:  # is found as if it were installed
+        project = tomllib.loads(shown[PACKAGE])["project"]
+        installed = folder / f"{project['name'].replace('-', '_')}-{project['version']}.dist-info"
+        installed.mkdir()
+        (installed / "METADATA").write_text(f"Name: {project['name']}\nVersion: {project['version']}\n")
+        for group, engines in project["entry-points"].items():
+            points = (f"{name} = {place}\n" for name, place in engines.items())
+            (installed / "entry_points.txt").write_text(f"[{group}]\n{''.join(points)}")
+
+
+def test_there_are_documents() -> None:
+    assert {page.stem for page in PAGES} == {
+        *("README", "comparing", "developing", "engines", "faq", "formats", "python", "scenes", "sweeps", "window")
+    }
+    assert len(COMMANDS) > 40
+    assert len(EXAMPLES) > 5
+
+
+@pytest.mark.parametrize("block", COMMANDS, ids=str)
+def test_every_command_prints_what_stands_there(
+    block: Block, tmp_path: Path, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, library in NEEDS.items():
+        if name in block.text and find_spec(library) is None:
+            assert not REQUIRED, f"{library} is not installed"
+            pytest.skip(f"needs {library}")
+    monkeypatch.setattr("sandbox.bench.figure.ROUNDS", 1)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    put_files(block.page, tmp_path)
+    line, _, expected = block.text.strip().partition("  # exit code ")
+    program, *arguments = line.partition(" | ")[0].split()
+    code, out, err = command(*arguments)
+    assert (program, code) == ("sandbox", int(expected or 0)), err
+    if block.output is None:
+        assert err == "" or code != 0
+    printed = out + err if code else err + out  # warnings come first, and a limit exceeded at the end
+    if pipe := line.partition(" | ")[2]:
+        printed = subprocess.run(pipe, shell=True, input=printed, text=True, capture_output=True, check=True).stdout
+    block.check_output(printed)
+    for written in re.findall(r"--(?:out|json|csv|report|save-inputs) ([\w./-]*\w)", line):
+        assert (tmp_path / written).stat().st_size > 0
+        if written.startswith("docs/"):
+            check_picture(tmp_path / written, ROOT / written)
+
+
+def check_picture(drawn: Path, kept: Path) -> None:
+    """Compare a picture, or the last frame of a film, with the one in the repository, or write it there."""
+    if WRITE:
+        shutil.copy(drawn, kept)
+    with Image.open(drawn) as one, Image.open(kept) as other:
+        last, last_kept = (list(ImageSequence.Iterator(image))[-1].convert("RGB") for image in (one, other))
+    assert last.size == last_kept.size
+    different = (np.asarray(last) != np.asarray(last_kept)).any(axis=2)
+    assert different.mean() < 0.02  # letters may differ where pygame has another version of its font
+
+
+if WRITE:
+
+    def test_the_picture_of_the_report_is_written(tmp_path: Path, command: Command) -> None:
+        page, picture = tmp_path / "article.html", tmp_path / "report.png"
+        command("compare", "article", "--engines", "pymunk,article,exact", "--report", page)
+        with chromium(tmp_path) as browser:
+            browser.visit(page, width=1200, height=1000)
+            browser.click("#scrubber", x=0.09)
+            browser.picture(picture)
+        with Image.open(picture) as whole:
+            top = whole.convert("RGB").crop((0, 0, 1200, 1000)).quantize(64)
+            top.save(ROOT / "docs" / "report.png", optimize=True)
+
+
+@pytest.mark.parametrize("page", sorted({block.page for block in EXAMPLES}), ids=lambda page: page.name)
+def test_the_python_examples_run(
+    page: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    put_files(page, tmp_path)
+    names: dict[str, object] = {}
+    for block in EXAMPLES:
+        if block.page == page:
+            exec(compile(block.text, str(block), "exec"), names)
+            block.check_output(capfd.readouterr().out)
+    for file in tmp_path.glob("test_*.py"):
+        tests = runpy.run_path(str(file))
+        [test() for name, test in tests.items() if name.startswith("test_")]
+
+
+@pytest.mark.parametrize("block", blocks("toml"), ids=str)
+def test_every_scene_is_valid(block: Block) -> None:
+    found = FILE.match(block.text)
+    if found and found[1] not in (MISTAKEN, PACKAGE):
+        parse(block.text, found[1])
+    elif not found:
+        Scene.model_validate(FRAGMENT | tomllib.loads(block.text))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_resolves(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    links = re.findall(r"\]\(([^)\s]+)\)", text)
+    assert links
+    for link in links:
+        place, _, anchor = link.partition("#")
+        assert "pypi.org" not in place
+        if not place.startswith("https://"):
+            target = page.parent / place if place else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors(target), link
+
+
+def test_the_example_of_inputs_loads(tmp_path: Path) -> None:
+    (example,) = blocks("jsonl")
+    (tmp_path / "mouse.jsonl").write_text(example.text)
+    assert len(load_inputs(tmp_path / "mouse.jsonl", load("article"))) == example.text.count("\n")
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_every_page_is_in_the_contents() -> None:
+    for page in PAGES[1:]:
+        assert f"(docs/{page.name})" in README.read_text()
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.read_text().split()) <= 1_500
+
+
+def test_the_set_up_lines_are_those_that_ci_runs() -> None:
+    assert len(SET_UP) == 2
+    assert set(SET_UP) <= set((ROOT / ".ci" / "run").read_text().splitlines())
+
+
+def test_the_keys_are_those_of_the_window() -> None:
+    check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
+
+
+def test_every_cause_is_explained() -> None:
+    page = ROOT / "docs" / "comparing.md"
+    explained = dict(re.findall(r"^\| `(\w+)` \| ([^|]*) \|", page.read_text(), re.MULTILINE))
+    if WRITE:
+        for cause, label in LABELS.items():
+            rewrite(page, "| key | label |", f"| `{cause}` | {explained[cause]} |", f"| `{cause}` | {label} |")
+    else:
+        assert explained == LABELS
+
+
+def test_every_line_of_a_comparison_is_explained() -> None:
+    shown = next(block for block in COMMANDS if block.page.name == "comparing.md")
+    assert shown.output
+    table = shown.output.split("\n\n")[2].splitlines()[1:]
+    labels = {line.strip().split("  ")[0] for line in table}
+    assert len(labels) > 10
+    assert labels - set(re.findall(r"^\| ([^|]*) \|", shown.page.read_text(), re.MULTILINE)) == set()
+
+
+def check_table(name: str, head: str, rows: list[str]) -> None:
+    """Compare a table with its rows, or write them there."""
+    page = ROOT / "docs" / name
+    table = page.read_text().partition(head)[2].partition("\n\n")[0]
+    if WRITE:
+        rewrite(page, head, table, "\n".join(rows))
+    else:
+        assert table == "\n".join(rows)
+
+
+def keys_of(document: object) -> Iterator[str]:
+    """Yield every key of a document, but for names of engines, causes and laws."""
+    if isinstance(document, dict):
+        for key, value in document.items():
+            yield key
+            named = key in ("engines", "ledger", "theory")
+            yield from (each for one in value.values() for each in keys_of(one)) if named else keys_of(value)
+
+
+def test_every_key_of_a_comparison_is_documented(command: Command) -> None:
+    code, out, _ = command("compare", "gas-100", "--seconds", 0.5, "--json", "-")
+    assert code == 0
+    formats = (ROOT / "docs" / "formats.md").read_text()
+    assert {key for key in keys_of(json.loads(out)) if f"`{key}`" not in formats} == set()

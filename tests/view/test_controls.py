@@ -1,0 +1,82 @@
+"""Keys, buttons and help agree."""
+
+import numpy as np
+import pygame
+import pytest
+from pygame.event import Event
+from window_driver import button, click, pixels, press, run
+
+from sandbox.state import CONTACT
+from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
+from sandbox.view.layers import Layer
+from sandbox.view.layout import MIN_SIZE
+from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
+from sandbox.view.palette import FRAME
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+
+
+def test_every_action_and_layer_has_one_control(window: Window) -> None:
+    actions = [control.action for control in CONTROLS if isinstance(control.action, Action)]
+    assert actions == list(Action)
+    assert set(window.actions) == set(Action)
+    layers = [control.action for control in CONTROLS if isinstance(control.action, Layer)]
+    assert layers == list(Layer)
+    assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)
+    assert {control.action for control in CONTROLS if control.group == Group.LAYERS} == set(Layer)
+
+
+def test_each_key_finds_its_control() -> None:
+    for control in CONTROLS:
+        for key in control.keys:
+            mod = pygame.KMOD_LSHIFT if control.shift else 0
+            assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control
+        for character in control.typed:
+            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control
+
+
+def test_help_is_drawn_and_hidden_again(window: Window) -> None:
+    window.draw()
+    before = pixels(window.screen)
+    press(window, "F1")
+    window.draw()
+    panel = (pixels(window.screen) != before).any(axis=2)
+    assert panel.sum() > 20_000
+    assert (pixels(window.screen)[panel] == np.array(FRAME[:3])).all(axis=1).mean() > 0.5
+    press(window, "F1")
+    window.draw()
+    assert np.array_equal(pixels(window.screen), before)
+
+
+def test_help_fits_into_the_smallest_window(window: Window) -> None:
+    window.screen = pygame.display.set_mode(MIN_SIZE)
+    window.draw()
+    before = pixels(window.screen)
+    press(window, "F1")
+    window.draw()
+    assert (pixels(window.screen) != before).any(axis=2).mean() > 0.25
+
+
+@pytest.mark.parametrize("control", [c for c in CONTROLS if c.group == Group.LAYERS], ids=lambda c: c.action)
+def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Control) -> None:
+    run(window, 30)
+    window.view.session.lockstep.engines["pymunk"].kick(0, (30.0, 90.0))
+    window.playback.step()
+    pane = window.view.panes[0]
+    pane.recent_contacts.add(np.array([(pane.state.time, 0, 1, (1, 0), 5, 0)], CONTACT), pane.state)
+
+    def shown() -> np.ndarray:
+        window.draw()
+        below = window.layout.toolbar[-1].bottom
+        return pixels(window.screen)[:, below:]
+
+    window.mouse.point = None
+    before = shown()
+    press(window, control.typed)
+    by_key = shown()
+    assert (by_key != before).any()
+    press(window, control.typed)
+    assert np.array_equal(shown(), before)
+    click(window, button(window, control.action))
+    assert np.array_equal(shown(), by_key)

@@ -1,0 +1,223 @@
+"""The mouse pulls balls, sets velocities and selects."""
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from pygame.event import Event
+from window_driver import THREE_BALLS, colour_at, drag, given, hover, mouse, pixels, point, press, run, slider, step
+
+from sandbox.run.edits import SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.run.trajectory import simulate
+from sandbox.scene.model import rgb
+from sandbox.state import State
+from sandbox.view.ball_card import ball_table
+from sandbox.view.mouse_tool import ball_at
+from sandbox.view.palette import FAINT
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pane: int) -> None:
+    x, y = point(window, 600, 110, pane)
+    there = point(window, 500, 60, pane)
+    mouse(window, pygame.MOUSEBUTTONDOWN, (x, y + 4))  # just outside of the ball
+    mouse(window, pygame.MOUSEMOTION, there)
+    run(window, 60)
+    window.draw()
+    for drawn in (0, 1):
+        assert window.view.panes[drawn].state.position[2] == pytest.approx([500, 60], abs=1 / window.layout.scale)
+        assert colour_at(window, 500, 68, drawn) == rgb(window.scene.colors[2])
+    mouse(window, pygame.MOUSEBUTTONUP, there)
+    kinds: list[type[Input]] = [Grab, Move, Release]
+    assert [type(one) for one in given(window)] == kinds
+
+
+def test_a_click_away_from_all_balls_grabs_nothing(window: Window) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 400, 300))
+    mouse(window, pygame.MOUSEBUTTONDOWN, (1, 1))
+    assert window.view.session.lockstep.hand.ball is None
+    assert given(window) == []
+
+
+def grab(window: Window) -> tuple[int, int]:
+    """Grab the third ball in the second pane; return where."""
+    at = point(window, 600, 100, pane=1)
+    mouse(window, pygame.MOUSEBUTTONDOWN, at)
+    assert window.view.session.lockstep.hand.ball == 2
+    return at
+
+
+def test_losing_the_focus_or_the_button_releases_the_ball(window: Window) -> None:
+    grab(window)
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert window.view.session.lockstep.hand.ball is None
+    at = grab(window)
+    mouse(window, pygame.MOUSEMOTION, at, held=False)  # it came back with the button up
+    assert window.view.session.lockstep.hand.ball is None
+    window.mouse.release()
+    assert len(given(window)) == 4
+
+
+def test_the_line_to_the_pointer_is_drawn_in_every_pane(window: Window) -> None:
+    x, y = grab(window)
+    mouse(window, pygame.MOUSEMOTION, (x, y + round(150 * window.layout.scale)))
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window, 600, 180, pane) == (0, 0, 0)
+
+
+def test_the_run_equals_the_replay_of_its_inputs(window: Window) -> None:
+    x, y = grab(window)
+    for k in range(40):
+        mouse(window, pygame.MOUSEMOTION, (x - 5 * k, y - 2 * k))
+        run(window, 1)
+    window.mouse.release()
+    run(window, 1)
+    for pane in window.view.panes:
+        replay = simulate(window.scene, pane.name, steps=41, inputs=given(window))
+        assert np.array_equal(replay.position[-1], pane.state.position)
+
+
+def test_a_drag_far_outside_of_a_very_large_arena_pulls_to_its_edge() -> None:
+    window = Window(scene_of("radius = 1e8\nposition = [5e8, 5e8]", size="[1e9, 1e9]"), ["exact"])
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 5e8, 5e8))
+    mouse(window, pygame.MOUSEMOTION, (30_000, -30_000))
+    assert given(window)[-1] == Move(step=0, at=(1e9, 0))
+
+
+def test_a_drag_while_paused_sets_a_ball_s_velocity_in_every_engine(window: Window) -> None:
+    press(window, "p")
+    x, y = point(window, 600, 100, pane=1)
+    drag(window, (x, y), point(window, 660, 140, pane=1))
+    [edit] = given(window)
+    assert isinstance(edit, SetVelocity)
+    assert edit.ball == 2
+    assert edit.velocity == pytest.approx((300, 200), abs=5 / window.layout.scale)
+    assert [pane.state.velocity[2].tolist() for pane in window.view.panes] == [list(edit.velocity)] * 2
+
+
+def test_a_click_while_paused_selects_a_ball_and_moves_none(window: Window) -> None:
+    press(window, "p")
+    x, y = point(window, 600, 100)
+    drag(window, (x, y), (x + 2, y))
+    assert given(window) == []
+    assert window.editor.selected == 2
+    drag(window, point(window, 400, 500), point(window, 410, 500))
+    assert window.editor.selected is None
+
+
+def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: Window) -> None:
+    press(window, "p")
+    start, end = point(window, 600, 100), point(window, 700, 100)
+    mouse(window, pygame.MOUSEBUTTONDOWN, start)
+    mouse(window, pygame.MOUSEMOTION, end)
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window, 660, 100, pane) == (0, 0, 0)
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert given(window) == []
+    window.draw()
+    assert colour_at(window, 660, 100) == (255, 255, 255)
+
+
+def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
+    run(window, 10)
+    window.playback.paused = False
+    x, y = window.view.panes[0].state.position[2]
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y))
+    run(window, 3)
+    press(window, "Left")
+    window.playback.paused = False
+    press(window, "End")
+    assert window.view.moment.held is None
+    assert [one.do for one in given(window)] == ["grab", "release"]
+
+
+def throw_and_go_back(window: Window) -> list[Input]:
+    """Drag a ball for twenty steps, throw it, and go back to the middle of the drag; return all inputs."""
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    for k in range(20):
+        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 5 * k, 100 + 4 * k))
+        run(window, 1)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 500, 180))
+    run(window, 10)
+    done = given(window)
+    window.playback.seek(10)
+    assert window.view.moment.held == 2
+    return done
+
+
+def test_looking_at_an_earlier_drag_changes_no_input(window: Window) -> None:
+    done = throw_and_go_back(window)
+    window.draw()
+    strip = window.layout.strip
+    hover(window, point(window, 300, 500))
+    drag(window, strip.center, (strip.x + strip.width // 3, strip.centery))
+    drag(window, window.layout.toolbar[0].center, (5, 5))
+    window.on_event(Event(pygame.WINDOWFOCUSLOST))
+    window.playback.seek(10)
+    run(window, 2)
+    press(window, "Left", "Home", "Right", "End")
+    assert given(window) == done
+    window.playback.seek(10)
+    while step(window) < 30:
+        hover(window, point(window, 300, 500))
+        run(window, 1)
+    assert window.view.session.inputs == done
+
+
+def test_an_edit_during_an_earlier_drag_releases_its_ball(window: Window) -> None:
+    throw_and_go_back(window)
+    window.editor.set_gravity(300.0)
+    run(window, 5)
+    assert window.view.moment.held is None
+
+
+@pytest.mark.parametrize("lost", [Event(pygame.MOUSEBUTTONUP, button=1, pos=(5, 5)), Event(pygame.WINDOWFOCUSLOST)])
+def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Window, lost: Event) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    assert window.view.session.held == 2
+    press(window, "/")
+    window.on_event(lost)
+    assert window.view.session.held is None
+    press(window, "Esc")
+    knob, place = slider(window, "speed")
+    mouse(window, pygame.MOUSEBUTTONDOWN, place.midleft)
+    press(window, "/")
+    window.on_event(lost)
+    press(window, "Esc")
+    hover(window, place.midright)
+    assert knob.value() == 0.01
+
+
+@pytest.mark.parametrize("x", [200, 600, 790])
+def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(x: int) -> None:
+    scene = scene_of(*THREE_BALLS, f"radius = 10\nposition = [{x}, 590]\nvelocity = [0, -5]\nmass = 4")
+    window = Window(scene, ["pymunk", "impulse"])
+    assert ball_table(window.view.panes, 3)[1:] == [
+        [name, f"{x:.2f}, 590.00", "0.00, -5.00", "50"] for name in ("pymunk", "impulse")
+    ]
+    window.draw()
+    before = pixels(window.screen)
+    hover(window, point(window, x, 590, pane=1))
+    window.draw()
+    changed = (pixels(window.screen) != before).any(axis=2)
+    columns, rows = np.nonzero(changed)
+    card = pygame.Rect(int(columns.min()), int(rows.min()), int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1)
+    assert card.width > 200
+    assert window.screen.get_rect().inflate(-1, -1).contains(card.inflate(-2, -2))
+    assert window.screen.get_at((card.x, card.y + card.height // 2))[:3] == FAINT[:3]  # its whole edge
+    assert window.screen.get_at((card.right - 1, card.y + card.height // 2))[:3] == FAINT[:3]
+    window.on_event(Event(pygame.WINDOWLEAVE))
+    window.draw()
+    assert np.array_equal(pixels(window.screen), before)
+
+
+def test_a_ball_is_found_by_its_edge_not_its_centre() -> None:
+    state = State(0.0, np.array([[100.0, 100.0], [160.0, 100.0]]), np.zeros((2, 2)))
+    assert ball_at(state, np.array([50.0, 5.0]), (145.0, 100.0)) == (0, -5.0)
+    assert ball_at(state, np.array([50.0, 5.0]), (153.0, 100.0)) == (1, 2.0)

@@ -1,0 +1,124 @@
+"""Panes show every engine's balls and walls where they are."""
+
+import math
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from pymunk.pygame_util import DrawOptions
+from window_driver import colour_at, pixels, press, run
+
+from sandbox.analysis.comparison import compare
+from sandbox.engines.pymunk import PymunkEngine
+from sandbox.scene.files import load
+from sandbox.scene.model import rgb
+from sandbox.view.debug_draw import turned
+from sandbox.view.layout import Layout
+from sandbox.view.picture import draw_picture
+from sandbox.view.primitives import disc
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+RED, BLUE = "#d55e00", "#0072b2"
+TWO_BALLS = (
+    f'radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\ncolors = ["{RED}"]',
+    f'radius = 20\nposition = [600, 300]\ncolors = ["{BLUE}"]',
+)
+
+
+@pytest.fixture
+def window(memory_screen: None) -> Window:
+    return Window(scene_of(*TWO_BALLS), None)
+
+
+def test_discs_of_former_sizes_are_dropped_from_the_cache(window: Window) -> None:
+    for width in range(700, 1000, 20):
+        window.screen = pygame.display.set_mode((width, width))
+        window.draw()
+        assert disc.cache_info().currsize == turned.cache_info().currsize == 2
+
+
+def test_each_pane_shows_its_engine_s_balls(window: Window) -> None:
+    run(window, 60)
+    window.draw()
+    for pane in (0, 1):
+        assert colour_at(window, 260, 306, pane) == rgb(RED)
+        assert colour_at(window, 600, 306, pane) == rgb(BLUE)
+        assert colour_at(window, 200, 300, pane) == (255, 255, 255)
+    assert [pane.title for pane in window.view.panes] == [
+        "pymunk    energy 100.0%    contacts 0",
+        "article    energy 100.0%    contacts 0",
+    ]
+
+
+@pytest.mark.parametrize("quarter", [0, 1, 2, 3, 5])
+def test_discs_in_debug_draw_show_their_angle(quarter: int) -> None:
+    window = Window(scene_of(f'radius = 30\nposition = [200, 300]\ncolors = ["{RED}"]'), ["pymunk"])
+    engine = window.view.session.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+    [ball] = [body for body in engine.space.bodies if body.body_type == body.DYNAMIC]
+    ball.angle = quarter * math.pi / 2
+    window.draw()
+    line = tuple(DrawOptions(window.screen).shape_outline_color.as_int())[:3]
+    seen = [
+        colour_at(window, 200 + 18 * x, 300 + 18 * y) == line
+        for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))  # clockwise, as y goes down
+    ]
+    assert seen == [quarter % 4 == k for k in range(4)]
+
+
+def test_pymunk_draws_its_collision_points(window: Window) -> None:
+    engine = window.view.session.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+    red, blue = (body for body in engine.space.bodies if body.body_type == body.DYNAMIC)
+    red.position = 565, 300
+    window.playback.step()
+    window.draw()
+    red_of_points = tuple(DrawOptions(window.screen).collision_point_color.as_int())[:3]
+    arena = window.layout.arenas[0]
+    inside = pixels(window.screen.subsurface(arena))
+    x = np.nonzero((inside == red_of_points).all(axis=2))[0]
+    assert len(x)
+    between = (red.position.x + blue.position.x) / 2
+    assert x.mean() / window.layout.scale == pytest.approx(between, abs=6)
+
+
+def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
+    scene = load("head-on")
+    comparison = compare(scene)
+    picture = draw_picture(comparison)
+    layout = Layout(picture.get_size(), scene.arena.size, len(comparison.runs))
+    for pane, engine in enumerate(comparison.runs.values()):
+        for ball, (x, y) in enumerate(engine.final.position):
+            place = layout.arenas[pane].move(round(x * layout.scale), round((y + 8) * layout.scale)).topleft
+            assert tuple(picture.get_at(place))[:3] == rgb(scene.colors[ball])
+
+
+def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
+    window.view.session.lockstep.engines["pymunk"].kick(0, (0.0, 600.0))
+    run(window, 6)  # the panes' first balls are 60 px apart now
+    window.draw()
+    x = 206 + 20  # the right edge of the article's ball, in Pymunk's pane
+    assert colour_at(window, x, 300) == (255, 255, 255)
+    press(window, "g")
+    window.draw()
+    ring = {colour_at(window, x + dx, 300) for dx in (-2, -1, 0, 1)}
+    assert rgb(RED) in ring
+    assert colour_at(window, 206, 310) == (255, 255, 255)  # but not filled
+
+
+@pytest.mark.parametrize("ends", [((300, 150), (500, 150)), ((300, 100), (500, 200)), ((300, 200), (500, 100))])
+def test_inner_walls_have_their_thickness_at_any_slope_in_every_pane(
+    ends: tuple[tuple[float, float], tuple[float, float]],
+) -> None:
+    (x0, y0), (x1, y1) = ends
+    scene = scene_of(*TWO_BALLS, more=f"walls = [{{ from = [{x0}, {y0}], to = [{x1}, {y1}], thickness = 20 }}]")
+    window = Window(scene, ["pymunk", "impulse"])
+    window.draw()
+    inks = (149, 165, 166), (0, 0, 0)  # debug-draw's static shapes; black on white
+    length = math.dist(*ends)
+    for pane, ink in enumerate(inks):
+        for across, colour in ((-13, (255, 255, 255)), (-8, ink), (8, ink), (13, (255, 255, 255))):
+            x, y = 400 - (y1 - y0) / length * across, 150 + (x1 - x0) / length * across
+            assert colour_at(window, x, y, pane) == colour

@@ -1,0 +1,196 @@
+"""Time passes, is paused, and goes back and forward."""
+
+import math
+
+import numpy as np
+import pygame
+import pytest
+from window_driver import click, colour_at, mouse, press, run, shown, slider, step
+
+from sandbox.run.trajectory import simulate
+from sandbox.scene.model import rgb
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+
+
+def test_pause_stops_time_and_step_keys_do_one_step(window: Window) -> None:
+    press(window, "p")
+    assert window.playback.paused
+    press(window, "o")
+    press(window, "Right")
+    assert window.view.session.lockstep.steps == 2
+    assert window.view.panes[0].state.position[0].tolist() == [208, 300]
+    press(window, "Space")
+    assert not window.playback.paused
+
+
+def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None:
+    for _ in range(30):
+        window.playback.advance(1 / 60)
+    assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
+    press(window, "+")
+    before = window.view.session.lockstep.steps
+    for _ in range(30):
+        window.playback.advance(1 / 60)
+    assert window.view.session.lockstep.steps - before == pytest.approx(60, abs=1)
+    for _ in range(20):
+        press(window, "-")
+    assert window.playback.speed == 0.01
+
+
+def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
+    press(window, "p")
+    window.playback.set_speed(math.inf)
+    press(window, "o")
+    window.playback.advance(0.0)
+    assert window.view.session.lockstep.steps == 1
+    window.playback.advance(1 / 60)
+    assert window.view.session.lockstep.steps > 1
+
+
+def test_slow_frames_slow_time_down_and_never_enlarge_a_step(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame is too slow
+    window.playback.advance(10.0)
+    assert window.view.session.lockstep.steps == 1
+    window.playback.advance(0.0)
+    assert window.view.session.lockstep.steps == 2
+    window.playback.advance(0.0)
+    assert window.view.session.lockstep.steps == 2
+    expected = simulate(window.scene, "pymunk", steps=2)
+    assert np.array_equal(window.view.panes[0].state.position, expected.position[2])
+
+
+def test_speeds_range_from_a_hundredth_to_as_fast_as_possible(window: Window) -> None:
+    press(window, *["-"] * 20)
+    for _ in range(101):
+        window.playback.advance(1.0)
+    assert step(window) == pytest.approx(60, abs=1)
+    press(window, *["+"] * 20)
+    assert window.playback.speed == math.inf
+    before = step(window)
+    window.playback.advance(1e-9)
+    assert step(window) > before + 2
+    assert "fastest" in window.status
+
+
+def test_the_speed_slider_sets_the_speed(window: Window) -> None:
+    knob, place = slider(window, "speed")
+    click(window, (place.right - 1, place.centery))
+    assert window.playback.speed == knob.value() == math.inf
+    click(window, (place.x, place.centery))
+    assert window.playback.speed == 0.01
+
+
+def test_keys_go_back_and_forward_and_the_panes_show_those_steps(window: Window) -> None:
+    run(window, 90)
+    end = shown(window)
+    press(window, *["Left"] * 10)
+    assert (step(window), window.playback.paused) == (80, True)
+    window.draw()
+    for pane, name in enumerate(("pymunk", "impulse")):
+        x, y = simulate(window.scene, name, steps=80).position[80, 2]
+        assert colour_at(window, x, y + 6, pane) == rgb(window.scene.colors[2])
+    press(window, *["Right"] * 10)
+    assert shown(window) == end
+    press(window, "PageUp")
+    assert step(window) == 30
+    press(window, "PageUp")
+    assert step(window) == 0
+    press(window, "PageDown", "PageDown", "PageDown")
+    assert (step(window), shown(window)) == (90, end)
+    press(window, "Home")
+    assert step(window) == 0
+    press(window, "End")
+    assert shown(window) == end
+
+
+@pytest.mark.parametrize("charts", [True, False])
+def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(window: Window, charts: bool) -> None:
+    run(window, 120)
+    window.playback.paused = False
+    if not charts:
+        press(window, "h")
+    window.draw()
+    layout = window.layout
+    assert bool(layout.strip.height) == charts
+    assert bool(layout.bar.height) != charts
+    if charts:
+        plot = window.view.charts.plots(layout.strip, layout.text_height)[0]
+        places = {at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.y + 9) for at in (0.5, 1, 9)}
+    else:
+        bar = layout.bar
+        places = {at: (bar.x + round(min(at / 2, 1) * bar.width), bar.centery) for at in (0.5, 1, 9)}
+    mouse(window, pygame.MOUSEBUTTONDOWN, places[1])
+    assert step(window) == pytest.approx(60, abs=2)
+    assert window.playback.paused
+    mouse(window, pygame.MOUSEMOTION, places[0.5])
+    assert step(window) == pytest.approx(30, abs=2)
+    mouse(window, pygame.MOUSEMOTION, (-50, places[1][1] + 900))  # out of the window
+    assert step(window) == 0
+    mouse(window, pygame.MOUSEMOTION, places[9])
+    assert step(window) == 120
+    mouse(window, pygame.MOUSEBUTTONUP, places[9])
+    mouse(window, pygame.MOUSEMOTION, places[1], held=False)
+    assert step(window) == 120
+
+
+def test_playing_from_an_earlier_step_waits_until_the_engines_have_caught_up(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(window, 60)
+    end = shown(window)
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame has time for one slice
+    window.playback.seek(25)
+    window.playback.paused = False
+    window.frame(1 / 60)
+    assert step(window) == 25
+    assert "catching up: 15 steps to go" in window.status
+    while step(window) < 60:
+        window.frame(1 / 60)
+    assert shown(window) == end
+
+
+def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 8)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 12 * window.view.moment.size)
+    run(window, 100)
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
+    window.playback.seek(37)
+    frames = 0
+    while not window.playback.exact:
+        assert step(window) != 37
+        window.frame(0.0)
+        frames += 1
+    assert frames > 2
+    assert shown(window)[0] == simulate(window.scene, "pymunk", steps=37).position[37].tobytes()
+
+
+def test_charts_follow_the_run_and_restart_with_it(window: Window) -> None:
+    run(window, 20)
+    assert window.view.charts.data.series.steps.tolist() == list(range(21))
+    press(window, "r")
+    assert window.view.charts.data.series.steps.tolist() == [0]
+
+
+def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Window) -> None:
+    run(window, 60)
+    steps = window.view.charts.data.series.steps
+    window.playback.seek(20)
+    assert steps[-1] == 60
+    press(window, ".", "Delete")
+    assert window.view.charts.data.series.steps[-1] == 20
+    run(window, 5)
+    assert window.view.charts.data.times[-1] == pytest.approx(25 / 60)
+
+
+def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
+    run(window, 100)
+    window.playback.seek(50)
+    places = window.view.panes[0].trail.places()
+    assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
+    press(window, ".", "Delete")
+    assert window.view.panes[0].trail.places().shape[1:] == (2, 2)
+    window.draw()

@@ -1,0 +1,90 @@
+"""Scenes, pictures and recordings that the window saves."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+from PIL import Image
+from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
+
+from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn
+from sandbox.view.controls import CONTROLS, Action
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+
+
+def test_a_saved_scene_loads_to_the_balls_shown(window: Window, tmp_path: Path) -> None:
+    run(window, 33)
+    press(window, "s", "save")
+    hover(window, point(window, 10, 10, pane=1))
+    press(window, "s")
+    files = sorted(tmp_path.glob("*.toml"), key=os.path.getmtime)
+    assert {file.name for file in files} == {"test-0-000033.toml", "test-0-000033-2.toml", "test-0-000033-3.toml"}
+    assert "saved test-0-000033-3.toml: the balls as in impulse" in window.status
+    for file, pane in (("test-0-000033.toml", 0), ("test-0-000033-3.toml", 1)):
+        start = spawn(load(tmp_path / file))
+        assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
+
+
+def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path) -> None:
+    window.playback.step()
+    window.draw()
+    press(window, "F12")
+    [file] = tmp_path.glob("*.png")
+    assert file.name == "test-0-000001.png"
+    assert np.array_equal(pixels(pygame.image.load(file)), pixels(window.screen))
+    assert window.status == f"saved {file.name}"
+
+
+def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
+    file = tmp_path / ("x" * 245 + ".toml")
+    file.write_text(SMALL_SCENE)
+    window = Window(load(file), None)
+    window.frame(1 / 60)
+    press(window, "F12")
+    assert "cannot be written: File name too long" in window.status
+    window.notice.clear()
+    press(window, "s")
+    assert "cannot be written: File name too long" in window.status
+    press(window, "F9")
+    window.frame(1 / 60)
+    press(window, "F9")
+    assert "cannot be written: File name too long" in window.status
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window, tmp_path: Path) -> None:
+    window.frame(1 / 60)
+    press(window, "F9")
+    assert window.is_on(next(control for control in CONTROLS if control.action == Action.RECORD))
+    for _ in range(25):  # half a second of it, however long it takes
+        window.frame(3.0)
+    press(window, "p")
+    window.frame(1 / 60)  # is not recorded
+    last = pixels(window.screen)
+    press(window, "p")
+    press(window, "F9")
+    [file] = tmp_path.iterdir()
+    with Image.open(file) as film:
+        assert (file.suffix, getattr(film, "n_frames", 0)) == (".gif", 25)
+        film.seek(24)
+        recorded = np.asarray(film.convert("RGB")).swapaxes(0, 1)
+    assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
+    panes = slice(window.layout.top, window.layout.strip.y)
+    assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.01
+    assert window.status == f"saved {file.name}"
+
+
+def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> None:
+    press(window, "F9")
+    window.frame(1 / 60)
+    window.screen = pygame.display.set_mode((700, 500))
+    window.frame(1 / 60)
+    assert window.recorder.film is None
+    [file] = tmp_path.iterdir()
+    with Image.open(file) as film:
+        assert film.size != (700, 500)

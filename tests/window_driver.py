@@ -1,0 +1,120 @@
+"""A window on a screen that is only in memory, with its keys and its mouse."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.run.inputs import Input
+from sandbox.view.controls import Action
+from sandbox.view.layers import Layer
+from sandbox.view.toolbar import Button, Slider
+from sandbox.view.window import Window
+
+THREE_BALLS: Final = (
+    "radius = 20\nposition = [200, 300]\nvelocity = [240, 0]",
+    "radius = 20\nposition = [260, 310]\nmass = 3",
+    "radius = 10\nposition = [600, 100]\nvelocity = [60, -30]",
+)
+SMALL_SCENE: Final = "[arena]\nsize = [90, 90]\n[[balls]]\nradius = 5\nposition = [9, 9]\n"
+CODES: Final = {
+    "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,
+    "End": pygame.K_END, "PageUp": pygame.K_PAGEUP, "PageDown": pygame.K_PAGEDOWN, "Delete": pygame.K_DELETE,
+    "Enter": pygame.K_RETURN, "Esc": pygame.K_ESCAPE, "Back": pygame.K_BACKSPACE, "Tab": pygame.K_TAB,
+    "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F9": pygame.K_F9, "F12": pygame.K_F12,
+}  # fmt: skip
+CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
+
+
+@pytest.fixture
+def memory_screen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def window(memory_screen: None) -> Window:
+    return Window(scene_of(*THREE_BALLS), None)
+
+
+def press(window: Window, *keys: str, shift: bool = False) -> None:
+    """Press keys by their names, or by what they type."""
+    for key in keys:
+        code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))
+        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=pygame.KMOD_LSHIFT if shift else 0))
+
+
+def mouse(window: Window, what: int, point: tuple[int, int], held: bool = True) -> None:
+    window.on_event(Event(what, pos=point, button=1, buttons=(int(held), 0, 0)))
+
+
+def hover(window: Window, point: tuple[int, int]) -> None:
+    mouse(window, pygame.MOUSEMOTION, point, held=False)
+
+
+def click(window: Window, point: tuple[int, int]) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point)
+    mouse(window, pygame.MOUSEBUTTONUP, point)
+
+
+def drag(window: Window, start: tuple[int, int], end: tuple[int, int]) -> None:
+    hover(window, start)
+    mouse(window, pygame.MOUSEBUTTONDOWN, start)
+    mouse(window, pygame.MOUSEMOTION, end)
+    mouse(window, pygame.MOUSEBUTTONUP, end)
+
+
+def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
+    """Return the point of the screen at a place of the scene in a pane."""
+    arena, scale = window.layout.arenas[pane], window.layout.scale
+    return round(arena.x + x * scale), round(arena.y + y * scale)
+
+
+def button(window: Window, action: Action | Layer) -> tuple[int, int]:
+    """Return the middle of a control's button."""
+    for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True):
+        if isinstance(widget, Button) and widget.control.action == action:
+            return place.center
+    raise AssertionError(action)
+
+
+def slider(window: Window, name: str) -> tuple[Slider, Rect]:
+    """Return a slider and its place."""
+    [found] = [
+        (widget, place)
+        for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True)
+        if isinstance(widget, Slider) and widget.name == name
+    ]
+    return found
+
+
+def run(window: Window, steps: int) -> None:
+    for _ in range(steps):
+        window.playback.step()
+
+
+def step(window: Window) -> int:
+    return window.view.moment.step
+
+
+def shown(window: Window) -> list[bytes]:
+    """Return the positions and velocities in every pane."""
+    return [state.tobytes() for pane in window.view.panes for state in (pane.state.position, pane.state.velocity)]
+
+
+def given(window: Window) -> list[Input]:
+    return window.view.session.given()
+
+
+def pixels(surface: Surface) -> np.ndarray:
+    return pygame.surfarray.array3d(surface)
+
+
+def colour_at(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, ...]:
+    """Return the colour drawn at a place of the scene in a pane."""
+    return tuple(window.screen.get_at(point(window, x, y, pane)))[:3]
