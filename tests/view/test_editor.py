@@ -164,8 +164,8 @@ def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
 def test_edits_at_a_step_not_in_the_history_apply_to_the_balls_of_that_step(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sandbox.session.history.RECENT", 8)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.view.moment.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 8)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 12 * window.view.moment.size)
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
     run(window, 100)
     press(window, ".")

@@ -154,8 +154,8 @@ def test_playing_from_an_earlier_step_waits_until_the_engines_have_caught_up(
 def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sandbox.session.history.RECENT", 8)
-    monkeypatch.setattr("sandbox.session.history.BYTES", 12 * window.view.moment.size)
+    monkeypatch.setattr("sandbox.session.history.MAX_RECENT", 8)
+    monkeypatch.setattr("sandbox.session.history.MAX_BYTES_KEPT", 12 * window.view.moment.size)
     run(window, 100)
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
     window.playback.seek(37)
