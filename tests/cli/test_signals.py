@@ -170,9 +170,9 @@ def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.
     grab = Grab(step=0, ball=0, at=(100, 100))
 
     def run(window: Any) -> NoReturn:
-        window.player.give(grab)
+        window.playback.give(grab)
         for _ in range(3):
-            window.stage.session.advance()
+            window.view.session.advance()
         raise Terminated(signal.SIGTERM)
 
     monkeypatch.setattr("sandbox.view.window.Window.run", run)

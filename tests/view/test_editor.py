@@ -49,7 +49,7 @@ def test_a_selected_ball_stays_selected_when_another_is_deleted(window: Window) 
 def test_the_last_ball_is_not_deleted() -> None:
     window = Window(scene_of("radius = 20\nposition = [200, 300]"), None)
     press(window, ".", "Delete")
-    assert "balls are none" in window.status
+    assert "balls must contain at least one ball" in window.status
     assert given(window) == []
 
 
