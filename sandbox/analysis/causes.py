@@ -39,3 +39,7 @@ class Cause(IntEnum):
     def key(self) -> str:
         """The name in JSON and CSV."""
         return self.name.lower()
+
+    def __str__(self) -> str:
+        """Return the key."""
+        return self.key

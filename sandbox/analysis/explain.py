@@ -9,7 +9,7 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
-WRONG_REFERENCE: Final = "It is the reference's that is wrong."
+WRONG_REFERENCE: Final = "The reference is wrong here."
 UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended before all were right."
 DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they came."
@@ -17,7 +17,7 @@ DISORDERED: Final = (
 ON_THE_WAY: Final = {
     Cause.GRAVITY: "Gravity, integrated in steps, brought the balls there at other speeds.",
     Cause.FRICTION: "Friction turned the balls on their way.",
-    Cause.UNTOLD: "The balls changed on their way, and the engine told of no contact.",
+    Cause.UNTOLD: "The balls' velocities changed on their way without a reported contact.",
 }
 
 
@@ -30,9 +30,9 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
         return _explain_timing(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
-        Cause.OVERSHOOT: f"It was put back on the wall: {off} of its way back were thrown away.",
+        Cause.OVERSHOOT: f"It was put back on the wall: {off} of its way back were discarded.",
         Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
-        Cause.TURNED: "It was on its way back from the wall, and was turned round again.",
+        Cause.TURNED: "It was already leaving the wall, and was reversed again.",
         Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
         Cause.UNCONVERGED: UNCONVERGED,
         Cause.GRAVITY: "Gravity pulled for a whole step, though the wall was met within it.",
@@ -42,7 +42,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
 def explain_passage(scene: Scene, passage: Passage) -> str:
     """Explain a passage without a reported contact."""
     if passage.second >= 0:
-        return "The two passed into each other, and the engine told of no contact."
+        return "The two passed into each other without a reported contact."
     wall = scene.walls[~passage.second - len(ARENA_WALLS)]
     ends = " to ".join("({:g}, {:g})".format(*end) for end in (wall.start, wall.to))
     return (

@@ -82,7 +82,7 @@ class ChartData:
         first = states[self.reference]
         self.energy_at_start = scene_energy(scene, first)
         unit = "% of the start" if self.energy_at_start else "kg px²/s²"
-        gap = [Quantity("gap, RMS", "px", logarithmic=True)] if len(states) > 1 else []
+        gap = [Quantity("RMS gap", "px", logarithmic=True)] if len(states) > 1 else []
         self.quantities = (Quantity("energy", unit), *gap, Quantity("momentum", "kg px/s"))
         self.series = Series(1 + len(self.quantities) * len(states))  # time, and each quantity of each engine
         self.add(0, states)

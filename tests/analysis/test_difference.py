@@ -209,7 +209,7 @@ def test_one_pair_ignored(first_of: First) -> None:
     one = first_of("Blind", ROW)
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 1, 2, Cause.MISSED)
-    assert one.because == "The two passed into each other, and the engine told of no contact."
+    assert one.because == "The two passed into each other without a reported contact."
     assert one.time == pytest.approx((160 + 162) / 240)
     assert (one.before, one.should_after) == (None, ((0.0, 0.0), (240.0, 0.0)))
 
@@ -249,7 +249,7 @@ def test_a_ball_that_the_reference_lets_through_a_wall() -> None:
     one = runs["exact"].figures.first_difference
     assert one is not None
     assert (one.kind, one.cause) == ("extra", Cause.MISSED)
-    assert one.because.startswith("It is the reference's that is wrong. The ball went through the wall, from (900, 60)")
+    assert one.because.startswith("The reference is wrong here. The ball went through the wall, from (900, 60)")
 
 
 def test_walls_that_give_back_too_little(first_of: First) -> None:
@@ -265,7 +265,7 @@ def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
     one = first_of("Discards", WALL)
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.OVERSHOOT)
-    assert one.because == "It was put back on the wall: 1 px of its way back were thrown away."
+    assert one.because == "It was put back on the wall: 1 px of its way back were discarded."
     assert one.after == one.should_after
 
 
@@ -350,7 +350,7 @@ def test_an_error_of_the_reference_is_reported_as_the_reference_s(engine: str, f
     assert one is not None
     assert its is None
     assert one.cause == cause
-    assert one.because.startswith(f"It is the reference's that is wrong. Found {found} {cause.key}, ")
+    assert one.because.startswith(f"The reference is wrong here. Found {found} {cause.key}, ")
 
 
 def test_balls_that_overlap_at_the_start_are_found_after_the_reference() -> None:

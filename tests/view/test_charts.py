@@ -104,7 +104,7 @@ def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None
 def test_the_reference_is_the_exact_engine_if_it_runs_and_else_the_last(engines: list[str], reference: str) -> None:
     data = ChartData(load("head-on"), Lockstep(load("head-on"), engines).states())
     assert data.reference == reference
-    assert [quantity.title for quantity in data.quantities] == ["energy", "gap, RMS", "momentum"]
+    assert [quantity.title for quantity in data.quantities] == ["energy", "RMS gap", "momentum"]
 
 
 def test_one_engine_has_no_gap_and_a_scene_at_rest_no_energy_in_percent() -> None:
