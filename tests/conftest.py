@@ -7,6 +7,10 @@ from collections.abc import Callable
 from importlib.metadata import version
 from typing import Final
 
+import kernel_cache
+
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.folder())  # before numba is imported; processes of tests inherit it
+
 import pytest
 from hypothesis import settings
 
