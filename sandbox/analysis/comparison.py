@@ -13,7 +13,7 @@ from sandbox.analysis.gas import Row, beside_theory, is_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, step_at
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
 from sandbox.analysis.tunnelling import Passage
-from sandbox.engines import default_engines, takes
+from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, nearest
 from sandbox.quantity import energy, length, momentum, outside
 from sandbox.run.inputs import Input, clock_of
@@ -261,7 +261,7 @@ class _Stretch:
 
 def _all_by_default(scene: Scene) -> list[str]:
     initial = spawn(scene)
-    reference = [REFERENCE] if takes(REFERENCE, scene, initial) else []
+    reference = [REFERENCE] if can_run(REFERENCE, scene, initial) else []
     return default_engines(scene, initial) + reference
 
 

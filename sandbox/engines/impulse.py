@@ -10,26 +10,25 @@ import math
 import numpy as np
 from numba import njit
 
-from sandbox.engines.neighbours import later, neighbours, nth, pushed
-from sandbox.engines.stepped import SteppedEngine, note
-from sandbox.engines.walls import ARENA
+from sandbox.engines.compiled import kernel
+from sandbox.engines.neighbours import first_neighbour, neighbours, next_neighbour, note_push
+from sandbox.engines.stepped import SteppedEngine, log_contact
+from sandbox.engines.walls import ARENA_COUNT, BOTTOM, RIGHT
 from sandbox.errors import Refused
-from sandbox.quantity import way_to_segment
+from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
 
-RIGHT, BOTTOM = 2, 3  # walls, of which these tell the arena's size
-
 
 @njit(cache=True)
-def towards(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
-    """Return the unit vector from a point to a wall, and how deep in the wall the point is (px, negative before it).
+def normal_to_wall(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
+    """Return the unit vector from a point to a wall, and how deep the point is in the wall (px, negative outside).
 
-    wall: of the arena, the outward normal, how far along it the face is, 0, 0, elasticity; else a row of `walls`.
+    wall: of the arena, the outward normal, the face's distance along it, 0, 0, elasticity; else see `advance`.
     """
     if of_arena:
         return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
-    dx, dy = way_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
+    dx, dy = offset_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
     return nx, ny, wall[4] - distance
@@ -40,8 +39,8 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
     """Do one step, in place.
 
     position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
-    a row each with both ends (px), half the thickness (px) and elasticity, after those of the arena, see `towards`;
-    widest: px, across the largest ball; dt: s; log: contacts, see `note`.
+    those of the arena, see `normal_to_wall`, then one row each: both ends (px), half the thickness (px), elasticity;
+    widest: diameter of the largest ball, px; dt: s. Returns the log and the number of contacts, see `log_contact`.
     """
     n = len(position)
     count = 0
@@ -52,57 +51,69 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
             position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
             velocity[i, k] += gravity[k] * dt
         for w in range(len(walls)):
-            nx, ny, depth = towards(position[i, 0], position[i, 1], walls[w], w < ARENA)
+            nx, ny, depth = normal_to_wall(position[i, 0], position[i, 1], walls[w], w < ARENA_COUNT)
             depth += radius[i]
             v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
             if depth > 0 and v_n > 0:
                 e = elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
-                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found so late, gravity pulled too long
+                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
                 back = (1 + e) * depth
-                if w < ARENA:  # no further than to the wall on the other side
+                if w < ARENA_COUNT:  # no further than the opposite wall
                     back = min(back, depth + walls[w | RIGHT, 2] - 2 * radius[i])
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
-                log, count = note(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
+                log, count = log_contact(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
-    # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
+    # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
     found = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
     for i in range(n):
-        place, end = later(found, position, i)
-        while place < end:
-            j = nth(found, place)
-            place += 1
-            dx = position[i, 0] - position[j, 0]
-            dy = position[i, 1] - position[j, 1]
-            reach = radius[i] + radius[j]
-            if max(abs(dx), abs(dy)) >= reach:
-                continue
-            distance = math.sqrt(dx * dx + dy * dy)
-            if distance < reach:
-                nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
-
-                # Leave balls alone that do not approach.
-                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
-                if v_n >= 0:
-                    continue
-
-                per_i, per_j = 1 / mass[i], 1 / mass[j]
-                impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
-                push = (reach - distance) / (per_i + per_j)
-                for k, n_k in enumerate((nx, ny)):
-                    velocity[i, k] -= impulse * per_i * n_k
-                    velocity[j, k] += impulse * per_j * n_k
-                    position[i, k] += push * per_i * n_k
-                    position[j, k] -= push * per_j * n_k
-                place, end = pushed(found, position, i, j, place, end)
-                log, count = note(log, count, i, j, -nx, -ny, -impulse, reach - distance)
+        j = first_neighbour(found, position, i)
+        while j < n:
+            nx, ny, impulse, overlap = collide(position, velocity, i, j, radius, mass, elasticity)
+            if overlap > 0:
+                note_push(found, position, i, j)
+                log, count = log_contact(log, count, i, j, nx, ny, impulse, overlap)
+            j = next_neighbour(found)
     return log, count
 
 
+@kernel
+def collide(
+    position: Floats, velocity: Floats, i: int, j: int, radius: Floats, mass: Floats, elasticity: Floats
+) -> tuple[float, float, float, float]:
+    """Collide two balls that overlap and approach, and push them apart.
+
+    Returns the normal from i to j, the impulse (kg px/s), and the overlap (px): 0 if they are left alone.
+    """
+    dx = position[i, 0] - position[j, 0]
+    dy = position[i, 1] - position[j, 1]
+    reach = radius[i] + radius[j]
+    if max(abs(dx), abs(dy)) >= reach:  # spares most pairs the square root
+        return 0.0, 0.0, 0.0, 0.0
+    distance = math.sqrt(dx * dx + dy * dy)
+    if not distance < reach:
+        return 0.0, 0.0, 0.0, 0.0
+    nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
+
+    v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+    if v_n >= 0:
+        return 0.0, 0.0, 0.0, 0.0
+
+    per_i, per_j = 1 / mass[i], 1 / mass[j]
+    impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
+    push = (reach - distance) / (per_i + per_j)
+    for k, n_k in enumerate((nx, ny)):
+        velocity[i, k] -= impulse * per_i * n_k
+        velocity[j, k] += impulse * per_j * n_k
+        position[i, k] += push * per_i * n_k
+        position[j, k] -= push * per_j * n_k
+    return -nx, -ny, -impulse, reach - distance
+
+
 class ImpulseEngine(SteppedEngine):
-    """The textbook's rule. Balls on exactly one spot part along x, as in the other engines."""
+    """The textbook's rule. Balls whose centres coincide part along x, as in the other engines."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.check(scene)
@@ -120,7 +131,7 @@ class ImpulseEngine(SteppedEngine):
 
     @staticmethod
     def check(scene: Scene) -> None:
-        """Refuse friction."""
+        """Raise Refused if the scene has friction."""
         if scene.bodies.friction.max() > 0:
             raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
 
@@ -131,7 +142,7 @@ class ImpulseEngine(SteppedEngine):
 
 
 def _walls_of(scene: Scene) -> Floats:
-    """Return the walls as the kernel takes them: left, top, right, bottom, then the scene's own."""
+    """Return the rows that the kernel expects: left, top, right, bottom, then the scene's own walls."""
     (width, height), e = scene.arena.size, scene.arena.elasticity
     arena = [(-1, 0, 0, 0, 0, e), (0, -1, 0, 0, 0, e), (1, 0, width, 0, 0, e), (0, 1, height, 0, 0, e)]
     inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]

@@ -16,7 +16,7 @@ from sandbox.analysis.comparison import Comparison, Figures, Run, compare, flat
 from sandbox.analysis.gas import speed_law
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import TUNED
-from sandbox.engines import create, takes
+from sandbox.engines import can_run, create
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -80,7 +80,7 @@ def plan(
     if count > MOST:
         raise SandboxError(f"a sweep of {count:,} rows is more than the {MOST:,} that there is room for")
     first = scene.changed(seed=seeds[0])
-    against = against or (REFERENCE if takes(REFERENCE, first, spawn(first)) else engines[-1])
+    against = against or (REFERENCE if can_run(REFERENCE, first, spawn(first)) else engines[-1])
     for name in dict.fromkeys([*engines, against]):
         create(name, first, spawn(first))
     for rate, tuning in product(rates, tunings):

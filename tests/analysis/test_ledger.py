@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import Run, compare
 from sandbox.analysis.ledger import LONGEST, Entry, Ledger, _first_fall
-from sandbox.engines import create, registry, takes
+from sandbox.engines import can_run, create, registry
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -21,7 +21,7 @@ RUNS = [
     (name, engine)
     for name in (*bundled(), *bundled("truths"))
     for engine in ENGINES
-    if takes(engine, load(name), spawn(load(name)))
+    if can_run(engine, load(name), spawn(load(name)))
 ]
 OWN = ("pymunk", "article", "impulse", "exact")  # that tell all they do
 

@@ -115,7 +115,7 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
     assert contact["depth"] == pytest.approx(0.5)
 
 
-def test_a_wall_throws_the_overshoot_away_and_turns_an_inward_ball_round() -> None:
+def test_a_wall_discards_the_overshoot_and_reverses_a_ball_that_already_leaves() -> None:
     scene = scene_of("radius = 20\nposition = [22, 300]\nvelocity = [-300, 0]")  # 5 px a frame, 2 px from the wall
     engine = create("article", scene, spawn(scene))
     engine.contacts()
@@ -152,15 +152,15 @@ BALL = "radius = 20\nposition = [100, 100]"
         ([BALL + "\nfriction = 0.5"], "gravity = [0, 1]", "gravity and friction are not"),
     ],
 )
-def test_what_the_article_does_not_know_is_refused_by_name(balls: list[str], more: str, named: str) -> None:
+def test_what_the_article_does_not_model_is_refused_by_name(balls: list[str], more: str, named: str) -> None:
     scene = scene_of(*balls, more=more)
     other = "pymunk" if "friction" in named else "impulse"
     with pytest.raises(Refused, match=f"^article: {named} part of the article's rule; use --engines {other}$"):
         create("article", scene, spawn(scene))
 
 
-def test_the_log_of_contacts_grows_with_a_crowd() -> None:
-    """Nineteen of twenty on one spot push one another: far more contacts in a frame than the log begins with."""
+def test_the_log_of_contacts_grows() -> None:
+    """Twenty balls on one spot push one another: far more contacts in a frame than the log has room for at first."""
     n = 20
     scene = scene_of(f"count = {n}\nradius = 20\nx = {{ from = 300, to = 300 }}\ny = {{ from = 300, to = 300 }}")
     position = np.full((n, 2), 300.0)

@@ -18,7 +18,7 @@ from hypothesis import settings
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
 from sandbox.cli.tables import print_comparison
-from sandbox.engines import create, registry, takes
+from sandbox.engines import can_run, create, registry
 from sandbox.quantity import deepest_overlap, kinetic_energy
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
@@ -92,7 +92,7 @@ SCENES = {
     ),
 }
 RUNS = [
-    (stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if takes(engine, scene, spawn(scene))
+    (stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if can_run(engine, scene, spawn(scene))
 ]
 LEAVES = {  # engines, and by how many px they let a centre out of the arena at most: their own limits
     ("radius 1e-3 beside 250", "pymunk"): 2,
