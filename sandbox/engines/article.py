@@ -10,13 +10,12 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from sandbox.engines.compiled import kernel
-from sandbox.engines.neighbours import first_neighbour, neighbours, next_neighbour, note_push
+from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, log_contact
 from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
-from sandbox.state import Floats, State
+from sandbox.state import State
 
 SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
 APART: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
@@ -28,9 +27,10 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
 
     position: (n, 2) px; velocity: (n, 2) px per frame; log: of contacts, with the impulse per mass (px per frame).
     Returns the log and the number of contacts, see `log_contact`.
+
+    `dx**2` goes through the C library's pow, as in Python, and does not always round as dx*dx does.
     """
-    n = len(position)
-    count = 0
+    n, count = len(position), 0
 
     # Update positions, and bounce off the walls.
     for i in range(n):
@@ -57,52 +57,40 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
     # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
     found = neighbours(position, 2 * radius * APART, width, height)
     for i in range(n):
-        j = first_neighbour(found, position, i)
-        while j < n:
-            nx, ny, impulse, overlap = collide(position, velocity, i, j, radius, square)
-            if overlap > 0:
-                note_push(found, position, i, j)
-                log, count = log_contact(log, count, i, j, nx, ny, impulse, overlap)
+        begin_turn(found, position, i)
+        while True:
             j = next_neighbour(found)
+            if j == NONE_LEFT:
+                break
+            dx = position[i, 0] - position[j, 0]
+            dy = position[i, 1] - position[j, 1]
+            if dx * dx + dy * dy > (2 * radius * APART) ** 2:  # spares most pairs the call of pow
+                continue
+            distance = math.sqrt(dx**square + dy**square)
+            if distance < 2 * radius:
+                length = math.sqrt(dx * dx + dy * dy)
+                nx, ny = (dx / length, dy / length) if length > 0 else (1.0, 0.0)  # the article stops at length 0
+
+                # Leave balls alone that move apart.
+                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+                if v_n > 0:
+                    continue
+
+                impulse = 2 * v_n / (2 * radius)
+                velocity[i, 0] -= impulse * nx
+                velocity[i, 1] -= impulse * ny
+                velocity[j, 0] += impulse * nx
+                velocity[j, 1] += impulse * ny
+
+                # Push the two apart, each by half of the overlap.
+                overlap = 2 * radius - distance
+                position[i, 0] += nx * overlap / 2
+                position[i, 1] += ny * overlap / 2
+                position[j, 0] -= nx * overlap / 2
+                position[j, 1] -= ny * overlap / 2
+                note_push(found, position, i, j)
+                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, overlap)
     return log, count
-
-
-@kernel
-def collide(
-    position: Floats, velocity: Floats, i: int, j: int, radius: float, square: float
-) -> tuple[float, float, float, float]:
-    """Collide two balls that overlap, unless they move apart.
-
-    Returns the normal from i to j, the impulse per mass (px per frame), and the overlap (px): 0 if they are left alone.
-    `dx**2` goes through the C library's pow, as in Python, and does not always round as dx*dx does.
-    """
-    dx = position[i, 0] - position[j, 0]
-    dy = position[i, 1] - position[j, 1]
-    if dx * dx + dy * dy > (2 * radius * APART) ** 2:  # spares most pairs the call of pow
-        return 0.0, 0.0, 0.0, 0.0
-    distance = math.sqrt(dx**square + dy**square)
-    if not distance < 2 * radius:
-        return 0.0, 0.0, 0.0, 0.0
-    length = math.sqrt(dx * dx + dy * dy)
-    nx, ny = (dx / length, dy / length) if length > 0 else (1.0, 0.0)  # the article stops at length 0
-
-    v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
-    if v_n > 0:
-        return 0.0, 0.0, 0.0, 0.0
-
-    impulse = 2 * v_n / (2 * radius)
-    velocity[i, 0] -= impulse * nx
-    velocity[i, 1] -= impulse * ny
-    velocity[j, 0] += impulse * nx
-    velocity[j, 1] += impulse * ny
-
-    # Push the two apart, each by half of the overlap.
-    overlap = 2 * radius - distance
-    position[i, 0] += nx * overlap / 2
-    position[i, 1] += ny * overlap / 2
-    position[j, 0] -= nx * overlap / 2
-    position[j, 1] -= ny * overlap / 2
-    return -nx, -ny, -impulse, overlap
 
 
 class ArticleEngine(SteppedEngine):

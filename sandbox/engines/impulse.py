@@ -10,8 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from sandbox.engines.compiled import kernel
-from sandbox.engines.neighbours import first_neighbour, neighbours, next_neighbour, note_push
+from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, log_contact
 from sandbox.engines.walls import ARENA_COUNT, BOTTOM, RIGHT
 from sandbox.errors import Refused
@@ -42,8 +41,7 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
     those of the arena, see `normal_to_wall`, then one row each: both ends (px), half the thickness (px), elasticity;
     widest: diameter of the largest ball, px; dt: s. Returns the log and the number of contacts, see `log_contact`.
     """
-    n = len(position)
-    count = 0
+    n, count = len(position), 0
 
     # Update positions on the parabola of gravity, and bounce off the walls.
     for i in range(n):
@@ -58,9 +56,10 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                 e = elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
-                back = (1 + e) * depth
-                if w < ARENA_COUNT:  # no further than the opposite wall
-                    back = min(back, depth + walls[w | RIGHT, 2] - 2 * radius[i])
+                room = (
+                    depth + walls[w | RIGHT, 2] - 2 * radius[i] if w < ARENA_COUNT else math.inf
+                )  # to the opposite wall
+                back = min((1 + e) * depth, room)
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
@@ -69,47 +68,36 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
     # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
     found = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
     for i in range(n):
-        j = first_neighbour(found, position, i)
-        while j < n:
-            nx, ny, impulse, overlap = collide(position, velocity, i, j, radius, mass, elasticity)
-            if overlap > 0:
-                note_push(found, position, i, j)
-                log, count = log_contact(log, count, i, j, nx, ny, impulse, overlap)
+        begin_turn(found, position, i)
+        while True:
             j = next_neighbour(found)
+            if j == NONE_LEFT:
+                break
+            dx = position[i, 0] - position[j, 0]
+            dy = position[i, 1] - position[j, 1]
+            reach = radius[i] + radius[j]
+            if max(abs(dx), abs(dy)) >= reach:  # spares most pairs the square root
+                continue
+            distance = math.sqrt(dx * dx + dy * dy)
+            if distance < reach:
+                nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
+
+                # Leave balls alone that do not approach.
+                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+                if v_n >= 0:
+                    continue
+
+                per_i, per_j = 1 / mass[i], 1 / mass[j]
+                impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
+                push = (reach - distance) / (per_i + per_j)
+                for k, n_k in enumerate((nx, ny)):
+                    velocity[i, k] -= impulse * per_i * n_k
+                    velocity[j, k] += impulse * per_j * n_k
+                    position[i, k] += push * per_i * n_k
+                    position[j, k] -= push * per_j * n_k
+                note_push(found, position, i, j)
+                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, reach - distance)
     return log, count
-
-
-@kernel
-def collide(
-    position: Floats, velocity: Floats, i: int, j: int, radius: Floats, mass: Floats, elasticity: Floats
-) -> tuple[float, float, float, float]:
-    """Collide two balls that overlap and approach, and push them apart.
-
-    Returns the normal from i to j, the impulse (kg px/s), and the overlap (px): 0 if they are left alone.
-    """
-    dx = position[i, 0] - position[j, 0]
-    dy = position[i, 1] - position[j, 1]
-    reach = radius[i] + radius[j]
-    if max(abs(dx), abs(dy)) >= reach:  # spares most pairs the square root
-        return 0.0, 0.0, 0.0, 0.0
-    distance = math.sqrt(dx * dx + dy * dy)
-    if not distance < reach:
-        return 0.0, 0.0, 0.0, 0.0
-    nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
-
-    v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
-    if v_n >= 0:
-        return 0.0, 0.0, 0.0, 0.0
-
-    per_i, per_j = 1 / mass[i], 1 / mass[j]
-    impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
-    push = (reach - distance) / (per_i + per_j)
-    for k, n_k in enumerate((nx, ny)):
-        velocity[i, k] -= impulse * per_i * n_k
-        velocity[j, k] += impulse * per_j * n_k
-        position[i, k] += push * per_i * n_k
-        position[j, k] -= push * per_j * n_k
-    return -nx, -ny, -impulse, reach - distance
 
 
 class ImpulseEngine(SteppedEngine):

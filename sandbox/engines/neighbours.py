@@ -27,6 +27,7 @@ MIN_BALLS: Final = 20  # for a grid; with fewer, testing every pair takes less t
 SLACK: Final = 0.1  # of the reach; less means looking again more often, more means testing balls that are far away
 SIGHT_MARGIN: Final = 1e-9  # relative, of sight and of cells: far above rounding
 BALLS_PER_CELL: Final = 0.3  # on average, if the reach leaves the choice
+NONE_LEFT: Final = -1  # instead of a ball
 
 
 class Neighbours(NamedTuple):
@@ -129,22 +130,21 @@ def look_around(found: Neighbours, position: Floats, i: int, last: int) -> None:
 
 
 @kernel
-def first_neighbour(found: Neighbours, position: Floats, i: int) -> int:
-    """Begin ball i's turn, and return the first ball after i that it can touch, or n."""
+def begin_turn(found: Neighbours, position: Floats, i: int) -> None:
+    """Begin ball i's turn: find the balls after i that it can touch."""
     if len(found.first) == 0:
         found.cursor[0], found.cursor[1] = i + 1, len(position)
     else:
         leave(found, i)
         look_around(found, position, i, i)
-    return next_neighbour(found)
 
 
 @kernel
 def next_neighbour(found: Neighbours) -> int:
-    """Return the next ball that the ball whose turn it is can touch, or n."""
+    """Return the next ball that the ball whose turn it is can touch, or NONE_LEFT."""
     place = found.cursor[0]
     if place == found.cursor[1]:
-        return len(found.near)
+        return NONE_LEFT
     found.cursor[0] = place + 1
     return int(found.near[np.uint32(place)])  # an unsigned index needs no test for counting from the end
 
