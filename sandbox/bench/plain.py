@@ -12,7 +12,11 @@ WALL_HALF_THICKNESS = 20_000.0  # px, of a wall outside the arena: as our engine
 
 
 def plain_space(scene: Scene) -> pymunk.Space:
-    """Return a space with the scene's elastic balls and arena, to be run by `space.step(1 / scene.rate)`."""
+    """Return a space with the scene's elastic balls and arena, to be run by `space.step(1 / scene.rate)`.
+
+    Nothing is added to what a user would write, so that it costs what theirs does. So tests of contacts and settings
+    have a loop of their own.
+    """
     space = pymunk.Space()
     initial, bodies = spawn(scene), scene.bodies
     for ball, (position, velocity) in enumerate(zip(initial.position.tolist(), initial.velocity.tolist(), strict=True)):
@@ -57,7 +61,7 @@ def collide(a: Ball, b: Ball) -> None:
     distance = math.sqrt(dx**2 + dy**2)
     if distance < a.radius + b.radius:
         length = math.sqrt(dx * dx + dy * dy)
-        nx, ny = dx / length, dy / length
+        nx, ny = (dx / length, dy / length) if length else (1.0, 0.0)  # the article stops at length 0
         v_n = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
         if v_n > 0:
             return

@@ -15,7 +15,10 @@ from sandbox.state import Floats
 
 
 def plain_pymunk(scene: Scene, steps: int) -> tuple[Floats, list[tuple[int, int, float]]]:
-    """Run a scene as a Pymunk user would write it: positions at each step, and (first, second, impulse) per contact."""
+    """Run a scene in a plain Pymunk loop: positions at each step, and (first, second, impulse) per contact.
+
+    Unlike `plain_space` of the benchmarks, it has a body per wall, inner walls and a callback that reports contacts.
+    """
     space = pymunk.Space()
     space.gravity = scene.gravity
     initial = spawn(scene)
