@@ -41,14 +41,14 @@ def length(vector: Floats) -> Floats:
 
 
 def outside(position: Floats, size: Sequence[float]) -> Floats:
-    """Return how far each ball's centre is outside an arena, px, negative where it is inside: (..., n)."""
+    """Return how far each ball's centre is outside an arena, px, negative if it is inside: (..., n)."""
     return np.maximum(-position, position - size).max(axis=-1)
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
-    """Find the pair of balls that overlap most: (px, first, second), (0.0, -1, -1) where none do.
+    """Find the pair of balls that overlap most: (px, first, second), or (0.0, -1, -1) if none overlap.
 
-    Sweep and prune along the axis on which the balls are spread further (Cohen et al. 1995).
+    Sweep and prune along the axis of the larger spread (Cohen et al. 1995).
     """
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
@@ -61,40 +61,50 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
 
 @njit(cache=True)
 def _sweep(position, radius, axis):  # type: ignore[no-untyped-def]
-    """Hold each ball beside those that are no larger, as long as they are near enough to overlap it more than any yet.
+    """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
-    So neither a ball that is larger than all others nor a heap of thousands makes it look at every pair.
+    So neither one ball larger than all others nor a heap of thousands costs a test of every pair.
     """
     deepest, first, second = 0.0, -1, -1
     smallest = radius.min()
     for i in range(len(position)):
-        for way in (1, -1):
-            if way < 0 and radius[i] == smallest:
+        for direction in (1, -1):
+            if direction < 0 and radius[i] == smallest:
                 break
-            j = i + way
+            j = i + direction
             while 0 <= j < len(position):
                 if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i] - deepest:
                     break
-                if radius[j] < radius[i] or (radius[j] == radius[i] and way > 0):
+                if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
                     distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
                     overlap = radius[i] + radius[j] - distance
                     if overlap > deepest:
                         deepest, first, second = overlap, i, j
-                j += way
+                j += direction
     return deepest, first, second
 
 
-@njit(cache=True)
-def way_to_segment(x, y, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
-    """Return the way from a point (x, y) to the nearest one of a segment, px along x and y."""
-    along_x, along_y = x1 - x0, y1 - y0
-    share = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
-    share = min(max(share, 0.0), 1.0)
-    return x0 + share * along_x - x, y0 + share * along_y - y
+def dot(a: Floats, b: Floats) -> Floats:
+    """Return the scalar product of vectors: (..., 2) and (..., 2) -> (...)."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+
+
+def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
+    """Return the point of a segment nearest to each point: (..., 2) px each."""
+    along = end - start
+    fraction = np.clip(dot(along, point - start) / dot(along, along), 0.0, 1.0)
+    return start + along * fraction[..., None]
 
 
 def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:
-    """Return how far each point (..., 2) is from a segment, px: (...)."""
-    a, along = np.asarray(start, float), np.subtract(end, start)
-    share = np.clip((point - a) @ along / (along @ along), 0.0, 1.0)
-    return length(point - a - share[..., None] * along)
+    """Return the distance of each point (..., 2) from a segment, px: (...)."""
+    return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
+
+
+@njit(cache=True)
+def offset_to_segment(x, y, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
+    """Return the vector from a point (x, y) to the nearest one of a segment, px: `nearest_on_segment` for kernels."""
+    along_x, along_y = x1 - x0, y1 - y0
+    fraction = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
+    fraction = min(max(fraction, 0.0), 1.0)
+    return x0 + fraction * along_x - x, y0 + fraction * along_y - y

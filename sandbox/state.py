@@ -1,4 +1,4 @@
-"""What an engine shows of itself: a snapshot of the balls, and the contacts it resolved."""
+"""What an engine returns: snapshots of the balls, and the contacts it resolved."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -14,9 +14,9 @@ CONTACT: Final = np.dtype(
     [
         ("time", "f8"),  # s
         ("first", "i8"),  # ball
-        ("second", "i8"),  # ball, or ~wall (so walls are the negative numbers)
+        ("second", "i8"),  # ball, or ~wall, which is negative
         ("normal", "f8", (2,)),  # unit vector from first to second
-        ("impulse", "f8"),  # kg px/s along the normal, positive where it drives the two apart
+        ("impulse", "f8"),  # kg px/s along the normal, positive if it drives the two apart
         ("depth", "f8"),  # px of overlap when the contact was found
     ]
 )
@@ -36,9 +36,9 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class Bodies:
-    """What does not change while a scene runs, one entry a ball: (n,) each.
+    """The properties of the balls, which do not change while a scene runs: (n,) each.
 
-    radius: px; mass: kg; elasticity and friction: the ball's own factor of the product a pair uses.
+    radius: px; mass: kg; elasticity and friction: the ball's factor of the pair's product.
     """
 
     radius: Floats

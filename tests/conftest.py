@@ -8,6 +8,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import kernel_cache
+
+os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.folder())  # before numba is imported; processes of tests inherit it
+
 import pytest
 
 from sandbox.cli import main

@@ -1,4 +1,4 @@
-"""Energy, momentum, overlap and distance, against sums and searches written out."""
+"""Energy, momentum, overlap and distance, compared with explicit sums and searches."""
 
 import math
 
@@ -55,7 +55,7 @@ def test_potential_energy_is_the_work_gravity_has_left_to_do(
 
 
 @pytest.mark.parametrize(("gravity", "corner"), [((3, -4), (800, 0)), ((-3, 4), (0, 600)), ((0, 9), (50, 600))])
-def test_potential_energy_is_0_where_things_fall_to(gravity: tuple[float, float], corner: tuple[float, float]) -> None:
+def test_potential_energy_is_0_in_the_lowest_corner(gravity: tuple[float, float], corner: tuple[float, float]) -> None:
     mass = np.array([2.0])
     assert potential_energy(np.array([corner], float), mass, gravity, (800, 600)) == 0
     assert potential_energy(np.array([[400.0, 300.0]]), mass, gravity, (800, 600)) > 0
@@ -94,9 +94,7 @@ discs = st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100), st.floats(0.5, 
 
 @settings(deadline=None)
 @given(balls=discs, wide=st.booleans())
-def test_the_deepest_overlap_is_that_of_every_pair_looked_at(
-    balls: list[tuple[float, float, float]], wide: bool
-) -> None:
+def test_the_deepest_overlap_equals_that_of_all_pairs(balls: list[tuple[float, float, float]], wide: bool) -> None:
     x, y, radius = np.array(balls).T
     position = np.column_stack([x * 5, y] if wide else [x, y * 5])  # swept along either axis
     overlaps = {
@@ -113,7 +111,7 @@ def test_the_deepest_overlap_is_that_of_every_pair_looked_at(
         assert (found, first, second) == (0.0, -1, -1)
 
 
-def test_touching_is_no_overlap_and_one_spot_is_all_of_it() -> None:
+def test_touching_balls_do_not_overlap_and_coincident_balls_overlap_by_a_diameter() -> None:
     radius = np.array([20.0, 20.0])
     assert deepest_overlap(np.array([[100.0, 50.0], [140.0, 50.0]]), radius) == (0.0, -1, -1)
     assert deepest_overlap(np.array([[100.0, 50.0], [100.0, 50.0]]), radius) == (40.0, 0, 1)

@@ -9,7 +9,7 @@ import numpy as np
 from sandbox.analysis.expectations import score
 from sandbox.analysis.measurement import Measurement, Pull, Run
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
-from sandbox.engines import default_engines, takes
+from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, nearest
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
@@ -195,5 +195,5 @@ class _Segment:
 
 def _default_names(scene: Scene) -> list[str]:
     initial = spawn(scene)
-    reference = [REFERENCE] if takes(REFERENCE, scene, initial) else []
+    reference = [REFERENCE] if can_run(REFERENCE, scene, initial) else []
     return default_engines(scene, initial) + reference

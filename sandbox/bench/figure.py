@@ -1,4 +1,4 @@
-"""A figure, and how it is measured."""
+"""Figures, and how they are measured."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from statistics import median
 from time import process_time
 from typing import Final
 
-ROUNDS: Final = 7  # enough for a median that one disturbance, or three, leave alone
+ROUNDS: Final = 7  # so that three disturbed rounds do not change the median
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure and its spread over the rounds. `means` says what it is; `unit` is empty for a ratio."""
+    """A figure and its spread over the rounds. `means` describes it; `unit` is empty for a ratio."""
 
     name: str
     means: str
@@ -22,24 +22,24 @@ class Figure:
 
 
 def figure(name: str, means: str, values: Sequence[float], unit: str = "") -> Figure:
-    """Sum up what the rounds measured."""
+    """Summarise the values of all rounds."""
     return Figure(name, means, unit, median(values), min(values), max(values))
 
 
-def seconds(act: Callable[[], object], times: int = 1) -> float:
-    """Return the processor's time for doing something, on average of so many times, s."""
+def processor_time(act: Callable[[], object], times: int = 1) -> float:
+    """Return the processor time of a call, s: the mean of so many calls."""
     start = process_time()
     for _ in range(times):
         act()
     return (process_time() - start) / times
 
 
-def times_for(act: Callable[[], object], total: float) -> int:
-    """Return how often something can be done in so many seconds; doing it twice, it is warm then."""
+def repeats_in(act: Callable[[], object], total: float) -> int:
+    """Return how many calls fit in a number of seconds, at least 1. Calls it twice, which also warms it up."""
     act()
-    return max(1, int(total / seconds(act)))
+    return max(1, int(total / processor_time(act)))
 
 
-def in_turn(one: Callable[[], float], other: Callable[[], float]) -> list[tuple[float, float]]:
-    """Take two measurements in turn, for some rounds."""
+def alternately(one: Callable[[], float], other: Callable[[], float]) -> list[tuple[float, float]]:
+    """Take two measurements alternately, for ROUNDS rounds."""
     return [(one(), other()) for _ in range(ROUNDS)]

@@ -1,4 +1,4 @@
-"""What engines are measured beside: their loops in plain Python, and a Pymunk space as its user would set it up."""
+"""Baselines: engines in plain Python, and a Pymunk space as a user would set it up."""
 
 import heapq
 import math
@@ -8,11 +8,15 @@ import pymunk
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
-WALL = 20_000.0  # px, half the thickness of a wall outside the arena: as thick as our engine's, so that none leave
+WALL_HALF_THICKNESS = 20_000.0  # px, of a wall outside the arena: as our engine's, so that no ball escapes
 
 
 def plain_space(scene: Scene) -> pymunk.Space:
-    """Set up a scene of balls in a box, to be run by `space.step(1 / scene.rate)`."""
+    """Return a space with the scene's elastic balls and arena, to be run by `space.step(1 / scene.rate)`.
+
+    Nothing is added to what a user would write, so that it costs what theirs does. So tests of contacts and settings
+    have a loop of their own.
+    """
     space = pymunk.Space()
     initial, bodies = spawn(scene), scene.bodies
     for ball, (position, velocity) in enumerate(zip(initial.position.tolist(), initial.velocity.tolist(), strict=True)):
@@ -22,7 +26,7 @@ def plain_space(scene: Scene) -> pymunk.Space:
         circle = pymunk.Circle(body, radius)
         circle.elasticity = 1
         space.add(body, circle)
-    (width, height), far = scene.arena.size, WALL
+    (width, height), far = scene.arena.size, WALL_HALF_THICKNESS
     corners = [(-far, -far), (width + far, -far), (width + far, height + far), (-far, height + far)]
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         wall = pymunk.Segment(space.static_body, a, b, far)
@@ -40,7 +44,7 @@ class Ball:
         self.radius = radius
 
     def update(self, width: float, height: float) -> None:
-        """Move by a frame, and bounce off the walls."""
+        """Move by one frame, and bounce off the walls."""
         self.x += self.vx
         self.y += self.vy
         if self.x <= self.radius or self.x >= width - self.radius:
@@ -57,7 +61,7 @@ def collide(a: Ball, b: Ball) -> None:
     distance = math.sqrt(dx**2 + dy**2)
     if distance < a.radius + b.radius:
         length = math.sqrt(dx * dx + dy * dy)
-        nx, ny = dx / length, dy / length
+        nx, ny = (dx / length, dy / length) if length else (1.0, 0.0)  # the article stops at length 0
         v_n = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
         if v_n > 0:
             return
@@ -74,7 +78,7 @@ def collide(a: Ball, b: Ball) -> None:
 
 
 class PlainArticle:
-    """The article's loop in plain Python, as it stands there: every ball, then every pair."""
+    """The article's loop in plain Python, as the article has it: every ball, then every pair."""
 
     def __init__(self, scene: Scene) -> None:
         initial = spawn(scene)
@@ -83,7 +87,7 @@ class PlainArticle:
         self.balls = [Ball(position, velocity, radius) for position, velocity in rows]
 
     def step(self) -> None:
-        """Play a frame, but for its drawing."""
+        """Play a frame, without drawing it."""
         balls = self.balls
         for ball in balls:
             ball.update(*self.size)
@@ -93,9 +97,9 @@ class PlainArticle:
 
 
 class PlainDiscs:
-    """Event-driven discs as the textbook has them: one heap of predicted collisions, stale ones passed over.
+    """The textbook's event-driven discs: one heap of predicted collisions, from which stale ones are skipped.
 
-    After R. Sedgewick and K. Wayne, Algorithms (4th ed.), section 6.1; all discs alike and elastic.
+    After R. Sedgewick and K. Wayne, Algorithms (4th ed.), section 6.1; all discs equal and elastic.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -103,7 +107,7 @@ class PlainDiscs:
         self.x, self.v = initial.position.tolist(), initial.velocity.tolist()
         self.radius, self.size = float(scene.bodies.radius[0]), scene.arena.size
         self.time = 0.0
-        self.turns = [0] * len(self.x)  # how often each disc has been turned, so that stale events are known
+        self.hits = [0] * len(self.x)  # collisions of each disc, by which stale events are recognised
         self.events: list[tuple[float, int, int, int, int]] = []
         for i in range(len(self.x)):
             self._predict(i)
@@ -113,7 +117,7 @@ class PlainDiscs:
         for axis, (c, v) in enumerate(((x, vx), (y, vy))):
             if v:
                 t = ((self.size[axis] - r if v > 0 else r) - c) / v
-                heapq.heappush(self.events, (self.time + t, i, ~axis, self.turns[i], 0))
+                heapq.heappush(self.events, (self.time + t, i, ~axis, self.hits[i], 0))
         for j, ((ox, oy), (ovx, ovy)) in enumerate(zip(self.x, self.v, strict=True)):
             dx, dy, dvx, dvy = ox - x, oy - y, ovx - vx, ovy - vy
             b = dx * dvx + dy * dvy
@@ -121,24 +125,24 @@ class PlainDiscs:
                 discriminant = b * b - (dvx * dvx + dvy * dvy) * (dx * dx + dy * dy - 4 * r * r)
                 if discriminant > 0:
                     t = (dx * dx + dy * dy - 4 * r * r) / (-b + math.sqrt(discriminant))
-                    heapq.heappush(self.events, (self.time + max(0.0, t), i, j, self.turns[i], self.turns[j]))
+                    heapq.heappush(self.events, (self.time + max(0.0, t), i, j, self.hits[i], self.hits[j]))
 
     def collide(self) -> None:
-        """Go on to the next collision of two discs."""
+        """Advance to the next collision of two discs."""
         while True:
-            time, i, j, turns_i, turns_j = heapq.heappop(self.events)
-            if self.turns[i] != turns_i or (j >= 0 and self.turns[j] != turns_j):
+            time, i, j, hits_i, hits_j = heapq.heappop(self.events)
+            if self.hits[i] != hits_i or (j >= 0 and self.hits[j] != hits_j):
                 continue
             for x, v in zip(self.x, self.v, strict=True):
                 x[0] += v[0] * (time - self.time)
                 x[1] += v[1] * (time - self.time)
             self.time = time
-            self.turns[i] += 1
+            self.hits[i] += 1
             if j < 0:
                 self.v[i][~j] *= -1
                 self._predict(i)
                 continue
-            self.turns[j] += 1
+            self.hits[j] += 1
             nx, ny = ((b - a) / (2 * self.radius) for a, b in zip(self.x[i], self.x[j], strict=True))
             impulse = (self.v[i][0] - self.v[j][0]) * nx + (self.v[i][1] - self.v[j][1]) * ny
             for axis, n in enumerate((nx, ny)):

@@ -1,4 +1,4 @@
-"""How long a comparison takes, and how long the programs take to start."""
+"""Time of a comparison, and start-up time of the programs."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ from functools import partial
 from time import perf_counter
 
 from sandbox.analysis.comparison import compare
-from sandbox.bench.figure import ROUNDS, Figure, figure, in_turn, seconds
+from sandbox.bench.figure import ROUNDS, Figure, alternately, figure, processor_time
 from sandbox.engines import create
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -16,19 +16,19 @@ from sandbox.scene.spawn import spawn
 
 
 def comparison() -> Iterator[Figure]:
-    """Measure `compare` in turn with the sum of its engines, each alone."""
+    """Measure `compare` relative to its engines run alone."""
     for scene in (load("article").changed(seconds=10.0), load("gas-1000").changed(seconds=3.0, expect=())):
         names = list(compare(scene).runs)
         whole, sum_of = (
-            partial(seconds, partial(compare, scene, names)),
-            partial(seconds, partial(run_each, scene, names)),
+            partial(processor_time, partial(compare, scene, names)),
+            partial(processor_time, partial(run_each, scene, names)),
         )
         means = f"{scene.name}: compare / sum of its engines"
-        yield figure(f"compare {scene.name}", means, [a / b for a, b in in_turn(whole, sum_of)])
+        yield figure(f"compare {scene.name}", means, [a / b for a, b in alternately(whole, sum_of)])
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:
-    """Run engines one after the other, as far as a comparison would."""
+    """Run engines one after the other, for the length of the scene."""
     for name in engines:
         engine = create(name, scene, spawn(scene))
         for _ in range(scene.steps):
@@ -36,15 +36,15 @@ def run_each(scene: Scene, engines: Sequence[str]) -> None:
 
 
 def start() -> Iterator[Figure]:
-    """Measure processes from their start to their end, by the clock on the wall."""
+    """Measure processes from start to end, in wall-clock time."""
     sandbox = [sys.executable, "-m", "sandbox"]
     window = [sys.executable, "-c", "from sandbox.bench.window import first_frame; first_frame()"]
     for name, means, command in (
         ("--help", "sandbox --help", [*sandbox, "--help"]),
-        ("compare", "sandbox compare article, 0.1 s of it", [*sandbox, "compare", "article", "--seconds", "0.1"]),
-        ("window", "sandbox, until its first frame is drawn", window),
+        ("compare", "sandbox compare article --seconds 0.1", [*sandbox, "compare", "article", "--seconds", "0.1"]),
+        ("window", "sandbox, until the first frame is drawn", window),
     ):
-        _run(command)  # compiles what is not on disk yet
+        _run(command)  # compiles kernels that are not cached yet
         yield figure(f"start {name}", means, [_run(command) for _ in range(ROUNDS)], "s")
 
 

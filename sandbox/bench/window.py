@@ -1,4 +1,4 @@
-"""How long a frame of the window takes, on a screen that is only in memory."""
+"""Time of a frame of the window, on SDL's dummy screen."""
 
 import os
 from collections.abc import Iterator
@@ -9,25 +9,25 @@ from typing import Final
 import pygame
 from pymunk.pygame_util import DrawOptions
 
-from sandbox.bench.figure import Figure, figure, in_turn, seconds, times_for
+from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
 from sandbox.bench.plain import plain_space
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.view.window import FRAME_RATE, Window
 
-SIZE: Final = (1680, 1010)  # px; in it both panes are as large as the scene, with the charts below
-DRIVER: Final = "SDL_VIDEODRIVER"  # SDL's choice of a screen
+SIZE: Final = (1680, 1010)  # px; both panes are then as large as the scene, with the charts below
+DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
 
 
 def frame() -> Iterator[Figure]:
-    """Measure the window's frame, of two panes and charts with their physics, in turn with a plain Pymunk loop's."""
-    with _screen_in_memory():
+    """Measure a frame of two panes and charts, with physics, and relative to a plain Pymunk loop with debug draw."""
+    with _dummy_screen():
         for scene in (load("article"), load("gas-100"), load("gas-1000")):
             yield from _frame(scene)
 
 
 @contextmanager
-def _screen_in_memory() -> Iterator[None]:
+def _dummy_screen() -> Iterator[None]:
     before = os.environ.get(DRIVER)
     os.environ[DRIVER] = "dummy"
     try:
@@ -56,11 +56,13 @@ def _frame(scene: Scene) -> Iterator[Figure]:
         surface.fill("white")
         space.debug_draw(options)
 
-    rounds = in_turn(*(partial(seconds, act, times_for(act, 0.1)) for act in (ours, plain)))
+    rounds = alternately(*(partial(processor_time, act, repeats_in(act, 0.1)) for act in (ours, plain)))
     yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * a for a, _ in rounds], "ms")
-    yield figure(f"frame / plain n={n}", f"{n:,} balls: / plain Pymunk's of one pane", [a / b for a, b in rounds])
+    yield figure(
+        f"frame / plain n={n}", f"{n:,} balls: frame of two panes / plain Pymunk's of one", [a / b for a, b in rounds]
+    )
 
 
 def first_frame() -> None:
-    """Open the window on the article's scene, as `sandbox` does, and draw once."""
+    """Open the window on the article's scene, as `sandbox` does, and draw one frame."""
     Window(load("article"), None).draw()

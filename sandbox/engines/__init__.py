@@ -1,7 +1,7 @@
-"""The engines: what each must offer, and the one registry that finds them by name.
+"""The engines: the interface of an engine, and the registry that finds engines by name.
 
-An engine is a class built from a scene and its initial state. A package outside adds one with an entry point
-in the group `sandbox.engines`:
+An engine is a class built from a scene and its initial state. Another package adds one with an entry point in the
+group `sandbox.engines`:
 
     [project.entry-points."sandbox.engines"]
     mine = "my_package:MyEngine"
@@ -28,30 +28,30 @@ _BUILT_IN: Final = {
         ("exact", "ExactEngine"),
     )
 }
-_EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that comes with it
-COUNTERPARTS: Final = ("article", "impulse")  # what Pymunk is compared with where nothing is named: the first that can
+_EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that it needs
+TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 
 class Engine(Protocol):
     """One solver running one scene. The same scene and the same kicks give the same bytes, in any process.
 
-    A solver that resolves all contacts of one time together, not one after another, says so by `together = True` on
-    its class: the ledger then asks of each contact what is right at the end of them all.
+    A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
+    class: the ledger then judges each contact by the velocities at the end of them all.
 
-    One that refuses scenes may have a static method `check(scene)` too, which raises Refused: then it need not be built
-    to find out, which takes a second where balls are many.
+    An engine that refuses scenes may have a static method `check(scene)`, which raises Refused: then it need not be
+    built to find out, which takes a second for many balls.
     """
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""
 
     def state(self) -> State:
-        """Return a snapshot, which later steps leave alone."""
+        """Return a snapshot, which later steps do not change."""
 
     def contacts(self) -> Contacts:
-        """Return the contacts resolved since the last call, in order of time and, of one time, as they were resolved.
+        """Return the contacts resolved since the last call, by time; at equal times, in the order they were resolved.
 
-        The first call returns none and begins the collecting, so that who never asks pays nothing.
+        The first call returns none and starts recording; a run whose contacts are never read does not pay for them.
         """
 
     def kick(self, ball: int, dv: Vector) -> None:
@@ -59,7 +59,7 @@ class Engine(Protocol):
 
 
 def registry() -> dict[str, EntryPoint]:
-    """Find every engine that can run here: the built-in ones first, then those of installed packages."""
+    """Return every engine whose library is installed: the built-in ones, then those of other packages by name."""
     installed = {entry.name: entry for entry in entry_points(group=GROUP) if not _lacks_library(entry.name)}
     return _BUILT_IN | {name: installed[name] for name in sorted(installed) if name not in _BUILT_IN}
 
@@ -69,7 +69,7 @@ def _lacks_library(engine: str) -> bool:
 
 
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
-    engines = _BUILT_IN if name in _BUILT_IN else registry()  # which takes 6 ms, and every edit builds engines anew
+    engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms at every edit
     if _lacks_library(name):
         raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
     if name not in engines:
@@ -80,10 +80,10 @@ def _engine(name: str) -> "Callable[[Scene, State], Engine]":
         raise SandboxError(f"{name}: {engines[name].value} cannot be loaded: {error}") from error
 
 
-class _Guest:
-    """An engine of another package, held to what it must offer: where it does not, that is told before it is believed.
+class _CheckedEngine:
+    """An engine of another package whose states and contacts are checked, and copied, before they are used.
 
-    A figure of NaN is within every limit, and a snapshot that moves on is never apart from the engine.
+    A NaN compares as within every limit, and a state that shares the engine's arrays would change with later steps.
     """
 
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
@@ -125,19 +125,19 @@ class _Guest:
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
-    """Build the named engine. Raises SandboxError for a name that is none, Refused for a scene it cannot honour.
+    """Build the named engine. Raises SandboxError if the name is unknown, Refused if the engine cannot run the scene.
 
-    An engine of another package raises SandboxError too where what it gives is not what it must be.
+    An engine of another package raises SandboxError, too, when its states or contacts are not valid.
     """
     engine = _engine(name)
     if name in _BUILT_IN:
         return engine(scene, initial)
-    own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # others begin with the same
-    return _Guest(name, engine(scene, own), scene)
+    own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # other engines start from initial
+    return _CheckedEngine(name, engine(scene, own), scene)
 
 
-def takes(name: str, scene: Scene, initial: State) -> bool:
-    """Tell whether the named engine can honour a scene: its `check` says so, and where it has none, building it."""
+def can_run(name: str, scene: Scene, initial: State) -> bool:
+    """Return whether the named engine can run a scene: by its `check` or, if it has none, by building it."""
     engine = _engine(name)
     try:
         check = getattr(engine, "check", None)
@@ -148,5 +148,5 @@ def takes(name: str, scene: Scene, initial: State) -> bool:
 
 
 def default_engines(scene: Scene, initial: State) -> list[str]:
-    """Name the engines to run where the user names none: Pymunk, and the reference that can honour the scene."""
-    return ["pymunk", *[name for name in COUNTERPARTS if takes(name, scene, initial)][:1]]
+    """Return the engines to run if the user names none: Pymunk, and the first textbook engine that can."""
+    return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, scene, initial)][:1]]

@@ -10,28 +10,27 @@ from typing import Final
 import numpy as np
 from numba import njit
 
-from sandbox.engines.neighbours import later, neighbours, nth, pushed
-from sandbox.engines.stepped import SteppedEngine, note
+from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
+from sandbox.engines.stepped import SteppedEngine, log_contact
+from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
 from sandbox.state import State
 
-LEFT, TOP, RIGHT, BOTTOM = range(4)  # the arena's walls
 SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
-CLEAR: Final = 1 + 1e-9  # balls this many diameters from each other are apart, whatever pow and sqrt round
+APART: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
 @njit(cache=True)
 def frame(position, velocity, radius, width, height, square, log):  # type: ignore[no-untyped-def]
     """Play one frame of the article, in place.
 
-    position: (n, 2) px; velocity: (n, 2) px per frame; log: contacts, with the impulse per mass (px per frame); it is
-    returned with the count of them, see `note`.
+    position: (n, 2) px; velocity: (n, 2) px per frame; log: of contacts, with the impulse per mass (px per frame).
+    Returns the log and the number of contacts, see `log_contact`.
 
-    `x**2` goes through the C library's pow, as in Python, and not always rounds as x*x does.
+    `dx**2` goes through the C library's pow, as in Python, and does not always round as dx*dx does.
     """
-    n = len(position)
-    count = 0
+    n, count = len(position), 0
 
     # Update positions, and bounce off the walls.
     for i in range(n):
@@ -41,30 +40,31 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
         if x <= radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = radius
-            log, count = note(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
+            log, count = log_contact(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
         elif x >= width - radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = width - radius
-            log, count = note(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
+            log, count = log_contact(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
         if y <= radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = radius
-            log, count = note(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
+            log, count = log_contact(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
         elif y >= height - radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = height - radius
-            log, count = note(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
+            log, count = log_contact(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
 
-    # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
-    found = neighbours(position, 2 * radius * CLEAR, width, height)
+    # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
+    found = neighbours(position, 2 * radius * APART, width, height)
     for i in range(n):
-        place, end = later(found, position, i)
-        while place < end:
-            j = nth(found, place)
-            place += 1
+        begin_turn(found, position, i)
+        while True:
+            j = next_neighbour(found)
+            if j == NONE_LEFT:
+                break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
-            if dx * dx + dy * dy > (2 * radius * CLEAR) ** 2:
+            if dx * dx + dy * dy > (2 * radius * APART) ** 2:  # spares most pairs the call of pow
                 continue
             distance = math.sqrt(dx**square + dy**square)
             if distance < 2 * radius:
@@ -88,15 +88,15 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
                 position[i, 1] += ny * overlap / 2
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
-                place, end = pushed(found, position, i, j, place, end)
-                log, count = note(log, count, i, j, -nx, -ny, -impulse, overlap)
+                note_push(found, position, i, j)
+                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, overlap)
     return log, count
 
 
 class ArticleEngine(SteppedEngine):
-    """The article's loop. It holds velocities in px per frame, as the article does, and shows them in px/s.
+    """The article's loop. Velocities are kept in px per frame, as in the article; `state` returns px/s.
 
-    Two balls on exactly one spot have no normal: the article stops with an error there, here it is (1, 0).
+    Two balls whose centres coincide have no normal: the article stops with an error, here it is (1, 0).
     """
 
     def __init__(self, scene: Scene, initial: State) -> None:
@@ -107,13 +107,13 @@ class ArticleEngine(SteppedEngine):
 
     @staticmethod
     def check(scene: Scene) -> None:
-        """Refuse what the article does not know."""
-        beyond = _beyond_the_rule(scene)
-        if beyond:
-            are = "is" if len(beyond) == 1 else "are"
-            other = "pymunk" if "friction" in beyond else "impulse"
+        """Raise Refused if the scene has what the article does not model."""
+        unsupported = _unsupported(scene)
+        if unsupported:
+            are = "is" if len(unsupported) == 1 else "are"
+            other = "pymunk" if "friction" in unsupported else "impulse"
             raise Refused(
-                f"article: {' and '.join(beyond)} {are} not part of the article's rule; use --engines {other}"
+                f"article: {' and '.join(unsupported)} {are} not part of the article's rule; use --engines {other}"
             )
 
     def advance(self) -> int:
@@ -122,10 +122,10 @@ class ArticleEngine(SteppedEngine):
         return count
 
 
-def _beyond_the_rule(scene: Scene) -> list[str]:
-    """Name what a scene has and the article does not know."""
+def _unsupported(scene: Scene) -> list[str]:
+    """List what the scene has and the article does not model."""
     bodies, arena = scene.bodies, scene.arena
-    beyond = {
+    features = {
         "gravity": scene.gravity != (0, 0),
         "a second radius": np.ptp(bodies.radius) > 0,
         "a second mass": np.ptp(bodies.mass) > 0,
@@ -133,4 +133,4 @@ def _beyond_the_rule(scene: Scene) -> list[str]:
         "elasticity below 1": bodies.elasticity.min() < 1 or arena.elasticity < 1,
         "friction": bodies.friction.max() > 0,
     }
-    return [name for name, there in beyond.items() if there]
+    return [name for name, present in features.items() if present]

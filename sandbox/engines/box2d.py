@@ -1,10 +1,10 @@
 """Box2D v3, through pyb2d3: circles, static polygons and capsules in a `pyb2d3.World` at Box2D's own settings.
 
-Three of them are not Box2D's: no approach is too slow to bounce (restitution threshold 0), nothing sleeps, and no
+Three settings are not Box2D's: no approach is too slow to bounce (restitution threshold 0), nothing sleeps, and no
 speed is too high. Continuous collision is on, but Box2D has it between balls and walls only; of two balls, one
 would have to be a bullet and the other not.
 
-Box2D reckons in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
+Box2D computes in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,33 +15,35 @@ import numpy as np
 import pyb2d3
 from numpy.typing import NDArray
 
+from sandbox.engines.contact_log import ContactLog
 from sandbox.errors import Refused
+from sandbox.quantity import dot, nearest_on_segment
 from sandbox.scene.model import Arena, Scene, Vector, Wall
-from sandbox.state import CONTACT, Contacts, Floats, State, no_contacts
+from sandbox.state import CONTACT, Contacts, Floats, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
 # 2.56 px. A power of two, so that scaling rounds nothing.
 METRE: Final = 128.0
 
 SUBSTEPS: Final = 4  # a step: what Box2D recommends, and its samples use
-FASTEST: Final = 1e9  # m/s, above which Box2D slows a body down: 400 m/s (51,200 px/s) unless said
-FILTER_BITS: Final = 64  # of a shape: what collides with what
+MAX_SPEED: Final = 1e9  # m/s, above which Box2D slows a body down; its default is 400 m/s (51,200 px/s)
+FILTER_BITS: Final = 64  # of a shape: which shapes it collides with
 
-# Depth of an arena wall, px. It stands outside; a ball found beyond its middle would leave on the other side.
-ARENA_WALL: Final = 40_000.0
+# px, of an arena wall. It stands outside; a ball found beyond its middle would leave on the other side.
+WALL_THICKNESS: Final = 40_000.0
 
-MOST_ITERATIONS: Final = 200  # of conjugate gradients; tens are what gases and piles take
-CLOSE_ENOUGH: Final = 1e-7  # residual, as a share of that at the start: float32's own
-ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # as a share of a velocity: what four substeps may round
+MAX_ITERATIONS: Final = 200  # of conjugate gradients; gases and piles take tens
+RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: float32's own precision
+VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: what four substeps may round
 
 Integers = NDArray[np.int64]
 
 
 class Box2DEngine:
-    """A scene in a `pyb2d3.World`, which is open to look at as `world`: body k is ball k.
+    """A scene in a `pyb2d3.World`, which is public as `world`: body k is ball k.
 
-    pyb2d3 tells which shapes touch, but not the impulses: they are worked out from the change of momentum that they
-    made, see `impulses`.
+    pyb2d3 reports which shapes touch, but not the impulses: these are computed from the changes of momentum, see
+    `impulses`.
     """
 
     together = True
@@ -50,7 +52,7 @@ class Box2DEngine:
         self.world = pyb2d3.World(
             gravity=_metres(scene.gravity),
             restitution_threshold=0.0,
-            maximum_linear_speed=FASTEST,
+            maximum_linear_speed=MAX_SPEED,
         )
         if not self.world.is_valid():
             raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are taken")
@@ -65,14 +67,14 @@ class Box2DEngine:
             self._batch.append(body)
         self._segments = _add_walls(self.world, materials, scene)
         self._touching: set[tuple[int, int]] = set()
-        self._found: list[Contacts] | None = None
+        self._contacts = ContactLog()
 
     def step(self) -> None:
         """Call `World.step`."""
-        before = self.state() if self._found is not None else None
+        before = self.state() if self._contacts.recording else None
         self.world.step(1 / self._rate, SUBSTEPS)
         self._steps += 1
-        self._follow()
+        self._update_touching()
         if before is not None and self._touching:
             self._collect(before)
 
@@ -84,10 +86,9 @@ class Box2DEngine:
     def contacts(self) -> Contacts:
         """Return the contacts since the last call.
 
-        Box2D solves a contact before it touches, where it will within the step: depth is then less than 0.
+        Box2D solves a contact that will touch within the step before it does: its depth is then negative.
         """
-        found, self._found = self._found, []
-        return np.concatenate(found) if found else no_contacts()
+        return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
@@ -95,8 +96,8 @@ class Box2DEngine:
         velocity = self._bodies[ball].linear_velocity
         self._bodies[ball].linear_velocity = (velocity.x + x, velocity.y + y)
 
-    def _follow(self) -> None:
-        """Keep account of who touches whom, from the events of the last step."""
+    def _update_touching(self) -> None:
+        """Update which pairs touch, from the events of the last step."""
         events = self.world.get_contact_events()
         for event in events.begin_events():
             self._touching.add(self._pair(event))
@@ -109,7 +110,7 @@ class Box2DEngine:
         return first, second if second < n else ~(second - n)
 
     def _collect(self, before: State) -> None:
-        """Note the contacts of the last step. Box2D found them, and their normals, where the balls were before it."""
+        """Log the contacts of the last step. Box2D finds them, and their normals, on the positions before the step."""
         after = self.state()
         first, second = np.array(sorted(self._touching)).T
         contacts = np.empty(len(first), CONTACT)
@@ -119,41 +120,39 @@ class Box2DEngine:
         change = after.velocity - before.velocity - self._gravity / self._rate
         contacts["impulse"] = impulses(first, second, contacts["normal"], change, self._balls.mass)
         fastest = np.abs([before.velocity, after.velocity]).max()
-        solved = contacts["impulse"] > ROUNDING * fastest * self._balls.mass[first]
-        assert self._found is not None
-        self._found.append(contacts[solved])
+        solved = contacts["impulse"] > VELOCITY_ROUNDING * fastest * self._balls.mass[first]
+        self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:
-        """Return the unit vectors from first to second, and how deep the two overlap (px)."""
+        """Return the unit vectors from first to second, and the depth of their overlap (px)."""
         radius, of_wall = self._balls.radius, second < 0
         ball, wall = np.maximum(second, 0), np.maximum(~second, 0)
-        a, b, thick = (part[wall] for part in self._segments)
-        along = b - a
-        share = np.clip(_dot(along, position[first] - a) / _dot(along, along), 0.0, 1.0)
-        away = np.where(of_wall[:, None], a + along * share[:, None], position[ball]) - position[first]
+        start, end, thick = (part[wall] for part in self._segments)
+        on_wall = nearest_on_segment(position[first], start, end)
+        away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
         distance = np.hypot(*away.T)
-        normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 on one spot: Box2D lets such a pair be
+        normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 if centres coincide: Box2D ignores them
         return normal, radius[first] + np.where(of_wall, thick, radius[ball]) - distance
 
 
 def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats) -> Floats:
-    """Return the impulse of each contact along its normal (kg px/s) that changed the velocities so.
+    """Return the impulse of each contact along its normal (kg px/s), given the changes of velocity they made.
 
-    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 2) px/s; mass: (n,) kg. Of a ball's only contact
-    it is the change of its momentum. Where many touch, it is the least-squares answer, by conjugate gradients: how
-    they share a change that several shares explain is not known, nor what friction did.
+    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 2) px/s; mass: (n,) kg. For a ball's only contact,
+    it is the change of the ball's momentum. For several, it is the least-squares solution, by conjugate gradients:
+    which one of several solutions took place is not known, nor what friction did.
     """
     between = second >= 0
     other = second[between]
     inertia = 1 / mass[first]
     inertia[between] += 1 / mass[other]
 
-    def parting(velocity: Floats) -> Floats:
-        speed = -_dot(normal, velocity[first])
-        speed[between] += _dot(normal[between], velocity[other])
+    def parting_speed(velocity: Floats) -> Floats:
+        speed = -dot(normal, velocity[first])
+        speed[between] += dot(normal[between], velocity[other])
         return speed
 
-    def given(impulse: Floats) -> Floats:
+    def velocity_change(impulse: Floats) -> Floats:
         push = impulse[:, None] * normal
         momentum = np.zeros_like(change)
         np.subtract.at(momentum, first, push)
@@ -161,23 +160,19 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
         return momentum / mass[:, None]
 
     impulse = np.zeros(len(first))
-    residual = parting(change)
+    residual = parting_speed(change)
     step = residual / inertia
     left = start = float(residual @ step)
-    for _ in range(min(len(first), MOST_ITERATIONS)):
-        if left <= CLOSE_ENOUGH**2 * start:
+    for _ in range(min(len(first), MAX_ITERATIONS)):
+        if left <= RESIDUAL_TOLERANCE**2 * start:
             break
-        answer = parting(given(step))
-        share = left / float(step @ answer)
-        impulse += share * step
-        residual -= share * answer
+        answer = parting_speed(velocity_change(step))
+        size = left / float(step @ answer)
+        impulse += size * step
+        residual -= size * answer
         before, left = left, float(residual @ (residual / inertia))
         step = residual / inertia + left / before * step
     return impulse
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
 
 
 def _metres(vector: Vector) -> Vector:
@@ -185,12 +180,11 @@ def _metres(vector: Vector) -> Vector:
 
 
 class _Materials:
-    """Makes shapes of which every pair has the product of its elasticities and of its frictions.
+    """Defines shapes such that every pair has the product of its elasticities and of its frictions.
 
-    Box2D takes the greater restitution of the two, and the root of the product of the frictions; pyb2d3 has no way
-    to change that. So frictions are given squared. And a ball has a circle for each elasticity that it can meet, with
-    the product as its restitution; one bit of the filter for each elasticity that meets another has just the right two
-    collide.
+    Box2D combines two restitutions by their maximum, and two frictions by the root of their product; pyb2d3 cannot
+    change that. So frictions are passed squared. And a ball has one circle for each elasticity that it can meet, with
+    the product as its restitution; each pair of elasticities has a filter bit, so that only the right circle collides.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -205,12 +199,12 @@ class _Materials:
         self._bits = {pair: 1 << bit for bit, pair in enumerate(pairs)}
 
     def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
-        """Make a definition for each circle of a ball."""
+        """Yield the definition of each circle of a ball."""
         for other in self._elasticities:
             yield self._shape(number, friction, elasticity * other, elasticity, [other])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
-        """Make the definition of a wall's shape: the ball's restitution is the greater."""
+        """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the greater."""
         return self._shape(number, friction, 0.0, elasticity, self._elasticities)
 
     def _shape(self, number: int, friction: float, restitution: float, own: float, others: Sequence[float]) -> Any:
@@ -247,18 +241,18 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
 def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats, Floats, Floats]:
     """Add the arena's walls (left, top, right, bottom) and the scene's own, numbered after the balls.
 
-    Returns the segments they are: one end (m, 2), the other (m, 2), and half the thickness (m,), all px. Those of the
-    arena are half as thick as the slab, which is enough for what touches its face.
+    Returns them as segments: one end (m, 2), the other (m, 2), and half the thickness (m,), all px. An arena wall's
+    segment lies in the middle of its slab, and has the same inner face.
     """
     n, arena, (width, height) = len(scene.bodies), scene.arena, scene.arena.size
-    long = ARENA_WALL + width + height
+    long = WALL_THICKNESS + width + height
     segments: list[tuple[Vector, Vector, float]] = []
 
     def add(corner: Vector, wall: Arena | Wall, shape: object) -> None:
         body = world.create_static_body(position=_metres(corner))
         body.create_shape(materials.of_wall(n + len(segments), float(wall.elasticity), wall.friction), shape)
 
-    # Each with its face through the origin of its body, where float32 is finest.
+    # The face of each goes through the origin of its body, where float32 is finest.
     for (x, y), (ox, oy) in (
         ((0, 0), (-1, 0)),
         ((0, 0), (0, -1)),
@@ -267,10 +261,10 @@ def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats,
     ):
         slab = [
             (ox * deep - oy * along, oy * deep + ox * along)
-            for deep, along in ((0, -long), (0, long), (ARENA_WALL, long), (ARENA_WALL, -long))
+            for deep, along in ((0, -long), (0, long), (WALL_THICKNESS, long), (WALL_THICKNESS, -long))
         ]
         add((x, y), arena, pyb2d3.polygon(np.array(slab) / METRE))
-        deep = ARENA_WALL / 2
+        deep = WALL_THICKNESS / 2
         a, b = ((x + ox * deep - oy * s, y + oy * deep + ox * s) for s in (-long, long))
         segments.append((a, b, deep))
     for wall in scene.walls:

@@ -1,12 +1,12 @@
 """How numba compiles the kernels of an event loop.
 
-Never fastmath: every operation rounds as IEEE 754 says. Division by zero is infinity, not an exception, and arrays are
-not reference-counted (`_nrt`): both would be paid for at every access, and half of the loop's time went there. So a
-kernel cannot make an array.
+Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
+arrays are not reference-counted (`_nrt`): both would be paid for at every access, and take half of the loop's time.
+So a kernel cannot make an array.
 
-`kernel` is compiled into those that call it; `entry` is what Python calls, and what numba keeps on disk. That cache
-looks at the entry's own file alone: after an edit to a kernel of another file, delete the cache (in `__pycache__`, or
-where NUMBA_CACHE_DIR says).
+`kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk. The cache
+checks the entry's own file only: after an edit to a kernel in another file, delete the cache (in `__pycache__`, or in
+NUMBA_CACHE_DIR). The tests do so by themselves.
 """
 
 from collections.abc import Callable
@@ -18,12 +18,12 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-_HOW: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
+_OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
 
-kernel: Final = njit(**_HOW)
-entry: Final = njit(cache=True, **_HOW)
+kernel: Final = njit(**_OPTIONS)
+entry: Final = njit(cache=True, **_OPTIONS)
 
-Record = Any  # one element of a structured array: in a kernel, its fields are attributes, and setting them writes it
+Record = Any  # an element of a structured array; in a kernel, its fields are attributes, which write to the array
 
 
 @intrinsic
@@ -40,5 +40,7 @@ def _prefetch(typing: Any, array: Any, index: Any) -> Any:
     return types.void(array, types.intp), generate
 
 
-# Ask for an element of an array before it is needed, and go on while it is fetched from memory.
+# Starts to fetch an element of an array from memory, and goes on. Numba offers no such thing, hence LLVM's intrinsic.
+# `sandbox bench --only exact` has 1.24 times as many collisions a second with it as without, of 100,000 discs that
+# cover 20 % of the arena (350,000 and 282,000; medians of 9), and 1.35 times if they cover 50 %; of 10,000, as many.
 prefetch: Final = cast("Callable[[NDArray[Any], int | np.int64], None]", _prefetch)

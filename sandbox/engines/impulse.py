@@ -10,26 +10,24 @@ import math
 import numpy as np
 from numba import njit
 
-from sandbox.engines.neighbours import later, neighbours, nth, pushed
-from sandbox.engines.stepped import SteppedEngine, note
-from sandbox.engines.walls import ARENA
+from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
+from sandbox.engines.stepped import SteppedEngine, log_contact
+from sandbox.engines.walls import ARENA_COUNT, BOTTOM, RIGHT
 from sandbox.errors import Refused
-from sandbox.quantity import way_to_segment
+from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
 
-RIGHT, BOTTOM = 2, 3  # walls, of which these tell the arena's size
-
 
 @njit(cache=True)
-def towards(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
-    """Return the unit vector from a point to a wall, and how deep in the wall the point is (px, negative before it).
+def normal_to_wall(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
+    """Return the unit vector from a point to a wall, and how deep the point is in the wall (px, negative outside).
 
-    wall: of the arena, the outward normal, how far along it the face is, 0, 0, elasticity; else a row of `walls`.
+    wall: of the arena, the outward normal, the face's distance along it, 0, 0, elasticity; else see `advance`.
     """
     if of_arena:
         return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
-    dx, dy = way_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
+    dx, dy = offset_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
     return nx, ny, wall[4] - distance
@@ -40,11 +38,10 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
     """Do one step, in place.
 
     position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
-    a row each with both ends (px), half the thickness (px) and elasticity, after those of the arena, see `towards`;
-    widest: px, across the largest ball; dt: s; log: contacts, see `note`.
+    those of the arena, see `normal_to_wall`, then one row each: both ends (px), half the thickness (px), elasticity;
+    widest: diameter of the largest ball, px; dt: s. Returns the log and the number of contacts, see `log_contact`.
     """
-    n = len(position)
-    count = 0
+    n, count = len(position), 0
 
     # Update positions on the parabola of gravity, and bounce off the walls.
     for i in range(n):
@@ -52,32 +49,34 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
             position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
             velocity[i, k] += gravity[k] * dt
         for w in range(len(walls)):
-            nx, ny, depth = towards(position[i, 0], position[i, 1], walls[w], w < ARENA)
+            nx, ny, depth = normal_to_wall(position[i, 0], position[i, 1], walls[w], w < ARENA_COUNT)
             depth += radius[i]
             v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
             if depth > 0 and v_n > 0:
                 e = elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
-                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found so late, gravity pulled too long
-                back = (1 + e) * depth
-                if w < ARENA:  # no further than to the wall on the other side
-                    back = min(back, depth + walls[w | RIGHT, 2] - 2 * radius[i])
+                away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
+                room = (
+                    depth + walls[w | RIGHT, 2] - 2 * radius[i] if w < ARENA_COUNT else math.inf
+                )  # to the opposite wall
+                back = min((1 + e) * depth, room)
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
-                log, count = note(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
+                log, count = log_contact(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
-    # Collide every pair, on the positions as they are by now; those too far apart to touch are left out.
+    # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
     found = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
     for i in range(n):
-        place, end = later(found, position, i)
-        while place < end:
-            j = nth(found, place)
-            place += 1
+        begin_turn(found, position, i)
+        while True:
+            j = next_neighbour(found)
+            if j == NONE_LEFT:
+                break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
             reach = radius[i] + radius[j]
-            if max(abs(dx), abs(dy)) >= reach:
+            if max(abs(dx), abs(dy)) >= reach:  # spares most pairs the square root
                 continue
             distance = math.sqrt(dx * dx + dy * dy)
             if distance < reach:
@@ -96,13 +95,13 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                     velocity[j, k] += impulse * per_j * n_k
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
-                place, end = pushed(found, position, i, j, place, end)
-                log, count = note(log, count, i, j, -nx, -ny, -impulse, reach - distance)
+                note_push(found, position, i, j)
+                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, reach - distance)
     return log, count
 
 
 class ImpulseEngine(SteppedEngine):
-    """The textbook's rule. Balls on exactly one spot part along x, as in the other engines."""
+    """The textbook's rule. Balls whose centres coincide part along x, as in the other engines."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.check(scene)
@@ -120,7 +119,7 @@ class ImpulseEngine(SteppedEngine):
 
     @staticmethod
     def check(scene: Scene) -> None:
-        """Refuse friction."""
+        """Raise Refused if the scene has friction."""
         if scene.bodies.friction.max() > 0:
             raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
 
@@ -131,7 +130,7 @@ class ImpulseEngine(SteppedEngine):
 
 
 def _walls_of(scene: Scene) -> Floats:
-    """Return the walls as the kernel takes them: left, top, right, bottom, then the scene's own."""
+    """Return the rows that the kernel expects: left, top, right, bottom, then the scene's own walls."""
     (width, height), e = scene.arena.size, scene.arena.elasticity
     arena = [(-1, 0, 0, 0, 0, e), (0, -1, 0, 0, 0, e), (1, 0, width, 0, 0, e), (0, 1, height, 0, 0, e)]
     inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]

@@ -6,12 +6,14 @@ import numpy as np
 import pymunk
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
+from sandbox.engines.contact_log import ContactLog
+from sandbox.quantity import dot, nearest_on_segment
 from sandbox.scene.model import Scene, Vector
-from sandbox.state import CONTACT, Bools, Contacts, Floats, State, no_contacts
+from sandbox.state import CONTACT, Bools, Contacts, Floats, State
 
-# Half the thickness of an arena wall, px. The wall stands outside, its inner face on the arena's edge; a ball
-# escapes only where its centre passes the wall's centre line, which at 60 Hz takes 1.2 million px/s.
-ARENA_WALL: Final = 20_000.0
+# px, of an arena wall. The wall stands outside, its inner face on the arena's edge; a ball escapes only if its centre
+# passes the wall's centre line in one step, which at 60 Hz takes 1.2 million px/s.
+WALL_HALF_THICKNESS: Final = 20_000.0
 
 _CONTACT_FIELDS: Final = (
     ArbiterFields.BODY_A_ID
@@ -22,11 +24,11 @@ _CONTACT_FIELDS: Final = (
 )
 
 _STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
-_KEPT: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # a contact, and its last `Space.step`
+_CACHED: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # call: number of its `Space.step`
 
 
 class PymunkEngine:
-    """A scene in a `pymunk.Space`, which is open to look at as `space`: body k is ball k."""
+    """A scene in a `pymunk.Space`, which is public as `space`: body k is ball k."""
 
     together = True
 
@@ -44,22 +46,22 @@ class PymunkEngine:
         self._radius = scene.bodies.radius
         self._bodies = _add_balls(self.space, scene, initial)
         segments = _add_walls(self.space, scene)
-        # To read contacts: the bodies' ids, sorted, and what contacts call each (balls from 0, walls ~wall).
+        # To read contacts: the bodies' ids, sorted, and the number of each (a ball, or ~wall).
         ids = np.array([body.id for body in self.space.bodies], np.uintp)
         order = np.argsort(ids)
         self._ids = ids[order]
         self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in range(len(segments)))])[order]
-        self._segments = tuple(np.array([getattr(wall, end) for wall in segments]) for end in ("a", "b", "radius"))
+        self._segments = tuple(np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
         self._buffer = Buffer()
-        self._found: list[Contacts] | None = None
-        self._kept = np.empty(0, _KEPT)
+        self._contacts = ContactLog()
+        self._cached = np.empty(0, _CACHED)
         self._calls = 0
 
     def step(self) -> None:
         """Call `Space.step` once for each substep."""
         for substep in range(self._substeps):
             self.space.step(self._dt)
-            if self._found is not None:
+            if self._contacts.recording:
                 self._collect((self._steps + (substep + 1) / self._substeps) / self._rate)
         self._steps += 1
 
@@ -72,8 +74,7 @@ class PymunkEngine:
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
-        found, self._found = self._found, []
-        return np.concatenate(found) if found else no_contacts()
+        return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
@@ -94,52 +95,45 @@ class PymunkEngine:
         contacts["time"] = time
         contacts["first"], contacts["second"] = np.where(swapped, b, a), np.where(swapped, a, b)
         contacts["normal"] = np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4]
-        contacts["impulse"] = np.abs(_dot(values[:, 0:2], values[:, 2:4]))
+        contacts["impulse"] = np.abs(dot(values[:, 0:2], values[:, 2:4]))
         contacts["depth"] = -values[:, 4]
         contacts = contacts[self._touching(contacts)]
         if not len(contacts):
             return
-        contacts["impulse"] -= self._unspent(contacts)
+        contacts["impulse"] -= self._stale_impulse(contacts)
         solved = contacts[contacts["impulse"] != 0]
-        assert self._found is not None
-        self._found.append(solved[np.lexsort((solved["second"], solved["first"]))])
+        self._contacts.add(solved[np.lexsort((solved["second"], solved["first"]))])
 
-    def _unspent(self, contacts: Contacts) -> Floats:
-        """Return how much of each touching pair's total impulse is from an earlier touch, and was not given again.
+    def _stale_impulse(self, contacts: Contacts) -> Floats:
+        """Return the part of each touching pair's total impulse that an earlier contact left, and that was not applied.
 
-        Pymunk keeps a contact's impulse for `collision_persistence` steps. Where two that have parted touch again by
-        then, the solver starts from it, and counts it in, though it gives only the difference.
+        Pymunk caches a contact's impulse for `collision_persistence` steps. If two that have parted touch again within
+        them, the solver starts from it and includes it in the total, though it applies only the difference.
         """
-        now = np.empty(len(contacts), _KEPT)
+        now = np.empty(len(contacts), _CACHED)
         now["pair"] = contacts["first"] * len(self._numbers) + contacts["second"]
         now["impulse"], now["call"] = contacts["impulse"], self._calls
-        kept = self._kept[self._calls - self._kept["call"] <= self.space.collision_persistence]
-        self._kept = np.concatenate([now, kept[~np.isin(kept["pair"], now["pair"])]])
-        unspent = np.zeros(len(now))
-        _, of_now, of_kept = np.intersect1d(now["pair"], kept["pair"], return_indices=True)
-        parted = kept["call"][of_kept] < self._calls - 1
-        unspent[of_now] = np.where(parted, kept["impulse"][of_kept], 0.0)
-        return unspent
+        cached = self._cached[self._calls - self._cached["call"] <= self.space.collision_persistence]
+        self._cached = np.concatenate([now, cached[~np.isin(cached["pair"], now["pair"])]])
+        stale = np.zeros(len(now))
+        _, of_now, of_cached = np.intersect1d(now["pair"], cached["pair"], return_indices=True)
+        parted = cached["call"][of_cached] < self._calls - 1
+        stale[of_now] = np.where(parted, cached["impulse"][of_cached], 0.0)
+        return stale
 
     def _touching(self, contacts: Contacts) -> Bools:
-        """Tell which pairs overlap now, with Chipmunk's own arithmetic.
+        """Return which pairs overlap now, in Chipmunk's own arithmetic: (k,).
 
-        Pymunk lists a cached contact for some steps after the two have parted, with the impulse it had.
+        Pymunk lists a cached contact, with the impulse it had, for some steps after the two have parted.
         """
         first, second = contacts["first"], contacts["second"]
         of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
         position = self.state().position
-        a, b, thick = (part[wall] for part in self._segments)
-        along = b - a
-        share = np.clip(_dot(along, position[first] - a) / _dot(along, along), 0.0, 1.0)
-        nearest = np.where(of_wall[:, None], a + along * share[:, None], position[ball])
+        start, end, thick = (part[wall] for part in self._segments)
+        on_wall = nearest_on_segment(position[first], start, end)
+        away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
         reach = self._radius[first] + np.where(of_wall, thick, self._radius[ball])
-        away = nearest - position[first]
-        return _dot(away, away) < reach * reach
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+        return dot(away, away) < reach * reach
 
 
 def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
@@ -160,7 +154,7 @@ def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk
 
 def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
     """Add the arena's walls (left, top, right, bottom) and the scene's own, each on a static body of its own."""
-    (width, height), far = scene.arena.size, ARENA_WALL
+    (width, height), far = scene.arena.size, WALL_HALF_THICKNESS
     arena = scene.arena
     ends = [
         ((-far, -far), (-far, height + far)),

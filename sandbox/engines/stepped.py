@@ -1,20 +1,20 @@
-"""What engines share that step all balls at once through a compiled kernel: the arrays, and the log of contacts."""
+"""Base of the engines that advance all balls by one call of a compiled kernel."""
 
 from abc import ABC, abstractmethod
 
 import numpy as np
 from numba import njit
 
+from sandbox.engines.contact_log import ContactLog
 from sandbox.scene.model import Scene, Vector
-from sandbox.state import CONTACT, Contacts, State, no_contacts
+from sandbox.state import CONTACT, Contacts, State
 
 
 @njit(cache=True)
-def note(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-untyped-def]
-    """Write a contact into a kernel's log: (capacity,) CONTACT, of which count rows are filled, all but their time.
+def log_contact(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-untyped-def]
+    """Append a contact, without its time, to a kernel's log: (capacity,) CONTACT, of which count rows are filled.
 
-    Returns the log, made longer where it was full, and the new count. A kernel in another file that calls this is
-    not compiled again when this file changes: delete `__pycache__` then.
+    Returns the log, which is a longer one if it was full, and the new count.
     """
     if count == len(log):
         longer = np.empty(2 * count, log.dtype)
@@ -32,7 +32,7 @@ def note(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-
 class SteppedEngine(ABC):
     """An engine whose step is one call of a kernel.
 
-    unit: px/s in one of the kernel's units of velocity; impulse_unit: kg px/s in one of its units of impulse.
+    unit: the kernel's unit of velocity, px/s; impulse_unit: its unit of impulse, kg px/s.
     """
 
     def __init__(self, scene: Scene, initial: State, *, unit: float = 1.0, impulse_unit: float = 1.0) -> None:
@@ -43,21 +43,21 @@ class SteppedEngine(ABC):
         self._impulse_unit = impulse_unit
         self._rate = scene.rate
         self._steps = 0
-        self._found: list[Contacts] | None = None
+        self._contacts = ContactLog()
 
     @abstractmethod
     def advance(self) -> int:
-        """Do one step on the arrays, in place; return how many contacts are now in the log."""
+        """Do one step on the arrays, in place; return the number of contacts in the log."""
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""
         count = self.advance()
         self._steps += 1
-        if self._found is not None and count:
-            found = self.log[:count].copy()
-            found["time"] = self._steps / self._rate
-            found["impulse"] *= self._impulse_unit
-            self._found.append(found)
+        if self._contacts.recording and count:
+            contacts = self.log[:count].copy()
+            contacts["time"] = self._steps / self._rate
+            contacts["impulse"] *= self._impulse_unit
+            self._contacts.add(contacts)
 
     def state(self) -> State:
         """Return a snapshot."""
@@ -65,8 +65,7 @@ class SteppedEngine(ABC):
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
-        found, self._found = self._found, []
-        return np.concatenate(found) if found else no_contacts()
+        return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""

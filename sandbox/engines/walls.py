@@ -1,4 +1,4 @@
-"""The pieces that walls are made of for a disc's centre: a straight face, and a round end at either end of it."""
+"""Walls as a disc's centre meets them: straight faces, and a round end at either end of a face."""
 
 from itertools import chain, pairwise
 from typing import Final
@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from sandbox.scene.model import ARENA_WALLS, Scene, Vector
 
-ARENA: Final = len(ARENA_WALLS)  # the first walls are the arena's: solid to any depth, where others have two sides
+ARENA_COUNT: Final = len(ARENA_WALLS)  # the first walls are the arena's, solid to any depth; others have two sides
+LEFT, TOP, RIGHT, BOTTOM = range(ARENA_COUNT)
 
 PIECE: Final = np.dtype(
     [
-        ("x", "f8"),  # where it begins, px
+        ("x", "f8"),  # start, px
         ("y", "f8"),
         ("tx", "f8"),  # unit vector along it; its normal is (-ty, tx)
         ("ty", "f8"),

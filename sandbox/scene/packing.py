@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sandbox.quantity import way_to_segment
+from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
@@ -113,7 +113,7 @@ def _has_room(packing, x, y, radius):  # type: ignore[no-untyped-def]
         return False
     for w in range(len(packing.wall)):
         x0, y0, x1, y1, half_thickness = packing.wall[w]
-        dx, dy = way_to_segment(x, y, x0, y0, x1, y1)
+        dx, dy = offset_to_segment(x, y, x0, y0, x1, y1)
         if math.hypot(dx, dy) < radius + half_thickness:
             return False
     return True

@@ -17,7 +17,7 @@ from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Figures, Run
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import TUNED
-from sandbox.engines import create, takes
+from sandbox.engines import can_run, create
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -81,7 +81,7 @@ def plan(
     if count > MAX_ROWS:
         raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
     first = scene.changed(seed=seeds[0])
-    against = against or (REFERENCE if takes(REFERENCE, first, spawn(first)) else engines[-1])
+    against = against or (REFERENCE if can_run(REFERENCE, first, spawn(first)) else engines[-1])
     for name in dict.fromkeys([*engines, against]):
         create(name, first, spawn(first))
     for rate, tuning in product(rates, tunings):

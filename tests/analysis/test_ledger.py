@@ -13,7 +13,7 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry, Ledger
 from sandbox.analysis.measurement import Run
-from sandbox.engines import create, registry, takes
+from sandbox.engines import can_run, create, registry
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -24,7 +24,7 @@ RUNS = [
     (name, engine)
     for name in (*bundled(), *bundled("truths"))
     for engine in ENGINES
-    if takes(engine, load(name), spawn(load(name)))
+    if can_run(engine, load(name), spawn(load(name)))
 ]
 OWN = ("pymunk", "article", "impulse", "exact")  # that report everything they do
 

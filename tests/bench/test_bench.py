@@ -1,4 +1,4 @@
-"""What the sandbox is measured beside does the same work; how fast either is, no test says."""
+"""The baselines of the benchmarks do the same work as the engines. Speed itself is not tested."""
 
 import os
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sandbox.bench import PARTS, bench, figure
-from sandbox.bench.figure import in_turn, seconds, times_for
+from sandbox.bench.figure import alternately, processor_time, repeats_in
 from sandbox.bench.plain import PlainArticle, plain_space
 from sandbox.engines import create
 from sandbox.errors import SandboxError
@@ -26,7 +26,7 @@ def test_the_article_in_plain_python_is_the_engine_s_to_the_bit(scene: str) -> N
 
 @pytest.mark.parametrize("scene", ["article", "gas-100"])
 def test_the_plain_pymunk_loop_is_the_engine_s_run(scene: str) -> None:
-    """Contacts of one step may be solved in another order, so of the gas only a part of a second is compared."""
+    """Contacts of one step may be solved in another order, so only a third of a second is compared."""
     space, engine = plain_space(load(scene)), create("pymunk", load(scene), spawn(load(scene)))
     for _ in range(20):
         space.step(1 / 60)
@@ -45,12 +45,12 @@ def test_a_part_yields_figures_with_their_spread(monkeypatch: pytest.MonkeyPatch
     assert dict(os.environ) == environment
 
 
-def test_a_part_that_is_none_is_a_mistake_that_names_the_nearest() -> None:
-    with pytest.raises(SandboxError, match=r"^nothing to measure called 'pymnk'; did you mean pymunk\?$"):
+def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
+    with pytest.raises(SandboxError, match=r"^no benchmark 'pymnk'; did you mean pymunk\?$"):
         next(bench(["pymnk"]))
 
 
-def test_things_are_measured_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_two_things_are_measured_alternately(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(figure, "ROUNDS", 2)
     order: list[str] = []
 
@@ -58,7 +58,7 @@ def test_things_are_measured_in_turn(monkeypatch: pytest.MonkeyPatch) -> None:
         order.append(what)
         return 1.0
 
-    assert in_turn(lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
+    assert alternately(lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
     assert order == ["a", "b", "a", "b"]
-    assert seconds(lambda: sum(range(10_000)), 3) > 0
-    assert times_for(lambda: sum(range(10_000)), 1e-9) == 1
+    assert processor_time(lambda: sum(range(10_000)), 3) > 0
+    assert repeats_in(lambda: sum(range(10_000)), 1e-9) == 1

@@ -1,6 +1,5 @@
 """The article's rule, bit for bit."""
 
-import math
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import compare
+from sandbox.bench.plain import PlainArticle
 from sandbox.engines import create
 from sandbox.errors import Refused
 from sandbox.run.trajectory import simulate
@@ -40,32 +40,6 @@ def test_thirty_explicit_balls_equal_the_article_s_program() -> None:
     assert np.array_equal(run.velocity, expected["velocity"] * 60)
 
 
-def article_frame(x: list[list[float]], v: list[list[float]], r: float, size: tuple[float, float]) -> None:
-    """Play a frame of the article in plain Python, as the design states it. v: px per frame."""
-    for i in range(len(x)):
-        for axis in (0, 1):
-            x[i][axis] += v[i][axis]
-            if x[i][axis] <= r or x[i][axis] >= size[axis] - r:
-                v[i][axis] *= -1
-                x[i][axis] = r if x[i][axis] <= r else size[axis] - r
-    for i in range(len(x)):
-        for j in range(i + 1, len(x)):
-            dx, dy = x[i][0] - x[j][0], x[i][1] - x[j][1]
-            d = math.sqrt(dx**2 + dy**2)
-            if d < 2 * r:
-                length = math.sqrt(dx * dx + dy * dy)
-                n = (dx / length, dy / length) if length else (1.0, 0.0)
-                v_n = (v[i][0] - v[j][0]) * n[0] + (v[i][1] - v[j][1]) * n[1]
-                if v_n > 0:
-                    continue
-                impulse = 2 * v_n / (2 * r)
-                for axis in (0, 1):
-                    v[i][axis] -= impulse * n[axis]
-                    v[j][axis] += impulse * n[axis]
-                    x[i][axis] += n[axis] * (2 * r - d) / 2
-                    x[j][axis] -= n[axis] * (2 * r - d) / 2
-
-
 @settings(max_examples=30, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
@@ -80,12 +54,12 @@ def test_equals_a_plain_python_transcription(seed: int, count: int, radius: floa
     x = rng.uniform(low, high, (count, 2))
     v = rng.normal(0, 300, (count, 2))
     groups = [f"radius = {radius}\nposition = {a.tolist()}\nvelocity = {b.tolist()}" for a, b in zip(x, v, strict=True)]
-    run = simulate(scene_of(*groups, size=f"[{width}, {height}]"), "article", steps=120)
-    plain_x, plain_v = x.tolist(), (v / 60).tolist()
+    scene = scene_of(*groups, size=f"[{width}, {height}]")
+    run, plain = simulate(scene, "article", steps=120), PlainArticle(scene)
     for step in range(1, 121):
-        article_frame(plain_x, plain_v, radius, (width, height))
-        assert np.array_equal(run.position[step], plain_x)
-        assert np.array_equal(run.velocity[step], np.multiply(plain_v, 60))
+        plain.step()
+        assert np.array_equal(run.position[step], [(ball.x, ball.y) for ball in plain.balls])
+        assert np.array_equal(run.velocity[step], np.multiply([(ball.vx, ball.vy) for ball in plain.balls], 60))
 
 
 def test_the_article_s_gas_cools_and_pymunk_s_does_not() -> None:
@@ -115,7 +89,7 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
     assert contact["depth"] == pytest.approx(0.5)
 
 
-def test_a_wall_throws_the_overshoot_away_and_turns_an_inward_ball_round() -> None:
+def test_a_wall_discards_the_overshoot_and_reverses_a_ball_that_already_leaves() -> None:
     scene = scene_of("radius = 20\nposition = [22, 300]\nvelocity = [-300, 0]")  # 5 px a frame, 2 px from the wall
     engine = create("article", scene, spawn(scene))
     engine.contacts()
@@ -152,15 +126,15 @@ BALL = "radius = 20\nposition = [100, 100]"
         ([BALL + "\nfriction = 0.5"], "gravity = [0, 1]", "gravity and friction are not"),
     ],
 )
-def test_what_the_article_does_not_know_is_refused_by_name(balls: list[str], more: str, named: str) -> None:
+def test_what_the_article_does_not_model_is_refused_by_name(balls: list[str], more: str, named: str) -> None:
     scene = scene_of(*balls, more=more)
     other = "pymunk" if "friction" in named else "impulse"
     with pytest.raises(Refused, match=f"^article: {named} part of the article's rule; use --engines {other}$"):
         create("article", scene, spawn(scene))
 
 
-def test_the_log_of_contacts_grows_with_a_crowd() -> None:
-    """Nineteen of twenty on one spot push one another: far more contacts in a frame than the log begins with."""
+def test_the_log_of_contacts_grows() -> None:
+    """Twenty balls on one spot push one another: far more contacts in a frame than the log has room for at first."""
     n = 20
     scene = scene_of(f"count = {n}\nradius = 20\nx = {{ from = 300, to = 300 }}\ny = {{ from = 300, to = 300 }}")
     position = np.full((n, 2), 300.0)

@@ -93,7 +93,7 @@ def test_a_wall_gives_back_the_product_of_the_elasticities() -> None:
     assert all(found[ball]["normal"].tolist() == [-1, 0] for ball in range(4))
 
 
-def test_balls_meet_by_their_own_elasticity_whatever_the_walls_is() -> None:
+def test_the_elasticity_of_two_balls_does_not_depend_on_the_walls() -> None:
     """Two trains of elastic balls meet head-on, one by one: in a soft box too they exchange their velocities."""
     balls = [f"radius = 10\nposition = [{x}, {y}]\nvelocity = [{v}, 0]" for y in (100, 200, 300) for x, v in MEETING]
     engine, contacts = run(scene_of(*balls).changed(arena={"size": (800, 600), "elasticity": 0.9}), 60)
@@ -201,7 +201,7 @@ def test_touching_balls_in_a_chain_do_not_pass_the_whole_blow_on() -> None:
     assert energy[-1] / energy[0] == pytest.approx(0.609, abs=0.001)
 
 
-def test_a_full_process_is_a_mistake() -> None:
+def test_more_worlds_than_box2d_has_room_for_are_refused() -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]")
     initial = spawn(scene)
     taken: list[Engine] = []

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sandbox.engines import registry, takes
+from sandbox.engines import can_run, registry
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -26,30 +26,30 @@ OWN = ("article", "impulse", "exact")
 GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 
 
-def takers(scene: Scene, engines: Iterable[str]) -> list[str]:
-    return [engine for engine in engines if takes(engine, scene, spawn(scene))]
+def able(scene: Scene, engines: Iterable[str]) -> list[str]:
+    return [engine for engine in engines if can_run(engine, scene, spawn(scene))]
 
 
 def digest(position: Floats, velocity: Floats) -> str:
     return hashlib.sha256(position.tobytes() + velocity.tobytes()).hexdigest()[:16]
 
 
-def begin_and_ends(scene: Scene, engines: Iterable[str], steps: int) -> dict[str, str]:
-    """Hash what a scene begins with, and what each engine that takes it ends with."""
+def start_and_ends(scene: Scene, engines: Iterable[str], steps: int) -> dict[str, str]:
+    """Hash a scene's initial state, and the end of each engine that can run it."""
     initial = spawn(scene)
     found = {"start": digest(initial.position, initial.velocity)}
-    for engine in takers(scene, engines):
+    for engine in able(scene, engines):
         run = simulate(scene, engine, steps=steps)
         found[engine] = digest(run.position[-1], run.velocity[-1])
     return found
 
 
 def all_ends(names: Iterable[str], engines: Iterable[str]) -> dict[str, dict[str, str]]:
-    return {name: begin_and_ends(load(name), list(engines), SHORT) for name in names}
+    return {name: start_and_ends(load(name), list(engines), SHORT) for name in names}
 
 
 def test_other_processes_give_the_same_bytes() -> None:
-    """They have other hashes, and run the scenes, and the engines, in the other order."""
+    """They have other hash seeds, and run the scenes and the engines in reverse order."""
     program = f"import json, sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_determinism as t; "
     program += "print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
     others = [
@@ -63,20 +63,20 @@ def test_other_processes_give_the_same_bytes() -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_our_own_engines_end_a_scene_as_they_always_did(name: str) -> None:
-    """A hash that changes says that people's runs are others now; where that is meant, the changelog tells them.
+def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
+    """A changed hash means that users' runs change: if that is intended, the changelog must say so.
 
-    Where "start" is another too, it is the C library that has another sine, cosine or logarithm.
+    If "start" has changed too, the cause is another sine, cosine or logarithm of the C library.
     """
     scene = load(name)
-    assert begin_and_ends(scene, OWN, scene.steps) == GOLDEN[name]
+    assert start_and_ends(scene, OWN, scene.steps) == GOLDEN[name]
 
 
 @pytest.mark.parametrize("name", bundled())
 def test_a_window_shows_the_same_bytes_as_a_run_without_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     scene = load(name)
-    engines = takers(scene, registry())
+    engines = able(scene, registry())
     window = Window(scene, engines)
     window.showing |= {Layer.GHOSTS, Layer.TRAILS, Layer.CONTACTS}
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""What holds of every engine, on every bundled scene that it takes."""
+"""What holds for every engine, on every bundled scene that it can run."""
 
 import re
 from pathlib import Path
@@ -9,7 +9,7 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import Engine, create, default_engines, registry, takes
+from sandbox.engines import Engine, can_run, create, default_engines, registry
 from sandbox.engines.article import ArticleEngine
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import End, Grab, Input, Move, Release
@@ -23,7 +23,7 @@ PAIRS = [
     (engine, name)
     for name, scene, initial in ((name, load(name), spawn(load(name))) for name in bundled())
     for engine in registry()
-    if takes(engine, scene, initial)
+    if can_run(engine, scene, initial)
 ]
 
 
@@ -53,7 +53,7 @@ def test_a_kick_adds_to_the_velocity_of_one_ball(engine: Engine) -> None:
     assert engine.state().position[1] == pytest.approx([500.5, 301.5], abs=1e-9)
 
 
-def test_a_snapshot_is_left_alone_by_later_steps(engine: Engine) -> None:
+def test_later_steps_do_not_change_a_snapshot(engine: Engine) -> None:
     before = engine.state()
     position, velocity = before.position.copy(), before.velocity.copy()
     engine.kick(0, (50.0, 0.0))
@@ -62,7 +62,7 @@ def test_a_snapshot_is_left_alone_by_later_steps(engine: Engine) -> None:
     assert np.array_equal(before.velocity, velocity)
 
 
-def test_contacts_are_collected_from_the_first_call_and_told_once(engine: Engine) -> None:
+def test_contacts_are_recorded_from_the_first_call_and_returned_once(engine: Engine) -> None:
     engine.kick(1, (-2400.0, 0.0))  # 40 px a step
     assert engine.contacts().dtype == CONTACT
     for _ in range(8):
@@ -94,7 +94,7 @@ def test_a_dragged_ball_does_not_pass_through_another_or_a_wall(name: str) -> No
     assert (run.position[:, 0, 0] < run.position[:, 1, 0]).all()
 
 
-def test_an_unknown_engine_is_a_mistake_that_names_the_nearest() -> None:
+def test_the_error_for_an_unknown_engine_names_the_nearest() -> None:
     scene = load("article")
     with pytest.raises(SandboxError, match=r"^no engine 'pymnk'; did you mean pymunk\?$"):
         create("pymnk", scene, spawn(scene))
@@ -118,7 +118,7 @@ def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest
 
 
 class Broken(ArticleEngine):
-    """The article's rule, by one who has not read what an engine must offer. What is wrong begins at a step."""
+    """The article's rule with an invalid state or contact from a step on; the subclass's name says which."""
 
     SINCE: ClassVar = 5
 
@@ -159,7 +159,7 @@ class Endless(Broken): ...
 
 
 @pytest.mark.parametrize(
-    ("engine", "told"),
+    ("engine", "message"),
     [
         ("Nan", "mine: the position of ball 1 must be finite, got [nan, nan]"),
         ("Short", "mine: its velocity must be of shape (3, 2), got (2, 2)"),
@@ -169,16 +169,16 @@ class Endless(Broken): ...
         ("Lost", f"mine: {__name__}:Lost cannot be loaded: module {__name__!r} has no attribute 'Lost'"),
     ],
 )
-def test_an_engine_that_gives_nan_is_told_of_and_is_not_within_every_limit(
-    engine: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_an_invalid_state_or_contact_of_an_installed_engine_is_an_error(
+    engine: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
-    with pytest.raises(SandboxError, match=f"^{re.escape(told)}$"):
+    with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         compare(load("article").changed(seconds=1.0), ["mine", "exact"])
 
 
 class Careless(ArticleEngine):
-    """The article's rule, which shows its own arrays and begins with those that it was given."""
+    """The article's rule; `state` returns the engine's own arrays, and it writes to those it is given."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         super().__init__(scene, initial)
@@ -191,7 +191,7 @@ class Careless(ArticleEngine):
         return State(latest.time, self._shown.position, self._shown.velocity)
 
 
-def test_an_engine_that_shows_its_own_arrays_or_writes_to_ours_is_compared_as_it_ran(
+def test_an_engine_that_shares_its_arrays_or_writes_to_ours_is_compared_correctly(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     install(tmp_path, monkeypatch, mine=f"{__name__}:Careless")
@@ -201,7 +201,7 @@ def test_an_engine_that_shows_its_own_arrays_or_writes_to_ours_is_compared_as_it
     assert article.gap_max > 1
 
 
-def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> None:
+def test_by_default_pymunk_runs_with_the_first_textbook_engine_that_can() -> None:
     article, heavy = load("article"), load("heavy-among-light")
     assert default_engines(article, spawn(article)) == ["pymunk", "article"]
     assert default_engines(heavy, spawn(heavy)) == ["pymunk", "impulse"]
@@ -209,10 +209,10 @@ def test_where_none_are_named_pymunk_runs_beside_the_reference_that_can() -> Non
     assert default_engines(rough, spawn(rough)) == ["pymunk"]
 
 
-def test_an_engine_of_our_own_is_built_without_looking_through_what_is_installed(
+def test_a_built_in_engine_is_built_without_a_search_of_installed_packages(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """That takes longer than a step, and an edit builds every engine anew."""
+    """The search takes longer than a step, and an edit builds every engine anew."""
     monkeypatch.delattr("sandbox.engines.entry_points")
     scene = load("article")
     for name in ("pymunk", "article", "impulse", "exact"):

@@ -86,7 +86,7 @@ def test_head_on_balls_part_by_the_law_of_restitution(mass: float, e: float) -> 
 
 @pytest.mark.parametrize("b", [0.0, 5.0, 10.0, 15.0, 19.0, 19.99])
 def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None:
-    """The normal is at asin(b / 2r) to the line of flight, and takes all of its share of the velocity."""
+    """The normal is at asin(b / 2r) to the line of flight; the struck ball gets all of the velocity along it."""
     state = after(scene_of(ball([100, 300], [200, 0]), ball([300, 300 + b])), 1.5)
     angle = math.asin(b / 20)
     struck = 200 * math.cos(angle)
@@ -94,7 +94,7 @@ def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None
     assert np.dot(*state.velocity) == pytest.approx(0, abs=1e-8)
 
 
-def test_contact_is_logged_as_it_was() -> None:
+def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
     (contact,) = contacts_of(scene_of(ball([100, 300], [200, 0], mass=2), ball([300, 312], mass=3)), 1.5)
     assert (contact["first"], contact["second"]) == (0, 1)
     assert contact["normal"] == pytest.approx([0.8, 0.6])
@@ -182,7 +182,7 @@ def test_round_end_turns_a_ball_about_the_line_to_its_centre(offset: float) -> N
 
 @pytest.mark.parametrize("vx", [0.0, 37.0, 211.0])
 def test_round_end_under_gravity(vx: float) -> None:
-    """The time is where a fine march along the parabola, halved to the last bit, first comes within reach."""
+    """The oracle marches along the parabola in fine steps to the first contact, then bisects to the last bit."""
     start, end, g, reach = np.array([298 - 0.6 * vx, 60.0]), np.array([303.0, 250.0]), np.array([30.0, 900.0]), 15.0
 
     def gap(t: float) -> float:
@@ -247,12 +247,12 @@ def test_bounces_rise_to_e_squared_of_the_height_before(e: float) -> None:
     assert leaving**2 / (2 * g) == pytest.approx(h * e ** (2 * (bounce + 1)), abs=EXACT)
 
 
-def test_bouncing_ends_in_rest_when_the_series_says() -> None:
+def test_bouncing_ends_in_rest_at_the_limit_of_the_series() -> None:
     e, h, g = 0.8, 400.0, 900.0
     scene = scene_of(ball([400, 180], [7, 0], radius=20, elasticity=e), head=f"gravity = [0, {g}]")
     total = math.sqrt(2 * h / g) * (1 + e) / (1 - e)
     found = contacts_of(scene, 30)
-    resting = np.isclose(found["time"] * 60 % 1, [[0], [1]], atol=1e-6).any(axis=0)  # told at the end of a step
+    resting = np.isclose(found["time"] * 60 % 1, [[0], [1]], atol=1e-6).any(axis=0)  # reported at the end of a step
     assert found["time"][~resting][-1] == pytest.approx(total, abs=1e-5)
     assert found["impulse"][resting].sum() == pytest.approx(g * (30 - total), abs=0.01)  # its weight
     assert (~resting).sum() < 100
@@ -302,7 +302,7 @@ def test_heap_comes_to_rest_at_bounded_cost() -> None:
     assert before.position.shape == state.position.shape
 
 
-# What rounding, the scene or a collapse may do
+# Rounding, overlaps, inelastic collapse
 
 
 @pytest.mark.parametrize(
@@ -331,14 +331,14 @@ def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
     play(engine, 300)
     before = engine.collisions
     play(engine, 300)
-    assert engine.collisions - before < 24 * 5 * 20_000  # RATTLE / HOP for each ball and second, and as many again
+    assert engine.collisions - before < 24 * 5 * 20_000  # 2 MAX_SLOW_CONTACTS / HOP_TIME per ball and second
     state = engine.state()
     assert deepest_overlap(state.position, scene.bodies.radius)[0] < 1e-9
     assert np.hypot(*state.velocity.T).max() < 10
     assert state.position[:, 1].max() < 190 + 1e-9
 
 
-def test_balls_that_overlap_collide_if_they_approach_and_are_let_go_if_they_part() -> None:
+def test_balls_that_overlap_collide_if_they_approach_and_not_if_they_part() -> None:
     overlapping = [ball([300, 300], [v, 0]) + ball([315, 300]) for v in (50, -50)]
     approaching, parting = (contacts_of(scene_of(pair), 1) for pair in overlapping)
     assert approaching["time"].tolist() == [0.0]
@@ -401,13 +401,13 @@ def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
     signal.signal(signal.SIGALRM, before)
 
 
-def test_contacts_without_end_are_refused_instead_of_taking_all_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_contacts_without_end_raise_an_error_instead_of_filling_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """A comparison of two balls of 1e9 kg and 1e-6 kg at 1e9 px/s took 24 GB, and the system ended it."""
-    monkeypatch.setattr("sandbox.engines.exact.engine.MOST_KEPT", 10_000)
+    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 10_000)
     engine = engine_of(scene_of(ball([50, 50], [1e8, 0], radius=10), size=(100, 100)))
-    play(engine, 1)  # nobody has asked for them
+    play(engine, 1)  # not recorded yet
     engine.contacts()
-    with pytest.raises(SandboxError, match=r"^exact: more than 10,000 contacts by 0\.03333 s are more than are kept"):
+    with pytest.raises(SandboxError, match=r"^exact: more than 10,000 contacts by 0\.03333 s, the limit;"):
         engine.step()
     assert len(engine.contacts()) > 10_000
 
@@ -454,7 +454,7 @@ def test_same_scene_and_kicks_give_the_same_bytes() -> None:
     assert run() == run()
 
 
-def test_kick_adds_to_the_velocity_now() -> None:
+def test_kick_changes_the_velocity_at_once() -> None:
     engine = engine_of(scene_of(ball([100, 300], [60, 0]), ball([300, 300])))
     play(engine, 60)
     engine.kick(0, (0.0, 90.0))
@@ -472,7 +472,7 @@ def test_kick_lifts_a_ball_at_rest() -> None:
     assert engine.state().position[0] == pytest.approx([100, 590 - 225 + 112.5], abs=EXACT)
 
 
-def test_reversed_run_comes_back_to_where_it_began() -> None:
+def test_reversed_run_returns_to_its_start() -> None:
     scene = parse("[arena]\nsize = [800, 600]\n[[balls]]\ncount = 10\nradius = 20\nspeed = 300\n"
                   "inside = [[0, 0], [800, 600]]\n", "test")  # fmt: skip
     there, start = engine_of(scene), spawn(scene)
@@ -484,17 +484,17 @@ def test_reversed_run_comes_back_to_where_it_began() -> None:
     assert np.abs(back.state().position - start.position).max() < 1e-6
 
 
-def test_friction_is_refused_where_two_with_it_can_touch() -> None:
+def test_friction_is_refused_if_two_that_have_it_can_touch() -> None:
     with pytest.raises(Refused, match="exact: friction is not part of smooth hard discs"):
         engine_of(gas(friction=0.5))
     engine_of(parse("[arena]\nsize = [99, 99]\n[[balls]]\nradius = 5\nposition = [50, 50]\nfriction = 1\n", "test"))
 
 
-# An oracle: every pair and wall looked at for every event, in plain Python
+# An oracle in plain Python: every pair and wall is tested for every event
 
 
 def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, list[tuple[int, int]]]:
-    """Return positions, velocities, and who met whom, without gravity or inner walls."""
+    """Return positions, velocities and the pairs that met, without gravity or inner walls."""
     x, v = start.position.copy(), start.velocity.copy()
     r, m, e = scene.bodies.radius, scene.bodies.mass, scene.bodies.elasticity
     now = 0.0
@@ -550,7 +550,7 @@ def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, li
     ),
     seed=st.integers(0, 2**32),
 )
-def test_few_balls_do_as_the_oracle_does(balls: list[tuple[float, float, float, float]], seed: int) -> None:
+def test_few_balls_agree_with_the_oracle(balls: list[tuple[float, float, float, float]], seed: int) -> None:
     groups = "".join(
         f"[[balls]]\nradius = {r}\nmass = {m}\nelasticity = {e}\nspeed = {v}\ninside = [[0, 0], [240, 240]]\n"
         for r, m, e, v in balls

@@ -1,4 +1,4 @@
-"""Pairs found through cells are those of all pairs i < j in order, to the bit."""
+"""The broad phase finds the same contacts as a test of all pairs i < j in order, to the bit."""
 
 import math
 from collections.abc import Callable
@@ -19,22 +19,22 @@ Kernel = Callable[..., Any]
 
 
 def of_all_pairs(kernel: Any) -> Kernel:
-    """Compile an engine's kernel as if balls were always few: it then looks at every pair."""
+    """Compile an engine's kernel without a grid for any number of balls: it then tests every pair."""
 
     def compiled(function: Any, **names: object) -> Kernel:
         function = function.py_func
         return njit(FunctionType(function.__code__, function.__globals__ | names))
 
-    return compiled(kernel, neighbours=compiled(neighbours.neighbours, FEW=10**9))
+    return compiled(kernel, neighbours=compiled(neighbours.neighbours, MIN_BALLS=10**9))
 
 
 ARTICLE, IMPULSE = of_all_pairs(article.frame), of_all_pairs(impulse.advance)
 
 
-def crowd(seed: int, n: int, eta: float, heaped: float) -> tuple[np.random.Generator, Floats, Floats, float]:
-    """Place n balls of radius 5 in a box of which they would cover a share eta, some of them heaped in one place.
+def packed_balls(seed: int, n: int, eta: float, heaped: float) -> tuple[np.random.Generator, Floats, Floats, float]:
+    """Place n balls of radius 5 in a box of which they would cover the fraction eta, some of them in one heap.
 
-    At eta 0.9 they are a lattice, shaken a little. Returns the generator, the places, the box and its wider side.
+    At eta 0.9 they are a slightly disturbed lattice. Returns the generator, the positions, the box, its wider side.
     """
     rng = np.random.default_rng(seed)
     area, aspect = n * 25 * math.pi / eta, rng.uniform(0.2, 5)
@@ -49,7 +49,7 @@ def crowd(seed: int, n: int, eta: float, heaped: float) -> tuple[np.random.Gener
     return rng, position, size, float(size.max())
 
 
-CROWDS = {
+CASES = {
     "seed": st.integers(0, 2**32),
     "n": st.integers(1, 150),
     "eta": st.one_of(st.floats(0.005, 0.85), st.just(0.9)),
@@ -71,7 +71,7 @@ def assert_equal_to_the_bit(plain: Kernel, quick: Kernel, state: list[Floats], f
 
 
 def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pace: float, frames: int) -> None:
-    rng, position, size, _ = crowd(seed, n, eta, heaped)
+    rng, position, size, _ = packed_balls(seed, n, eta, heaped)
     state = [position, rng.normal(0, pace, (n, 2))]
     assert_equal_to_the_bit(ARTICLE, article.frame, state, frames, 5.0, *size.tolist(), article.SQUARE)
 
@@ -80,7 +80,7 @@ def impulse_equals_brute_force(
     seed: int, n: int, eta: float, heaped: float, pace: float, frames: int, spread: float
 ) -> None:
     """Balls of several radii, masses and elasticities; gravity, and a wall across the box."""
-    rng, position, size, far = crowd(seed, n, eta, heaped)
+    rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
     arena = [(-1, 0, 0, 0, 0, 1), (0, -1, 0, 0, 0, 1), (1, 0, w, 0, 0, 0.9), (0, 1, h, 0, 0, 1)]
@@ -97,7 +97,7 @@ def impulse_equals_brute_force(
     ids=["article", "impulse"],
 )
 def test_an_engine_equals_brute_force(equals: Kernel, more: dict[str, Any], cases: int) -> None:
-    settings(deadline=None, max_examples=cases)(given(**CROWDS, **more)(equals))()
+    settings(deadline=None, max_examples=cases)(given(**CASES, **more)(equals))()
 
 
 def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> None:
@@ -115,7 +115,7 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
 
 
 @pytest.mark.parametrize("place", [math.nan, math.inf, -math.inf, 1e300, -5.0])
-def test_a_ball_that_is_nowhere_is_in_a_cell_of_the_grid(place: float) -> None:
+def test_a_ball_at_nan_or_infinity_is_in_a_cell_of_the_grid(place: float) -> None:
     position = np.full((30, 2), 50.0)
     position[7] = place
     state = [position, np.zeros((30, 2))]
@@ -123,7 +123,7 @@ def test_a_ball_that_is_nowhere_is_in_a_cell_of_the_grid(place: float) -> None:
 
 
 @pytest.mark.parametrize("size", [(1e9, 50.0), (50.0, 1e9), (1e9, 1e9)])
-def test_cells_are_no_more_than_balls_have_use_for(size: tuple[float, float]) -> None:
+def test_the_number_of_cells_is_bounded_by_the_number_of_balls(size: tuple[float, float]) -> None:
     """In a channel of 1e9 px, cells as wide as a ball would be 1e8."""
     position = np.random.default_rng(0).uniform(0, 50, (100, 2))
     found: neighbours.Neighbours = neighbours.neighbours(position, 10.0, *size)

@@ -20,7 +20,7 @@ from conftest import scene_of, sizes
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
 from sandbox.cli.tables import print_comparison
-from sandbox.engines import create, registry, takes
+from sandbox.engines import can_run, create, registry
 from sandbox.quantity import deepest_overlap, kinetic_energy
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
@@ -89,7 +89,7 @@ SCENES = {
     ),
 }
 RUNS = [
-    (stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if takes(engine, scene, spawn(scene))
+    (stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if can_run(engine, scene, spawn(scene))
 ]
 MAX_OUTSIDE = {  # scene and engine -> the farthest a centre may be outside the arena, px; 0 for all others
     ("radius 1e-3 beside 250", "pymunk"): 2,

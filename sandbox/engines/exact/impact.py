@@ -1,18 +1,19 @@
-"""When moving discs touch: times of impact in closed form, or by a root that is bracketed first.
+"""Times of impact: in closed form, or as a bracketed root.
 
-Throughout: r, v, a are position (px), velocity (px/s) and acceleration (px/s²) of one thing relative to another; a gap
-is the distance still to go (px, negative where the two overlap); times are seconds from now, `inf` for never.
+Throughout: r, v, a are position (px), velocity (px/s) and acceleration (px/s²) of one body relative to another; a gap
+is the distance between their surfaces (px, negative if they overlap); times are seconds from now, `inf` for never.
 
-Two things touch when their gap is 0 and shrinking. What rounding, or the scene, left overlapping touches at once if
-it approaches, and is let go if it parts (Bannerman, Strobl, Formella and Pöschel, arXiv:1211.6718). Quadratic roots
-are taken in the form that does not cancel.
+Two bodies touch when their gap is 0 and shrinking. Bodies that overlap, by rounding or by the scene, touch at once if
+they approach, and are left alone if they part (Bannerman, Strobl, Formella and Pöschel, arXiv:1211.6718). Quadratic
+roots are computed in the form without cancellation.
 """
 
 import math
+from typing import Final
 
 from sandbox.engines.compiled import kernel
 
-NEVER = math.inf
+NEVER: Final = math.inf
 
 
 @kernel
@@ -22,13 +23,13 @@ def time_to_close(gap: float, v: float, a: float) -> float:
     if v <= 0 and gap <= 0:
         return 0.0 if v < 0 or a < 0 else NEVER
     if v <= 0:
-        # Approaching: the first root, if acceleration does not turn the two round before it.
+        # Approaching: the first root, unless acceleration reverses the motion before it.
         if discriminant < 0 or (v == 0 and a >= 0):
             return NEVER
         return 2 * gap / (-v + math.sqrt(discriminant))
     if a >= 0:
         return NEVER
-    # Parting, and pulled back: the last root; what does not come clear of an overlap touches where it turns.
+    # Parting, and pulled back: the last root; if an overlap never opens, they touch where the motion reverses.
     return (v + math.sqrt(max(0.0, discriminant))) / -a
 
 
@@ -38,7 +39,7 @@ def time_to_touch(
 ) -> float:
     """Return when two discs, or a disc and a point, that are r apart come within reach (px) of each other.
 
-    What happens after the limit (s) may be called never.
+    A time after the limit (s) may be returned as `inf`.
     """
     b = rx * vx + ry * vy
     if ax != 0 or ay != 0:
@@ -58,13 +59,13 @@ def _time_to_touch_falling(
 ) -> float:
     """Find the first root of f(t) = |r + v t + a t²/2|² - reach² at which f falls.
 
-    f is a quartic; the roots of its second derivative part the time into pieces on which f' is monotone, the
-    roots of f' these into pieces on which f is, and a monotone function has one root between two signs.
+    f is a quartic. The roots of f'' divide the time into intervals on which f' is monotone, and the roots of f' divide
+    these into intervals on which f is monotone: such an interval has a root if f changes sign, and only one.
     """
     rr, vv, aa = rx * rx + ry * ry, vx * vx + vy * vy, ax * ax + ay * ay
     ra, rv, va = rx * ax + ry * ay, rx * vx + ry * vy, vx * ax + vy * ay
     distance, v, a = math.sqrt(rr), math.sqrt(vv), math.sqrt(aa)
-    # Beyond `far`, a t²/2 alone is more than all the rest.
+    # Beyond `far`, a t²/2 alone exceeds all other terms.
     far = min(limit, (v + math.sqrt(v * v + 2 * a * (distance + reach))) / a)
     if distance - reach > far * (v + a * far / 2):
         return NEVER
@@ -87,7 +88,7 @@ def _time_to_touch_falling(
 
 @kernel
 def _roots_of_quadratic(c: float, b: float, a: float) -> tuple[float, float]:
-    """Return the real roots of c + b t + a t² in order, (0, 0) where there are none; a > 0."""
+    """Return the real roots of c + b t + a t² in order, or (0, 0) if there are none; a > 0."""
     discriminant = b * b - 4 * a * c
     if discriminant <= 0:
         return 0.0, 0.0
@@ -102,7 +103,7 @@ def _value(p: tuple[float, float, float, float, float], t: float) -> float:
 
 @kernel
 def _root(p: tuple[float, float, float, float, float], low: float, high: float) -> float:
-    """Return the root of a polynomial that is monotone from low to high and changes sign: Newton's, bracketed."""
+    """Return the root of a polynomial that is monotone from low to high and changes sign: bracketed Newton."""
     rises = _value(p, high) > 0
     t = 0.5 * (low + high)
     for _ in range(100):
@@ -127,13 +128,13 @@ def time_to_face(
 ) -> float:
     """Return when a point comes within reach (px) of a straight face, from either side.
 
-    `along` is where it is on the face's line, from 0 to length (px) beside the face; `off` how far beside it, signed.
+    `along` is the point's coordinate along the face, 0 to length (px) beside it; `off` its signed distance from it.
     """
     side = 1.0 if off >= 0 else -1.0
     t = time_to_close(side * off - reach, side * v_off, side * a_off)
     if t < NEVER and 0 <= along + t * (v_along + t * a_along / 2) <= length:
         return t
-    # Past an end to the other side, and back: acceleration can do that.
+    # Acceleration can take it round an end to the other side, and back.
     gap, v, a = -side * off - reach, -side * v_off, -side * a_off
     if a < 0 < v and v * v >= 2 * a * gap:
         t = time_to_close(gap, v, a)
@@ -144,7 +145,7 @@ def time_to_face(
 
 @kernel
 def time_to_leave(x: float, v: float, a: float, low: float, high: float) -> tuple[float, int]:
-    """Return when a coordinate leaves the range from low to high, and which way: -1 or 1."""
+    """Return when a coordinate leaves the range from low to high, and in which direction: -1 or 1."""
     if a == 0:
         if v > 0:
             return max(0.0, (high - x) / v), 1
