@@ -28,7 +28,7 @@ from browser import chromium
 from conftest import REQUIRED, Command
 from PIL import Image, ImageSequence
 
-from sandbox.analysis import causes
+from sandbox.analysis.causes import Cause
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
@@ -44,7 +44,7 @@ NOT_RUN = ("python3 -m venv", ".venv/bin/", "pip install", ".ci/", "SANDBOX_WRIT
 PACKAGE = "pyproject.toml"
 MISTAKEN = "broken.toml"  # its errors are what a page shows
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
-LABELS = vars(causes).get("CAUSES") or {cause.key: cause.label for cause in vars(causes)["Cause"]}
+LABELS = {cause.key: cause.label for cause in Cause}
 NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
 
 

@@ -148,7 +148,7 @@ def test_a_ball_in_a_wall_is_written_with_the_overlap_allowed(tmp_path: Path) ->
 @pytest.mark.parametrize("most", [60, 150])
 def test_too_many_balls_for_a_file_are_not_written(most: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
-    monkeypatch.setattr("sandbox.scene.files.MAX_BYTES", most)
+    monkeypatch.setattr("sandbox.scene.files.MAX_TEXT_FILE_BYTES", most)
     with pytest.raises(SandboxError, match=f"saved.toml: 4 balls do not fit in the {most} bytes of a scene file"):
         write(scene, spawn(scene), tmp_path / "saved.toml")
     assert list(tmp_path.iterdir()) == []
