@@ -81,7 +81,7 @@ def _cost_of_a_ball() -> Iterator[Figure]:
         n = len(scene.bodies)
         yield figure(f"article n={n}", f"{n:,} balls: time per ball and step", [1e9 * cost for cost in costs], "ns")
     growth = [among_many / among_few for among_few, among_many in rounds]
-    yield figure("article growth", "time per ball and step: 100,000 balls / 1,000 balls", growth)
+    yield figure("article growth", "time per ball: 100,000 balls / 1,000", growth)
 
 
 def exact() -> Iterator[Figure]:
@@ -91,12 +91,10 @@ def exact() -> Iterator[Figure]:
             engine = ExactEngine(scene := gas(n, eta, FAST_GAS), spawn(scene))
             engine.step()  # compiles, and leaves the initial order
             rates = [_collisions_per_second(engine) for _ in range(ROUNDS)]
-            yield figure(
-                f"exact n={n} eta={eta}", f"{n:,} discs that cover {eta:.0%}: collisions per second", rates, "/s"
-            )
+            yield figure(f"exact n={n} eta={eta}", f"{n:,} discs that cover {eta:.0%}: collisions", rates, "/s")
     engine, plain = ExactEngine(scene := gas(100, 0.5, FAST_GAS), spawn(scene)), PlainDiscs(scene)
     pairs = alternately(partial(_collisions_per_second, engine), partial(processor_time, plain.collide, 300))
-    means = "100 discs: collisions / those of plain Python with heapq"
+    means = "100 discs: collisions / plain Python's"
     yield figure("exact / plain Python", means, [rate * each for rate, each in pairs])
 
 

@@ -58,9 +58,7 @@ def _frame(scene: Scene) -> Iterator[Figure]:
 
     rounds = alternately(*(partial(processor_time, act, repeats_in(act, 0.1)) for act in (ours, plain)))
     yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * a for a, _ in rounds], "ms")
-    yield figure(
-        f"frame / plain n={n}", f"{n:,} balls: frame of two panes / plain Pymunk's of one", [a / b for a, b in rounds]
-    )
+    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's, one pane", [a / b for a, b in rounds])
 
 
 def first_frame() -> None:
