@@ -21,6 +21,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -45,6 +46,8 @@ PACKAGE = "pyproject.toml"
 MISTAKEN = "broken.toml"  # its errors are what a page shows
 FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": [100 + 50 * k, 100]} for k in range(2)]}
 LABELS = {cause.key: cause.label for cause in Cause}
+ROUNDING = re.compile(r"\d\.\d+e-1[3-9]|0\.00e\+00")  # figures that another processor may round differently
+HOSTS = {"box2d.org", "distributed.dask.org", "github.com", "www.pymunk.org"}  # that the documents link to
 NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
 
 
@@ -66,7 +69,7 @@ class Block(NamedTuple):
         if WRITE and self.output is not None and lines != self.output:
             rewrite(self.page, self.text + "```", self.output, lines)
         elif self.output is not None:
-            assert lines == self.output
+            assert ROUNDING.sub("rounding", lines) == ROUNDING.sub("rounding", self.output)
 
 
 @cache
@@ -218,8 +221,9 @@ def test_every_link_resolves(page: Path) -> None:
     assert links
     for link in links:
         place, _, anchor = link.partition("#")
-        assert "pypi.org" not in place
-        if not place.startswith("https://"):
+        if place.startswith("https://"):
+            assert urlsplit(place).hostname in HOSTS
+        else:
             target = page.parent / place if place else page
             assert target.exists(), link
             assert not anchor or anchor in anchors(target), link
