@@ -14,9 +14,7 @@ from sandbox.scene.files import bundled, load
 COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "schema", "bench")
 
 
-@pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("working_folder")
 
 
 def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Command) -> None:

@@ -70,8 +70,8 @@ def test_the_help_names_all_that_a_recording_can_show() -> None:
     assert set(parse_layers(LAYERS)) == set(SHOWN)
 
 
-def test_scenes_and_engines_complete(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("working_folder")
+def test_scenes_and_engines_complete() -> None:
     Path("gases.toml").touch()
     assert complete_scene("gas") == ["gas-100", "gas-1000", "gas-dense", "gases.toml"]
     assert set(complete_scene("truths/")) == set(bundled("truths"))

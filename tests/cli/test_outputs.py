@@ -41,11 +41,7 @@ Write = Callable[[], object]
 Made = tuple[Write, bytes, int]  # what writes a file, its content, and the number of built-in calls
 
 
-@pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 
 
 # Killed during a write

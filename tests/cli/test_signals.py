@@ -23,12 +23,7 @@ from sandbox.run.inputs import Grab, load_inputs
 from sandbox.scene.files import load
 from sandbox.signals import SIGNALS
 
-
-@pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 
 
 @pytest.mark.parametrize("number", SIGNALS)

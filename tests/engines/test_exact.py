@@ -41,7 +41,7 @@ def wall(start: Iterable[float], to: Iterable[float], thickness: float = 4.0, el
     )
 
 
-def scene_of(*parts: str, head: str = "", size: Iterable[float] = (800, 600), elasticity: float = 1.0) -> Scene:
+def box_of(*parts: str, head: str = "", size: Iterable[float] = (800, 600), elasticity: float = 1.0) -> Scene:
     return parse(f"{head}\n[arena]\nsize = {list(size)}\nelasticity = {elasticity}\n" + "".join(parts), "test")
 
 
@@ -73,7 +73,7 @@ def contacts_of(scene: Scene, seconds: float) -> Contacts:
 @pytest.mark.parametrize("e", [1.0, 0.8, 0.5, 0.0])
 @pytest.mark.parametrize("mass", [1.0, 3.0, 1000.0])
 def test_head_on_balls_part_by_the_law_of_restitution(mass: float, e: float) -> None:
-    scene = scene_of(ball([100, 300], [300, 0], mass=mass, elasticity=e), ball([400, 300], [-60, 0], radius=20))
+    scene = box_of(ball([100, 300], [300, 0], mass=mass, elasticity=e), ball([400, 300], [-60, 0], radius=20))
     state = after(scene, 1)
     common = (mass * 300 - 60) / (mass + 1)
     v1, v2 = common - e * 360 / (mass + 1), common + e * 360 * mass / (mass + 1)
@@ -87,7 +87,7 @@ def test_head_on_balls_part_by_the_law_of_restitution(mass: float, e: float) -> 
 @pytest.mark.parametrize("b", [0.0, 5.0, 10.0, 15.0, 19.0, 19.99])
 def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None:
     """The normal is at asin(b / 2r) to the line of flight; the struck ball gets all of the velocity along it."""
-    state = after(scene_of(ball([100, 300], [200, 0]), ball([300, 300 + b])), 1.5)
+    state = after(box_of(ball([100, 300], [200, 0]), ball([300, 300 + b])), 1.5)
     angle = math.asin(b / 20)
     struck = 200 * math.cos(angle)
     assert state.velocity[1] == pytest.approx([struck * math.cos(angle), struck * math.sin(angle)], abs=EXACT)
@@ -95,7 +95,7 @@ def test_equal_balls_that_meet_off_centre_part_at_right_angles(b: float) -> None
 
 
 def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
-    (contact,) = contacts_of(scene_of(ball([100, 300], [200, 0], mass=2), ball([300, 312], mass=3)), 1.5)
+    (contact,) = contacts_of(box_of(ball([100, 300], [200, 0], mass=2), ball([300, 312], mass=3)), 1.5)
     assert (contact["first"], contact["second"]) == (0, 1)
     assert contact["normal"] == pytest.approx([0.8, 0.6])
     assert contact["time"] == pytest.approx((200 - 16) / 200)
@@ -104,13 +104,13 @@ def test_a_contact_has_its_pair_normal_time_impulse_and_depth() -> None:
 
 
 def test_grazing_balls_do_not_touch() -> None:
-    assert len(contacts_of(scene_of(ball([100, 300], [200, 0]), ball([300, 320.0001])), 2)) == 0
-    assert len(contacts_of(scene_of(ball([100, 300], [200, 0]), ball([300, 319.9999])), 2)) == 1
+    assert len(contacts_of(box_of(ball([100, 300], [200, 0]), ball([300, 320.0001])), 2)) == 0
+    assert len(contacts_of(box_of(ball([100, 300], [200, 0]), ball([300, 319.9999])), 2)) == 1
 
 
 def test_balls_in_free_fall_meet_as_if_there_were_no_gravity() -> None:
     parts = ball([100, 300], [200, -400]), ball([300, 310], [-50, -400], radius=15)
-    floating, falling = (contacts_of(scene_of(*parts, head=f"gravity = {g}"), 0.715) for g in ([0, 0], [40, 900]))
+    floating, falling = (contacts_of(box_of(*parts, head=f"gravity = {g}"), 0.715) for g in ([0, 0], [40, 900]))
     assert len(falling) == len(floating) == 1
     for field in ("time", "normal", "impulse"):
         assert falling[field] == pytest.approx(floating[field], rel=1e-12)
@@ -118,7 +118,7 @@ def test_balls_in_free_fall_meet_as_if_there_were_no_gravity() -> None:
 
 def test_velocities_of_a_chain_of_fifty_pass_from_ball_to_ball() -> None:
     grid = "[[balls]]\ngrid = [49, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\n"
-    state = after(scene_of(ball([100, 300], [300, 0]), grid, size=(2000, 600)), 2)
+    state = after(box_of(ball([100, 300], [300, 0]), grid, size=(2000, 600)), 2)
     assert state.velocity[:, 0] == pytest.approx([0.0] * 49 + [300.0], abs=EXACT)
     assert state.position[-1, 0] == pytest.approx(300 + 48 * 20 + 300 * (2 - 180 / 300), abs=1e-8)
 
@@ -128,7 +128,7 @@ def test_chain_that_loses_energy_passes_on_what_successive_impacts_leave() -> No
     grid = (
         f"[[balls]]\ngrid = [5, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\nelasticity = {math.sqrt(e)}\n"
     )
-    state = after(scene_of(ball([100, 300], [300, 0], elasticity=math.sqrt(e)), grid, size=(2000, 600)), 2)
+    state = after(box_of(ball([100, 300], [300, 0], elasticity=math.sqrt(e)), grid, size=(2000, 600)), 2)
     assert state.velocity[-1, 0] == pytest.approx(300 * ((1 + e) / 2) ** 5, abs=EXACT)
     assert state.velocity[:, 0].sum() == pytest.approx(300, abs=EXACT)
 
@@ -141,7 +141,7 @@ def test_chain_that_loses_energy_passes_on_what_successive_impacts_leave() -> No
 def test_arena_wall_turns_the_normal_part_of_the_velocity_round(degrees: int, of_ball: float, of_wall: float) -> None:
     angle = math.radians(degrees)
     vx, vy = 300 * math.cos(angle), 300 * math.sin(angle)
-    scene = scene_of(ball([789, 20], [vx, vy], elasticity=of_ball), elasticity=of_wall, size=(800, 4000))
+    scene = box_of(ball([789, 20], [vx, vy], elasticity=of_ball), elasticity=of_wall, size=(800, 4000))
     state = after(scene, 2)
     time, e = 1 / vx, of_ball * of_wall
     assert state.velocity[0] == pytest.approx([-e * vx, vy], abs=EXACT)
@@ -149,7 +149,7 @@ def test_arena_wall_turns_the_normal_part_of_the_velocity_round(degrees: int, of
 
 
 def test_ball_in_a_corner_comes_back_the_way_it_came() -> None:
-    state = after(scene_of(ball([50, 50], [-120, -120])), 1)
+    state = after(box_of(ball([50, 50], [-120, -120])), 1)
     assert state.velocity[0] == pytest.approx([120, 120], abs=EXACT)
     assert state.position[0] == pytest.approx([90, 90], abs=EXACT)
 
@@ -158,7 +158,7 @@ def test_ball_in_a_corner_comes_back_the_way_it_came() -> None:
 @pytest.mark.parametrize("thickness", [0.0, 4.0])
 def test_wall_thinner_than_a_step_stops_a_fast_ball_from_either_side(thickness: float, side: int) -> None:
     walls = wall([400, 100], [400, 500], thickness)
-    (contact,) = contacts_of(scene_of(walls, ball([400 + side * 300, 300], [-side * 3000, 0])), 0.15)
+    (contact,) = contacts_of(box_of(walls, ball([400 + side * 300, 300], [-side * 3000, 0])), 0.15)
     assert (contact["first"], ~contact["second"]) == (0, 4)
     assert contact["time"] == pytest.approx((300 - 10 - thickness / 2) / 3000)
     assert contact["normal"] == pytest.approx([-side, 0])
@@ -166,13 +166,13 @@ def test_wall_thinner_than_a_step_stops_a_fast_ball_from_either_side(thickness: 
 
 
 def test_slanted_wall_reflects() -> None:
-    state = after(scene_of(wall([300, 200], [500, 400], 6), ball([250, 300], [200, 0])), 1)
+    state = after(box_of(wall([300, 200], [500, 400], 6), ball([250, 300], [200, 0])), 1)
     assert state.velocity[0] == pytest.approx([0, 200], abs=EXACT)
 
 
 @pytest.mark.parametrize("offset", [0.0, 6.0, -9.0, 11.9])
 def test_round_end_turns_a_ball_about_the_line_to_its_centre(offset: float) -> None:
-    scene = scene_of(wall([400, 300], [600, 300], 4), ball([200, 300 + offset], [200, 0]))
+    scene = box_of(wall([400, 300], [600, 300], 4), ball([200, 300 + offset], [200, 0]))
     (contact,) = contacts_of(scene, 1.2)
     normal = np.array([math.sqrt(12**2 - offset**2), -offset]) / 12
     assert contact["normal"] == pytest.approx(normal)
@@ -190,7 +190,7 @@ def test_round_end_under_gravity(vx: float) -> None:
 
     low = next((t for t in np.arange(0, 1, 1e-4) if gap(t + 1e-4) < 0), None)
     found = contacts_of(
-        scene_of(wall(end, [303, 500], 10), ball(start, [vx, 0]), head="gravity = [30, 900]"), (low or 0.9) + 0.05
+        box_of(wall(end, [303, 500], 10), ball(start, [vx, 0]), head="gravity = [30, 900]"), (low or 0.9) + 0.05
     )
     assert low is not None
     high = low + 1e-4
@@ -203,7 +203,7 @@ def test_round_end_under_gravity(vx: float) -> None:
 
 def test_walls_by_the_hundred_let_nothing_through() -> None:
     teeth = "".join(wall([x, 300], [x + 2, 500], 1) for x in range(2, 802, 4))
-    scene = scene_of(teeth, wall([0, 300], [800, 300], 1), "[[balls]]\ncount = 20\nradius = 2\nspeed = 10000\n"
+    scene = box_of(teeth, wall([0, 300], [800, 300], 1), "[[balls]]\ncount = 20\nradius = 2\nspeed = 10000\n"
                      "inside = [[0, 0], [800, 290]]\n")  # fmt: skip
     engine = engine_of(scene)
     play(engine, 600)
@@ -213,7 +213,7 @@ def test_walls_by_the_hundred_let_nothing_through() -> None:
 def test_closed_polygon_keeps_its_balls() -> None:
     corners = [(400 + 180 * math.cos(k * math.tau / 7), 300 + 180 * math.sin(k * math.tau / 7)) for k in range(7)]
     walls = [wall(a, b, 1) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
-    scene = scene_of(*walls, "[[balls]]\ncount = 20\nradius = 5\nspeed = 10000\ninside = [[320, 220], [480, 380]]\n")
+    scene = box_of(*walls, "[[balls]]\ncount = 20\nradius = 5\nspeed = 10000\ninside = [[320, 220], [480, 380]]\n")
     engine = engine_of(scene)
     engine.contacts()
     play(engine, 3000)
@@ -230,7 +230,7 @@ def test_closed_polygon_keeps_its_balls() -> None:
 
 
 def test_projectile_flies_on_its_parabola() -> None:
-    state = after(scene_of(ball([100, 500], [210, -330]), head="gravity = [15, 500]"), 1)
+    state = after(box_of(ball([100, 500], [210, -330]), head="gravity = [15, 500]"), 1)
     assert state.position[0] == pytest.approx([100 + 210 + 7.5, 500 - 330 + 250], abs=EXACT)
     assert state.velocity[0] == pytest.approx([225, 170], abs=EXACT)
 
@@ -238,7 +238,7 @@ def test_projectile_flies_on_its_parabola() -> None:
 @pytest.mark.parametrize("e", [1.0, 0.8])
 def test_bounces_rise_to_e_squared_of_the_height_before(e: float) -> None:
     h, g = 400.0, 900.0
-    found = contacts_of(scene_of(ball([400, 180], radius=20, elasticity=e), head=f"gravity = [0, {g}]"), 6)
+    found = contacts_of(box_of(ball([400, 180], radius=20, elasticity=e), head=f"gravity = [0, {g}]"), 6)
     fall = math.sqrt(2 * h / g)
     bounce = np.arange(min(12, len(found)))
     flights = np.cumsum([0.0, *(2 * fall * e ** np.arange(1, len(bounce)))])
@@ -249,7 +249,7 @@ def test_bounces_rise_to_e_squared_of_the_height_before(e: float) -> None:
 
 def test_bouncing_ends_in_rest_at_the_limit_of_the_series() -> None:
     e, h, g = 0.8, 400.0, 900.0
-    scene = scene_of(ball([400, 180], [7, 0], radius=20, elasticity=e), head=f"gravity = [0, {g}]")
+    scene = box_of(ball([400, 180], [7, 0], radius=20, elasticity=e), head=f"gravity = [0, {g}]")
     total = math.sqrt(2 * h / g) * (1 + e) / (1 - e)
     found = contacts_of(scene, 30)
     resting = np.isclose(found["time"] * 60 % 1, [[0], [1]], atol=1e-6).any(axis=0)  # reported at the end of a step
@@ -263,7 +263,7 @@ def test_bouncing_ends_in_rest_at_the_limit_of_the_series() -> None:
 
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
 def test_ball_at_rest_stays_at_rest(e: float) -> None:
-    scene = scene_of(ball([400, 590], elasticity=e), head="gravity = [0, 900]")
+    scene = box_of(ball([400, 590], elasticity=e), head="gravity = [0, 900]")
     found = contacts_of(scene, 60)
     assert len(found) == 3600  # one a step, with its weight
     assert found["impulse"] == pytest.approx(900 / 60)
@@ -276,12 +276,12 @@ def test_ball_slides_down_a_slope_and_comes_to_rest_in_the_corner() -> None:
     slope = wall([100, 100], [500, 400], 0, 0)
     nx, ny = 0.6, -0.8  # out of the slope
     start = np.array([180, 160]) + 10 * np.array([nx, ny])
-    engine = engine_of(scene_of(slope, ball(start), head="gravity = [0, 500]"))
+    engine = engine_of(box_of(slope, ball(start), head="gravity = [0, 500]"))
     play(engine, 60)
     slid = 500 * 0.6 / 2
     assert engine.state().position[0] == pytest.approx(start + slid * np.array([0.8, 0.6]), abs=1e-8)
 
-    tilted = scene_of(ball([100, 300], [0, 50], elasticity=0.5), head="gravity = [300, 900]")
+    tilted = box_of(ball([100, 300], [0, 50], elasticity=0.5), head="gravity = [300, 900]")
     assert after(tilted, 60).position[0].tolist() == [790, 590]
     assert after(tilted, 60).velocity[0].tolist() == [0, 0]
 
@@ -289,7 +289,7 @@ def test_ball_slides_down_a_slope_and_comes_to_rest_in_the_corner() -> None:
 def test_heap_comes_to_rest_at_bounded_cost() -> None:
     balls = "[[balls]]\ncount = 12\nradius = 12\nelasticity = 0.5\ninside = [[60, 10], [740, 240]]\n"
     funnel = wall([50, 250], [395, 500], elasticity=0.8), wall([750, 250], [405, 500], elasticity=0.8)
-    scene = scene_of(*funnel, balls, head="gravity = [0, 900]")
+    scene = box_of(*funnel, balls, head="gravity = [0, 900]")
     engine = engine_of(scene)
     play(engine, 60 * 5)
     before, collisions = engine.state(), engine.collisions
@@ -312,12 +312,12 @@ def test_contacts_of_a_light_ball_between_a_wall_and_a_heavy_one_count_the_digit
     mass: float, digits: int
 ) -> None:
     """G. Galperin, Regular and Chaotic Dynamics 8 (2003) 375: floor(pi sqrt(M / m)) contacts."""
-    scene = scene_of(ball([100, 50]), ball([300, 50], [-100, 0], mass=mass), size=(20_000, 100))
+    scene = box_of(ball([100, 50]), ball([300, 50], [-100, 0], mass=mass), size=(20_000, 100))
     assert len(contacts_of(scene, 10)) == digits
 
 
 def test_ball_that_just_fits_between_walls_keeps_what_goes_along_them() -> None:
-    state = after(scene_of(ball([10, 200], [1, 100]), size=(20, 400)), 1)
+    state = after(box_of(ball([10, 200], [1, 100]), size=(20, 400)), 1)
     assert state.position[0] == pytest.approx([10, 300], abs=1e-9)
     assert state.velocity[0, 1] == 100
 
@@ -326,7 +326,7 @@ def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
     """Ten balls fill the floor from wall to wall, and those on top press them together."""
     row = "[[balls]]\nradius = 10\nelasticity = 0.7\ngrid = [10, 1]\nspacing = 20\nposition = [10, 190]\n"
     heap = "[[balls]]\nradius = 10\nelasticity = 0.7\ncount = 14\ninside = [[0, 20], [200, 150]]\n"
-    scene = scene_of(row, heap, head="gravity = [0, 900]", size=(200, 200))
+    scene = box_of(row, heap, head="gravity = [0, 900]", size=(200, 200))
     engine = engine_of(scene)
     play(engine, 300)
     before = engine.collisions
@@ -340,23 +340,23 @@ def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
 
 def test_balls_that_overlap_collide_if_they_approach_and_not_if_they_part() -> None:
     overlapping = [ball([300, 300], [v, 0]) + ball([315, 300]) for v in (50, -50)]
-    approaching, parting = (contacts_of(scene_of(pair), 1) for pair in overlapping)
+    approaching, parting = (contacts_of(box_of(pair), 1) for pair in overlapping)
     assert approaching["time"].tolist() == [0.0]
     assert approaching["depth"] == pytest.approx([5.0])
     assert len(parting) == 0
-    assert after(scene_of(overlapping[0]), 1).velocity == pytest.approx(np.array([[0, 0], [50, 0]]), abs=EXACT)
+    assert after(box_of(overlapping[0]), 1).velocity == pytest.approx(np.array([[0, 0], [50, 0]]), abs=EXACT)
 
 
 def test_centres_that_coincide_part_along_x() -> None:
-    (contact,) = contacts_of(scene_of(ball([300, 300], [50, 7]), ball([300, 300])), 1)
+    (contact,) = contacts_of(box_of(ball([300, 300], [50, 7]), ball([300, 300])), 1)
     assert contact["normal"].tolist() == [1.0, 0.0]
-    assert after(scene_of(ball([300, 300], [50, 7]), ball([300, 300])), 1).velocity.tolist() == [[0, 7], [50, 0]]
+    assert after(box_of(ball([300, 300], [50, 7]), ball([300, 300])), 1).velocity.tolist() == [[0, 7], [50, 0]]
 
 
 def test_inelastic_collapse_of_a_column_does_not_stop_the_clock() -> None:
     """Three balls against a wall collapse for e < 7 - 4 sqrt(3) and fewer (Bernu and Mazighi 1990)."""
     row = "".join(ball([100 + 40 * k, 300], [-100, 0], elasticity=0.2) for k in range(6))
-    scene = scene_of(row, elasticity=0.2)
+    scene = box_of(row, elasticity=0.2)
     state = after(scene, 10)
     assert np.all(np.isfinite(state.position))
     assert deepest_overlap(state.position, scene.bodies.radius)[0] < EXACT
@@ -366,12 +366,12 @@ def test_balls_that_stick_go_on_together() -> None:
     """With e = 0 rounding alone decides whether the two still approach."""
     pair = ball([300, 300], [97, 31], mass=18.24, elasticity=0), ball([340, 311], [-13, 7], radius=8.3, elasticity=0)
     for head in ("", "gravity = [0, 100]"):
-        assert len(contacts_of(scene_of(*pair, head=head), 1)) < 10
+        assert len(contacts_of(box_of(*pair, head=head), 1)) < 10
 
 
 def test_ball_wedged_between_walls_does_not_stop_the_clock() -> None:
     walls = wall([100, 100], [300, 100]), wall([100, 130], [300, 130])
-    state = after(scene_of(*walls, ball([200, 115], [10, 50], radius=20)), 1)
+    state = after(box_of(*walls, ball([200, 115], [10, 50], radius=20)), 1)
     assert 95 < state.position[0, 1] < 135
 
 
@@ -393,7 +393,7 @@ def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    engine = engine_of(scene_of(ball([0.5, 0.5], [1e9, 0], radius=0.25), head="rate = 1", size=(1, 1)))
+    engine = engine_of(box_of(ball([0.5, 0.5], [1e9, 0], radius=0.25), head="rate = 1", size=(1, 1)))
     before = signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, 0.2)
     with pytest.raises(KeyboardInterrupt):
@@ -404,7 +404,7 @@ def test_a_step_of_endless_impacts_can_be_interrupted() -> None:
 def test_contacts_without_end_raise_an_error_instead_of_filling_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """A comparison of two balls of 1e9 kg and 1e-6 kg at 1e9 px/s took 24 GB, and the system ended it."""
     monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 10_000)
-    engine = engine_of(scene_of(ball([50, 50], [1e8, 0], radius=10), size=(100, 100)))
+    engine = engine_of(box_of(ball([50, 50], [1e8, 0], radius=10), size=(100, 100)))
     play(engine, 1)  # not recorded yet
     engine.contacts()
     with pytest.raises(SandboxError, match=r"^exact: more than 10,000 contacts by 0\.03333 s, the limit;"):
@@ -455,7 +455,7 @@ def test_same_scene_and_kicks_give_the_same_bytes() -> None:
 
 
 def test_kick_changes_the_velocity_at_once() -> None:
-    engine = engine_of(scene_of(ball([100, 300], [60, 0]), ball([300, 300])))
+    engine = engine_of(box_of(ball([100, 300], [60, 0]), ball([300, 300])))
     play(engine, 60)
     engine.kick(0, (0.0, 90.0))
     assert engine.state().velocity[0].tolist() == [60, 90]
@@ -465,7 +465,7 @@ def test_kick_changes_the_velocity_at_once() -> None:
 
 
 def test_kick_lifts_a_ball_at_rest() -> None:
-    engine = engine_of(scene_of(ball([100, 590]), head="gravity = [0, 900]"))
+    engine = engine_of(box_of(ball([100, 590]), head="gravity = [0, 900]"))
     play(engine, 60)
     engine.kick(0, (0.0, -450.0))
     play(engine, 30)

@@ -168,15 +168,12 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(article: Comparison, te
     assert attributes["srcdoc"] == text
 
 
-def test_the_command_on_the_page_reproduces_the_comparison(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_command_on_the_page_reproduces_the_comparison(command: Command, working_folder: Path) -> None:
     inputs: list[Input] = [Grab(step=30, ball=0, at=(100, 100)), Release(step=60)]
     comparison = compare(load("article").changed(seed=5, seconds=2.0), ["pymunk", "impulse"], inputs=inputs)
     line, mouse, source = (html.unescape(text) for text in Reader(page(comparison)).all("pre"))
-    (tmp_path / "article.toml").write_text(source)
-    (tmp_path / "inputs.jsonl").write_text(mouse)
+    (working_folder / "article.toml").write_text(source)
+    (working_folder / "inputs.jsonl").write_text(mouse)
     _, out, _ = command(*shlex.split(line)[1:], "--json", "-")
     assert json.loads(out) == json.loads(json.dumps(comparison.as_json()))
 
@@ -193,13 +190,10 @@ def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
-def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(
-    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(command: Command, working_folder: Path) -> None:
     result = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
     assert result == (2, "", "article.pdf: a report must end in .html\n")
-    assert list(tmp_path.iterdir()) == []
+    assert list(working_folder.iterdir()) == []
 
 
 def test_the_page_can_go_to_standard_output(command: Command) -> None:

@@ -688,8 +688,8 @@ def test_a_missing_file(command: Command, tmp_path: Path) -> None:
     assert command("check", file) == (2, "", f"{file}: cannot be read: No such file or directory\n")
 
 
-def test_an_unknown_name(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("working_folder")
+def test_an_unknown_name(command: Command) -> None:
     message = "no scene 'articel': neither a file nor a bundled scene; did you mean article?\n"
     assert command("check", "articel") == (2, "", message)
 

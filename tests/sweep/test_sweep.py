@@ -53,9 +53,7 @@ def expected() -> list[dict[str, str]]:
     return without_times(as_csv([run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]))
 
 
-@pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("working_folder")
 
 
 def started(*arguments: str, program: str = "", **environment: str) -> subprocess.Popen[str]:

@@ -97,9 +97,8 @@ def test_a_title_may_contain_any_characters(title: str, tmp_path: Path) -> None:
     assert len(window.scenes.picker.found) == 1
 
 
+@pytest.mark.usefixtures("no_display")
 def test_no_display_is_found_without_a_screen(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert not has_display()
     monkeypatch.setenv("DISPLAY", ":0")
     assert not has_display()  # SDL has the dummy driver
