@@ -52,6 +52,8 @@ def parse_names(text: str) -> Sequence[str]:
     ['pymunk', 'article']
     """
     names = [name.strip() for name in text.split(",")]
+    if not any(names):
+        raise OptionError(f"{text!r}: must be names separated by commas")
     if not all(names):
         raise OptionError(f"{text}: has a comma without a name")
     if len(set(names)) < len(names):
