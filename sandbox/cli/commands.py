@@ -19,6 +19,7 @@ from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
     Engines,
+    EnginesToCompare,
     EnginesToScore,
     Inputs,
     JsonFile,
@@ -84,7 +85,7 @@ def run(
     engines: Engines = None,
     seed: Seed = None,
     inputs: Inputs = None,
-    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save mouse input as JSON lines.")] = None,
+    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save drags and edits as JSON lines.")] = None,
 ) -> None:
     """Open a scene in the window.
 
@@ -141,7 +142,7 @@ def record(
 @app.command()
 def compare(
     scene: SceneArgument,
-    engines: Engines = None,
+    engines: EnginesToCompare = None,
     against: Against = None,
     seconds: Seconds = None,
     seed: Seed = None,
@@ -263,7 +264,7 @@ def sweep(
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
-    The table has a row for each. Rows are saved beside FILE at once: the same command resumes a sweep that was
+    The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
     stopped. Exit code 1: some rows are missing, since their runs failed.
     """
     from sandbox.engines import default_engines
