@@ -350,7 +350,7 @@ def bench(
     only: Parts = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Measure the speed of the sandbox, in about two minutes.
+    """Measure the speed of the sandbox, in one to two minutes.
 
     The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured in
     turn.
