@@ -122,6 +122,8 @@ def compare(
     with the fraction that is done. If inputs edit the scene, the comparison is of what follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot honour the scene.
     """
+    if isinstance(engines, str):
+        raise SandboxError(f"engines must be a list of names, got {engines!r}")
     names = list(engines) if engines else _default_names(scene)
     against = against or reference_of(names)
     if against not in names:
