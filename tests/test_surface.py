@@ -69,6 +69,16 @@ def energy_left(name: str) -> float | None:
     return comparison.runs["article"].figures.energy_ratio
 
 
+def drop(height: float) -> Scene:
+    return Scene(
+        arena={"size": (400, 300), "elasticity": 0.9},
+        balls=[{"radius": 20, "position": (200, height)}, {"radius": 10, "grid": (4, 2), "spacing": 25}],
+        walls=[{"from": (20, 150), "to": (300, 260)}],
+        gravity=(0, 900),
+        pymunk={"substeps": 4},
+    )
+
+
 def impulses(engine: Engine) -> Contacts:
     engine.step()
     return engine.contacts()
@@ -82,6 +92,8 @@ WRONG = (
     ("sandbox.load(3)", 'Argument 1 to "load" has incompatible type "int"'),
     ("sandbox.simulate(sandbox.load('article'))", 'Missing positional argument "engine" in call to "simulate"'),
     ("sandbox.compare(sandbox.load('article')).gap", '"Comparison" has no attribute "gap"'),
+    ("sandbox.Scene(arena=3, balls=[])", 'Argument "arena" to "Scene" has incompatible type "int"'),
+    ("sandbox.Scene(arena={}, balls=[], sped=3)", 'Unexpected keyword argument "sped" for "Scene"'),
 )
 
 

@@ -116,11 +116,14 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    By default the engines are Pymunk, the reference solver that supports the scene, and the exact engine. They are
-    measured against `against`: by default the exact engine if it takes part, else the last. If inputs edit the scene,
-    the comparison is of what follows the last edit. `progress` is called now and then with the fraction that is done.
-    Raises SandboxError for an unknown engine, Refused if an engine does not support the scene.
+    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot honour the
+    scene), and "exact" if it can honour the scene; against: the engine that the others are measured against, by
+    default "exact" if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then
+    with the fraction that is done. If inputs edit the scene, the comparison is of what follows the last edit.
+    Raises SandboxError if an engine is unknown, Refused if one cannot honour the scene.
     """
+    if isinstance(engines, str):
+        raise SandboxError(f"engines must be a list of names, got {engines!r}")
     names = list(engines) if engines else _default_names(scene)
     against = against or reference_of(names)
     if against not in names:

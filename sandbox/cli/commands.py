@@ -19,6 +19,7 @@ from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
     Engines,
+    EnginesToCompare,
     EnginesToScore,
     Inputs,
     JsonFile,
@@ -84,7 +85,7 @@ def run(
     engines: Engines = None,
     seed: Seed = None,
     inputs: Inputs = None,
-    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save mouse input as JSON lines.")] = None,
+    save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save drags and edits as JSON lines.")] = None,
 ) -> None:
     """Open a scene in the window.
 
@@ -141,7 +142,7 @@ def record(
 @app.command()
 def compare(
     scene: SceneArgument,
-    engines: Engines = None,
+    engines: EnginesToCompare = None,
     against: Against = None,
     seconds: Seconds = None,
     seed: Seed = None,
@@ -170,7 +171,7 @@ def compare(
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        tried = {"advice": [vars(trial) for trial in trials]} if advise else {}
+        tried = {"advice": [trial.as_json() for trial in trials]} if advise else {}
         _write(_json(comparison.as_json() | tried), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
@@ -263,7 +264,7 @@ def sweep(
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
 
-    The table has a row for each. Rows are saved beside FILE at once: the same command resumes a sweep that was
+    The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
     stopped. Exit code 1: some rows are missing, since their runs failed.
     """
     from sandbox.engines import default_engines
@@ -349,7 +350,7 @@ def bench(
     only: Parts = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Measure the speed of the sandbox, in about two minutes.
+    """Measure the speed of the sandbox, in one to two minutes.
 
     The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured in
     turn.

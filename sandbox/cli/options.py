@@ -52,6 +52,8 @@ def parse_names(text: str) -> Sequence[str]:
     ['pymunk', 'article']
     """
     names = [name.strip() for name in text.split(",")]
+    if not any(names):
+        raise OptionError(f"{text!r}: must be names separated by commas")
     if not all(names):
         raise OptionError(f"{text}: has a comma without a name")
     if len(set(names)) < len(names):
@@ -141,7 +143,15 @@ SceneArgument = Annotated[
 _NAMES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_names}
 Engines = Annotated[
     Sequence[str] | None,
-    typer.Option(**_NAMES, help="Engines. Default: Pymunk and its references.", autocompletion=complete_engine),
+    typer.Option(
+        **_NAMES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
+    ),
+]
+EnginesToCompare = Annotated[
+    Sequence[str] | None,
+    typer.Option(
+        **_NAMES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
+    ),
 ]
 EnginesToScore = Annotated[
     Sequence[str] | None, typer.Option(**_NAMES, help="Engines. Default: all.", autocompletion=complete_engine)
@@ -154,7 +164,9 @@ Against = Annotated[
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
 Seconds = Annotated[float | None, typer.Option(help="Seconds to run, instead of the scene's.")]
-Inputs = Annotated[Path | None, typer.Option(metavar="FILE", help="Replay mouse input saved with --save-inputs.")]
+Inputs = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
+]
 JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_parsed_by(parse_size), help="Width and height, px.")]
 Layers = Annotated[

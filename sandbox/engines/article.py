@@ -110,11 +110,10 @@ class ArticleEngine(SteppedEngine):
         """Raise Refused if the scene has what the article does not model."""
         unsupported = _unsupported(scene)
         if unsupported:
-            are = "is" if len(unsupported) == 1 else "are"
+            *first, last = unsupported
+            parts = f"{', '.join(first)} and {last} are" if first else f"{last} is"
             other = "pymunk" if "friction" in unsupported else "impulse"
-            raise Refused(
-                f"article: {' and '.join(unsupported)} {are} not part of the article's rule; use --engines {other}"
-            )
+            raise Refused(f"article: {parts} not part of the article's rule; use --engines {other}")
 
     def advance(self) -> int:
         """Play one frame."""

@@ -1,5 +1,6 @@
 """The trajectory of a scene in one engine, and its files."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,9 +47,12 @@ def simulate(
     """Run a scene in one engine, for a number of steps or seconds; by default for the scene's seconds.
 
     engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state follows the edits of its step.
-    Raises SandboxError if the engine is unknown or the trajectory too large, Refused if the engine cannot honour the
-    scene.
+    Raises SandboxError if the engine is unknown, the duration not valid or the trajectory too large, Refused if the
+    engine cannot honour the scene.
     """
+    for name, length in (("seconds", seconds), ("steps", steps)):
+        if length is not None and not 0 <= length < math.inf:
+            raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.rate, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
     added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]

@@ -2,10 +2,10 @@
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
@@ -163,6 +163,24 @@ class Scene(Model):
     expect: tuple[Expect, ...] = ()
 
     _source: Source = PrivateAttr(Source())
+
+    if TYPE_CHECKING:  # pydantic accepts dictionaries and lists, which its own hints reject
+
+        def __init__(
+            self,
+            *,
+            arena: Arena | Mapping[str, object],
+            balls: Sequence[BallGroup | Mapping[str, object]],
+            title: str = ...,
+            about: str = ...,
+            rate: int = ...,
+            seconds: float = ...,
+            seed: int = ...,
+            gravity: Vector = ...,
+            walls: Sequence[Wall | Mapping[str, object]] = ...,
+            pymunk: PymunkSettings | Mapping[str, object] = ...,
+            expect: Sequence[Expect | Mapping[str, object]] = ...,
+        ) -> None: ...
 
     @field_validator("balls")
     @classmethod

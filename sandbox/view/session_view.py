@@ -23,7 +23,7 @@ MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jum
 
 
 class SessionView:
-    """A session with its panes and charts. engines: by default, Pymunk and its reference."""
+    """A session with its panes and charts. engines: by default, Pymunk and a textbook engine."""
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self._monitor = Monitor()

@@ -56,7 +56,7 @@ def has_display() -> bool:
 class Window:
     """The event loop, the layout and the drawing; its parts do the rest.
 
-    `engines` run in every scene that they accept; by default, Pymunk and its reference do. `inputs` are replayed in
+    `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
     the first run.
     """
 

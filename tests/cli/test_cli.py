@@ -56,6 +56,14 @@ def test_json_on_standard_output_is_all_there_is(command: Command) -> None:
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
 
 
+def test_advice_has_its_keys_in_json(command: Command) -> None:
+    engines = ("--engines", "pymunk,exact")
+    _, out, _ = command("compare", "article", *engines, "--seconds", "1", "--advise", "--json", "-")
+    advice = json.loads(out)["advice"]
+    assert {tuple(trial) for trial in advice} == {("changes", "apart", "astray", "gap_rms")}
+    assert advice[1]["changes"] == {"rate": 240}
+
+
 def test_an_exceeded_limit_is_exit_code_1(command: Command) -> None:
     code, _, err = command("compare", "article", "--seconds", "2", "--max-gap", "1")
     assert code == 1

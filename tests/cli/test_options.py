@@ -46,7 +46,7 @@ def test_options_are_parsed() -> None:
             "--size 1: write width x height in px",
         ),
         (("compare", "article", "--engines", "a,,\x1b"), "--engines a,,\N{REPLACEMENT CHARACTER}: has a comma"),
-        (("compare", "article", "--engines", ""), "--engines : has a comma without a name"),
+        (("compare", "article", "--engines", ""), "--engines '': must be names separated by commas"),
         (("sweep", "article", "--seeds", "9:5"), "--seeds 9:5: must be two numbers A:B"),
         (("sweep", "article", "--set", "substeps=1,x"), "--set substeps=1,x: must be a setting of Pymunk"),
         (("bench", "--only", "start,start"), "--only start,start: has a name twice"),

@@ -26,6 +26,17 @@ from sandbox.signals import SIGNALS
 pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 
 
+@pytest.fixture(autouse=True)
+def _no_ignored_signals() -> Iterator[None]:
+    """Restore signals that nohup or a shell's background ignores: the programs started here would ignore them too."""
+    ignored = [each for each in SIGNALS if signal.getsignal(each) == signal.SIG_IGN]
+    for each in ignored:
+        signal.signal(each, signal.SIG_DFL)
+    yield
+    for each in ignored:
+        signal.signal(each, signal.SIG_IGN)
+
+
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_during_a_write_leaves_the_old_file_and_nothing_else(number: signal.Signals) -> None:
     Path("f.csv").write_text("old")

@@ -124,6 +124,11 @@ BALL = "radius = 20\nposition = [100, 100]"
         ([BALL + "\nfriction = 0.5"], "", "friction is not"),
         ([BALL], "walls = [{ from = [200, 300], to = [300, 300] }]", "an inner wall is not"),
         ([BALL + "\nfriction = 0.5"], "gravity = [0, 1]", "gravity and friction are not"),
+        (
+            [BALL, "radius = 9\nmass = 2\nposition = [300, 300]"],
+            "gravity = [0, 1]",
+            "gravity, a second radius and a second mass are not",
+        ),
     ],
 )
 def test_what_the_article_does_not_model_is_refused_by_name(balls: list[str], more: str, named: str) -> None:

@@ -4,6 +4,7 @@ import csv
 import re
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from conftest import scene_of
 
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
+from sandbox.scene.files import load
 from sandbox.state import Floats
 
 AWKWARD = [0.1, -0.0, 5e-324, 1 / 3, 1e8, -1.7976931348623157e308, 123456789.12345679, 2.0**-1074 * 3]
@@ -129,3 +131,18 @@ def test_steps_override_seconds_which_default_to_the_scene_s() -> None:
     assert len(simulate(scene, "pymunk").time) == 6
     assert len(simulate(scene, "pymunk", steps=2).time) == 3
     assert len(simulate(scene, "pymunk", steps=0).time) == 1
+
+
+@pytest.mark.parametrize(
+    ("duration", "message"),
+    [
+        ({"seconds": -1.0}, "seconds must be at least 0 and finite, got -1"),
+        ({"seconds": float("nan")}, "seconds must be at least 0 and finite, got nan"),
+        ({"seconds": float("inf")}, "seconds must be at least 0 and finite, got inf"),
+        ({"steps": -5}, "steps must be at least 0 and finite, got -5"),
+    ],
+    ids=str,
+)
+def test_an_impossible_duration_is_rejected(duration: dict[str, Any], message: str) -> None:
+    with pytest.raises(SandboxError, match=f"^{message}$"):
+        simulate(load("oblique"), "article", **duration)
