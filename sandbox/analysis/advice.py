@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, TUNED, energy_error
@@ -28,6 +28,10 @@ class Trial:
     def settings(self) -> str:
         """The changes as a scene writes them."""
         return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `--json` writes."""
+        return {"changes": self.changes, "apart": self.apart, "astray": self.energy_error, "gap_rms": self.gap_rms}
 
 
 def advise(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:

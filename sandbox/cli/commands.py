@@ -170,7 +170,7 @@ def compare(
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        tried = {"advice": [vars(trial) for trial in trials]} if advise else {}
+        tried = {"advice": [trial.as_json() for trial in trials]} if advise else {}
         _write(_json(comparison.as_json() | tried), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)

@@ -1,7 +1,6 @@
 """What a comparison comes to, and what other settings gain."""
 
 import json
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -133,4 +132,13 @@ def test_advice_names_the_fewest_changes_that_help() -> None:
     agreeing = [Trial({"substeps": n}, None, 0.0, gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
     assert advice(agreeing) == "substeps = 4: the RMS gap is 1 px instead of 5 px."
     assert advice([before, before, before]) == "None of the settings tried is better."
-    assert math.isclose(json.loads(json.dumps(vars(finer)))["energy_error"], 1e-4)
+
+
+def test_a_trial_s_json_has_the_documented_keys() -> None:
+    trial = Trial({"substeps": 4}, 3.0, 1e-4, 20.0)
+    assert json.loads(json.dumps(trial.as_json())) == {
+        "changes": {"substeps": 4},
+        "apart": 3.0,
+        "astray": 1e-4,
+        "gap_rms": 20.0,
+    }
