@@ -18,8 +18,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 from sandbox.text import csv_text
 
-BLOCK_BYTES: Final = 32_000_000  # of an engine's states, which are measured together
-PATH_BYTES: Final = 20_000_000  # of an engine's positions, kept of a run
+BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are measured together
+MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 PROGRESS_STEPS: Final = 64  # between two reports of progress
 
 
@@ -27,10 +27,9 @@ PROGRESS_STEPS: Final = 64  # between two reports of progress
 class Comparison:
     """Several engines' runs of one scene.
 
-    since: s, the time of the last edit, 0 if there was none: the comparison is of what follows, and all its times count
-    from there; time: (steps + 1,) s; horizon: s, when a copy of the reference whose first ball began one unit in the
-    last place further right has a ball a radius away, None if that is after the end; stride: steps between two frames
-    of the runs' paths; inputs: replayed into all engines.
+    since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
+    there; time: (steps + 1,) s; horizon: s, when a ball of the reference's `Twin` is a radius away, None if that is
+    after the end; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -67,7 +66,7 @@ class Comparison:
         """Return what a notebook shows: nothing, unless `sandbox.report.notebook` replaces this by the report."""
         return None
 
-    def beyond(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
+    def exceeded_limits(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
         """Report each limit that an engine exceeds: by how much, and since when."""
         for name, run in self.runs.items():
             drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
@@ -116,9 +115,9 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    By default the engines are Pymunk, the reference solver that supports the scene, and the exact engine. They are
-    measured against `against`: by default the exact engine if it takes part, else the last. If inputs edit the scene,
-    the comparison is of what follows the last edit. `progress` is called now and then with the fraction that is done.
+    By default the engines are pymunk, the first textbook engine that can run the scene, and exact if it can. They are
+    measured against `against`: by default exact if it takes part, else the last. If inputs edit the scene, the
+    comparison covers what follows the last edit. `progress` is called now and then with the fraction that is done.
     Raises SandboxError for an unknown engine, Refused if an engine does not support the scene.
     """
     names = list(engines) if engines else _default_names(scene)
@@ -140,15 +139,15 @@ def compare(
 
 
 class _Segment:
-    """A run from its start or from an edit on: what comes before an edit belongs to another scene or other states."""
+    """The part of a run since its start or its last edit; an edit changes the scene or the states."""
 
     def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
         self.expect = () if lockstep.steps else self.scene.expect
         state_bytes = 4 * 8 * len(self.scene.bodies)
-        self.block = max(1, BLOCK_BYTES // state_bytes)
-        self.stride = max(1, state_bytes // 4 * (steps + 1) // PATH_BYTES)
+        self.states_per_block = max(1, BLOCK_BYTES // state_bytes)
+        self.stride = max(1, state_bytes // 4 * (steps + 1) // MAX_PATH_BYTES)
         self.measurements = {
             name: Measurement(self.scene, lockstep.engines[name], self.stride, steps) for name in names
         }
@@ -165,7 +164,7 @@ class _Segment:
             measurement.states.append(measurement.engine.state())
             measurement.pulls.append(Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
         self.twin.update(self.reference.states[-1])
-        if len(self.reference.states) == self.block:
+        if len(self.reference.states) == self.states_per_block:
             self._measure()
 
     def _measure(self) -> None:

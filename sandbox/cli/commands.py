@@ -160,7 +160,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
-    from sandbox.analysis.advice import advise as try_settings
+    from sandbox.analysis.advice import try_settings
     from sandbox.cli.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
@@ -181,7 +181,7 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    if exceeded := list(comparison.beyond(max_gap, max_drift)):
+    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift)):
         print("\n".join(exceeded), file=sys.stderr)
         raise typer.Exit(1)
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, advice
+from sandbox.analysis.advice import Trial, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
@@ -103,7 +103,7 @@ def print_advice(trials: Sequence[Trial]) -> None:
     terminal = console()
     terminal.print()
     terminal.print(table)
-    terminal.print(f"\n{advice(trials)}")
+    terminal.print(f"\n{recommend(trials)}")
 
 
 def print_board(board: Board) -> None:
