@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class Comparison:
     stride: int
     inputs: tuple[Input, ...]
 
+    notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
+
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
         return {
@@ -63,8 +65,9 @@ class Comparison:
         return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: nothing, unless `sandbox.report.notebook` replaces this by the report."""
-        return None
+        """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
+        show = type(self).notebook_html
+        return show(self) if show else None
 
     def exceeded_limits(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
         """Report each limit that an engine exceeds: by how much, and since when."""

@@ -269,7 +269,7 @@ def sweep(
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn
-    from sandbox.sweep import in_order, journal, plan, write
+    from sandbox.sweep import in_order, open_journal, plan, write
     from sandbox.sweep.workers import core_count
 
     if workers and scheduler:
@@ -285,7 +285,7 @@ def sweep(
         settings_by_key(set_ or ()),
         against=against,
     )
-    with journal(planned, out) as kept:
+    with open_journal(planned, out) as kept:
         failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
         rows = in_order(planned, kept.rows)
         if report:
