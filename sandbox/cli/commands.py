@@ -354,7 +354,7 @@ def bench(
     The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured in
     turn.
     """
-    from sandbox.bench import bench as measure
+    from sandbox.bench.parts import bench as measure
     from sandbox.cli.tables import print_figures
 
     check_outputs({"--json": json_file})

@@ -235,7 +235,7 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
     Path("file").touch()
     Path("folder.csv").mkdir()
     Path("circle.csv").symlink_to("circle.csv")
-    for place in ("sandbox.scene.load", "sandbox.bench.bench", "sandbox.scene.bundled"):
+    for place in ("sandbox.scene.load", "sandbox.bench.parts.bench", "sandbox.scene.bundled"):
         monkeypatch.setattr(place, None)  # every command needs one of them
     assert outcome_of(*arguments, path) == (2, f"{path}: cannot be written: {why}\n")
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
