@@ -155,7 +155,10 @@ EnginesToScore = Annotated[
 Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
 Against = Annotated[
     str | None,
-    typer.Option(help="The engine that the others are measured against.", autocompletion=complete_engine),
+    typer.Option(
+        help="Engine that the others are measured against. Default: exact, or else the last.",
+        autocompletion=complete_engine,
+    ),
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]

@@ -85,7 +85,7 @@ class Layout:
         return self._scale(self.columns)
 
     def _room(self, columns: int) -> Vector:
-        """Return the width and height that there is for a pane's arena, px."""
+        """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
         width = (self.window[0] - GAP) / columns - GAP
         height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height

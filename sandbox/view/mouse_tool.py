@@ -18,9 +18,9 @@ from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow
-from sandbox.view.time_bar import step_at
+from sandbox.view.time_bar import step_of_point
 
-GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it takes
+GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
@@ -45,7 +45,7 @@ class MouseTool:
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
 
-    # What it is over
+    # What the mouse is over
 
     @property
     def pane(self) -> int | None:
@@ -100,7 +100,7 @@ class MouseTool:
             self.release()
 
     def _press(self, point: ScreenPoint) -> None:
-        """Take the ball nearest to a point of the screen, if it is near enough; or place a new one."""
+        """Grab or select the ball nearest to a point of the screen, if it is near enough; or place a new one."""
         layout = self._layout()
         pane = layout.pane_at(point)
         if pane is None:
@@ -148,7 +148,7 @@ class MouseTool:
         self._playback.paused = True
         layout, view = self._layout(), self._playback.view
         if layout.bar.height:
-            self._playback.seek(step_at(layout.bar, point[0], view.session.end))
+            self._playback.seek(step_of_point(layout.bar, point[0], view.session.end))
             return
         x = min(max(point[0], layout.strip.left), layout.strip.right - 1)
         time = view.charts.time_at(layout.strip, layout.text_height, (x, layout.strip.centery))

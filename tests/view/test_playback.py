@@ -160,7 +160,7 @@ def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
     window.playback.seek(37)
     frames = 0
-    while not window.playback.exact:
+    while not window.playback.shows_current_step:
         assert step(window) != 37
         window.frame(0.0)
         frames += 1
