@@ -83,7 +83,7 @@ def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
     if finding["normal_error"] > NEGLIGIBLE:
         return f"{found}, so the normal is turned by {math.degrees(finding['normal_error']):.2g}°."
-    return f"{found}; positions are {finding['displacement_error']:.3g} px off after it."
+    return f"{found}; positions are then {finding['displacement_error']:.3g} px off."
 
 
 def _percent(share: float) -> str:
