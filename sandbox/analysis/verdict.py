@@ -90,8 +90,8 @@ def _horizon(comparison: Comparison) -> str:
     if comparison.horizon is None or not _others(comparison):
         return ""
     return (
-        f"After {comparison.horizon:.2f} s compare statistics only: by then, shifting {comparison.against}'s first ball "
-        "by one unit in the last place puts a ball more than a radius off."
+        f"After {comparison.horizon:.2f} s compare statistics only: by then, shifting {comparison.against}'s first "
+        "ball by one unit in the last place puts a ball more than a radius off."
     )
 
 
