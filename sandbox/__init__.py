@@ -59,7 +59,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
-if not TYPE_CHECKING:  # a type checker would believe every name to exist
+if not TYPE_CHECKING:  # with this function, a type checker would accept any name
 
     def __getattr__(name: str) -> object:
         """Import a public name when it is first used: numba and pydantic are slow to import."""

@@ -21,7 +21,7 @@ from sandbox.scene.model import Scene
 if TYPE_CHECKING:
     from browser import Browser
 
-pytest_plugins = ["window_driver"]  # its fixtures
+    from sandbox.view.window import Window
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
@@ -59,6 +59,22 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
     """Hide the display, if there is one."""
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+
+
+@pytest.fixture
+def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let windows open on a screen that is only in memory, in an empty folder."""
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+
+
+@pytest.fixture
+def window(memory_screen: None) -> "Window":
+    """Open a window with three balls."""
+    from window_driver import THREE_BALLS
+
+    from sandbox.view.window import Window
+
+    return Window(scene_of(*THREE_BALLS), None)
 
 
 @pytest.fixture(scope="module")

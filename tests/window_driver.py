@@ -1,12 +1,9 @@
-"""A window on a screen that is only in memory, with its keys and its mouse."""
+"""A window's keys and mouse, for the tests of the window."""
 
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 import pygame
-import pytest
-from conftest import scene_of
 from pygame import Rect, Surface
 from pygame.event import Event
 
@@ -29,17 +26,6 @@ CODES: Final = {
     "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F9": pygame.K_F9, "F12": pygame.K_F12,
 }  # fmt: skip
 CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
-
-
-@pytest.fixture
-def memory_screen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def window(memory_screen: None) -> Window:
-    return Window(scene_of(*THREE_BALLS), None)
 
 
 def press(window: Window, *keys: str, shift: bool = False) -> None:

@@ -1,1 +1,1 @@
-"""What runs come to: energy by cause, first differences from the reference, statistics compared with theory."""
+"""Analysis of runs: energy by cause, first differences from the reference, statistics compared with theory."""

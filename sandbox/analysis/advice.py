@@ -11,16 +11,16 @@ from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 
-FINER_STEPS: Final = 4  # times as many, in a trial
-TRIAL_ITERATIONS: Final = 200
+FINER_STEPS: Final = 4  # factor on the rate or the substeps
+MORE_ITERATIONS: Final = 200
 
 
 @dataclass(frozen=True)
 class Trial:
-    """How Pymunk does with some settings changed."""
+    """A run of Pymunk with some settings changed."""
 
     changes: dict[str, int]
-    apart: float | None  # s, until when its paths agree with the reference's; None if to the end
+    apart: float | None  # s, when its paths leave the reference's; None if they agree to the end
     energy_error: float  # fraction of the energy gained or lost in error
     gap_rms: float  # px, over all balls and times
 
@@ -30,11 +30,11 @@ class Trial:
         return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
 
     def as_json(self) -> dict[str, Any]:
-        """Return its part of `--json`."""
+        """Return what `--json` writes."""
         return {"changes": self.changes, "apart": self.apart, "astray": self.energy_error, "gap_rms": self.gap_rms}
 
 
-def advise(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:
+def try_settings(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:
     """Run Pymunk with the scene's own settings and then with others, each against the reference.
 
     Raises SandboxError if the reference is Pymunk itself.
@@ -44,10 +44,10 @@ def advise(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Tri
             f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another reference"
         )
     pymunk = scene.pymunk
-    steady = {"iterations": TRIAL_ITERATIONS, "collision_persistence": 1}
+    steady = {"iterations": MORE_ITERATIONS, "collision_persistence": 1}
     finer = {"substeps": FINER_STEPS * pymunk.substeps}
     tried = [{}, finer, *({key: value} for key, value in steady.items()), steady, finer | steady]
-    if not inputs:  # which belong to steps, so to a rate
+    if not inputs:  # recorded inputs belong to steps, and so to one rate
         tried.insert(1, {"rate": FINER_STEPS * scene.rate})
     return [_try(scene, changes, against, inputs) for changes in tried]
 
@@ -61,20 +61,20 @@ def _try(scene: Scene, changes: dict[str, int], against: str, inputs: Sequence[I
     return Trial(changes, run.apart, abs(error[0]) if error else 0.0, run.figures.gap_rms)
 
 
-def advice(trials: Sequence[Trial]) -> str:
-    """Recommend the trials that gain most: for the energy, and for the paths."""
-    before, *others = trials
-    said = []
+def recommend(trials: Sequence[Trial]) -> str:
+    """Return a paragraph that recommends the trials that gain most: for the energy, and for the paths."""
+    now, *others = trials
+    sentences = []
     best = min(others, key=lambda trial: (_magnitude(trial.energy_error), len(trial.changes)))
-    if _magnitude(best.energy_error) < _magnitude(before.energy_error):
-        said.append(f"{best.settings}: the energy error is {_percent(best)} instead of {_percent(before)}.")
+    if _magnitude(best.energy_error) < _magnitude(now.energy_error):
+        sentences.append(f"{best.settings}: the energy error is {_percent(best)} instead of {_percent(now)}.")
     best = max(others, key=lambda trial: (trial.apart or math.inf, -trial.gap_rms))
-    if (best.apart or math.inf) > (before.apart or math.inf):
+    if (best.apart or math.inf) > (now.apart or math.inf):
         until = f"until {best.apart:.2f} s" if best.apart else "to the end"
-        said.append(f"{best.settings}: the paths agree {until} instead of until {before.apart:.2f} s.")
-    elif before.apart is None and best.gap_rms < before.gap_rms:
-        said.append(f"{best.settings}: the RMS gap is {best.gap_rms:.2g} px instead of {before.gap_rms:.2g} px.")
-    return " ".join(said) or "None of the settings tried is better."
+        sentences.append(f"{best.settings}: the paths agree {until} instead of until {now.apart:.2f} s.")
+    elif now.apart is None and best.gap_rms < now.gap_rms:
+        sentences.append(f"{best.settings}: the RMS gap is {best.gap_rms:.2g} px instead of {now.gap_rms:.2g} px.")
+    return " ".join(sentences) or "None of the settings tried is better."
 
 
 def _magnitude(share: float) -> int:

@@ -63,7 +63,7 @@ class SceneConstants(NamedTuple):
 
 
 class Block(NamedTuple):
-    """What a block of steps is entered into.
+    """Where the changes of a block of steps are entered.
 
     energy, momentum, displacement, contacts: (causes,), sums over all blocks so far; findings: (contacts,) FINDING;
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
@@ -81,7 +81,7 @@ class Block(NamedTuple):
 
 @njit(cache=True)
 def _root(square):  # type: ignore[no-untyped-def]
-    """Return the square root of what rounding may have made slightly negative."""
+    """Return the square root of a number; 0 if rounding has made it slightly negative."""
     return math.sqrt(max(square, 0.0))
 
 
@@ -102,9 +102,9 @@ def _first_touch(x, y, wx, wy, reach):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _first_touch_of_face(depth, speed, pull):  # type: ignore[no-untyped-def]
+def _first_touch_of_face(depth, speed, acceleration):  # type: ignore[no-untyped-def]
     """Return how long ago a ball, now `depth` deep in a face, touched it, and its speed then (px, px/s, px/s²)."""
-    then = _root(speed * speed - 2 * pull * depth)
+    then = _root(speed * speed - 2 * acceleration * depth)
     return 2 * depth / (speed + then), then
 
 
@@ -140,8 +140,8 @@ def _trace_back(constants, contact, finding, reach):  # type: ignore[no-untyped-
     wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
     j = contact.second
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
-        pull = constants.gravity[0] * nx + constants.gravity[1] * ny
-        delay, speed = _first_touch_of_face(contact.depth, finding.approach, pull)
+        acceleration = constants.gravity[0] * nx + constants.gravity[1] * ny
+        delay, speed = _first_touch_of_face(contact.depth, finding.approach, acceleration)
         in_flight = delay <= finding.free_flight * (1 + NEGLIGIBLE)
         return (delay, speed, nx, ny) if in_flight else (0.0, finding.approach, nx, ny)
     apart = reach - contact.depth
@@ -169,33 +169,33 @@ def attribute_single(constants, block, k, contact):  # type: ignore[no-untyped-d
     nx, ny = contact.normal[0], contact.normal[1]
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
     expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
-    natural = -(1 - e * e) * mu * u_t * u_t / 2
+    by_elasticity = -(1 - e * e) * mu * u_t * u_t / 2
     energy_expected = expected * (expected / (2 * mu) - u)
     finding.expected_impulse, finding.delay = expected, delay
     finding.normal_error = math.atan2(abs(nx * ty - ny * tx), nx * tx + ny * ty)
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * at_touch * tx, delay * at_touch * ty
 
-    # The speed at which a ball meets a wall that gravity pulls it to is known only to within one step's pull.
-    pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt if contact.second < 0 else 0.0
+    # If gravity pulls a ball to a wall, the speed at which it meets the wall is known only to within one step's pull.
+    step_pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt if contact.second < 0 else 0.0
     impulse_error = abs(impulse - expected)
     if impulse < 0 and constants.together:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * expected:
         cause = Cause.ROUNDING
-    elif impulse_error <= (1 + e) * mu * pull * (1 + NEGLIGIBLE):
+    elif impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if impulse < expected else Cause.LARGE
     timing_error = math.hypot(expected * nx - at_touch * tx, expected * ny - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
-    if u <= 2 * pull and cause != Cause.ROUNDING:  # at rest: what a step's gravity gives, the wall takes
-        timing, natural, energy_expected = Cause.GRAVITY, 0.0, energy
+    if u <= 2 * step_pull and cause != Cause.ROUNDING:  # at rest: the wall takes what gravity gives in each step
+        timing, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, energy
     block.timing[k] = timing
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     is_mistimed = timing in (Cause.LATE, Cause.EARLY)
-    enter(block, Cause.ELASTICITY, natural, 0.0, 0.0)
+    enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, impulse_error if is_error else 0.0, 0.0)
-    enter(block, timing, energy_expected - natural, timing_error if is_mistimed else 0.0, 0.0)
+    enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
     finding.momentum_error = math.hypot(impulse * nx - at_touch * tx, impulse * ny - at_touch * ty)
     finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
 
@@ -206,24 +206,24 @@ def attribute_simultaneous(constants, block, k, contact):  # type: ignore[no-unt
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
-    natural = -impulse * (1 - e) * u / 2 if impulse > 0 else 0.0
+    by_elasticity = -impulse * (1 - e) * u / 2 if impulse > 0 else 0.0
     nx, ny = contact.normal[0], contact.normal[1]
-    pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt
+    step_pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt
     impulse_error = mu * abs(finding.approach_after + e * u)
     if impulse < 0:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * mu * abs(u):
         cause = Cause.ROUNDING
-    elif contact.second < 0 and impulse_error <= (1 + e) * mu * pull * (1 + NEGLIGIBLE):
+    elif contact.second < 0 and impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
         cause = Cause.GRAVITY
     else:
         cause = Cause.UNCONVERGED
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED)
-    enter(block, Cause.ELASTICITY, natural, 0.0, 0.0)
-    energy_error = -impulse * (u + finding.approach_after) / 2 - natural
+    enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
+    energy_error = -impulse * (u + finding.approach_after) / 2 - by_elasticity
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
-    if u <= (2 * pull if contact.second < 0 else 0):
+    if u <= (2 * step_pull if contact.second < 0 else 0):
         return
     delay, _, tx, ty = _trace_back(constants, contact, finding, reach)
     finding.delay, finding.normal_error = delay, math.atan2(abs(nx * ty - ny * tx), nx * tx + ny * ty)
@@ -244,7 +244,7 @@ def attribute_displacement(constants, block, k, contact, unexplained, last):  # 
     unexplained: (n, 2) px, each ball's displacement that has no cause yet; last: (n,) each ball's last contact.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
-    energy = natural = put_back = finding.displacement_error = 0.0
+    energy = energy_expected = put_back = finding.displacement_error = 0.0
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
         if ball < 0:
@@ -259,7 +259,9 @@ def attribute_displacement(constants, block, k, contact, unexplained, last):  # 
         expected_x = -sign * block.expected_shift[k, 0] / constants.mass[ball]
         expected_y = -sign * block.expected_shift[k, 1] / constants.mass[ball]
         energy -= constants.mass[ball] * (constants.gravity[0] * x + constants.gravity[1] * y)
-        natural -= constants.mass[ball] * (constants.gravity[0] * expected_x + constants.gravity[1] * expected_y)
+        energy_expected -= constants.mass[ball] * (
+            constants.gravity[0] * expected_x + constants.gravity[1] * expected_y
+        )
         finding.displacement_error += math.hypot(x - expected_x, y - expected_y)
         put_back -= sign * (x * nx + y * ny)
     error = finding.displacement_error
@@ -272,7 +274,7 @@ def attribute_displacement(constants, block, k, contact, unexplained, last):  # 
     else:
         cause = Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
-    enter(block, block.timing[k], natural, 0.0, 0.0)
-    enter(block, cause, energy - natural, 0.0, error if is_error else 0.0)
+    enter(block, block.timing[k], energy_expected, 0.0, 0.0)
+    enter(block, cause, energy - energy_expected, 0.0, error if is_error else 0.0)
     if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):
         finding.cause = cause

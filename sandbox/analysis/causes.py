@@ -12,7 +12,7 @@ class Cause(IntEnum):
     label: str
 
     def __new__(cls, number: int, label: str = "") -> Self:
-        """Make a member with a label; without one, look up the member of a number."""
+        """Make a member with its label, which has a default only because `Cause(3)` looks a member up."""
         member = int.__new__(cls, number)
         member._value_ = number
         member.label = label

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 from sandbox.text import csv_text
 
-BLOCK_BYTES: Final = 32_000_000  # of an engine's states, which are measured together
-PATH_BYTES: Final = 20_000_000  # of an engine's positions, kept of a run
+BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are measured together
+MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 PROGRESS_STEPS: Final = 64  # between two reports of progress
 
 
@@ -27,10 +27,9 @@ PROGRESS_STEPS: Final = 64  # between two reports of progress
 class Comparison:
     """Several engines' runs of one scene.
 
-    since: s, the time of the last edit, 0 if there was none: the comparison is of what follows, and all its times count
-    from there; time: (steps + 1,) s; horizon: s, when a copy of the reference whose first ball began one unit in the
-    last place further right has a ball a radius away, None if that is after the end; stride: steps between two frames
-    of the runs' paths; inputs: replayed into all engines.
+    since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
+    there; time: (steps + 1,) s; horizon: s, when a ball of the reference's `Twin` is a radius away, None if that is
+    after the end; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -41,6 +40,8 @@ class Comparison:
     horizon: float | None
     stride: int
     inputs: tuple[Input, ...]
+
+    notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -64,10 +65,11 @@ class Comparison:
         return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
     def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: nothing, unless `sandbox.report.notebook` replaces this by the report."""
-        return None
+        """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
+        show = type(self).notebook_html
+        return show(self) if show else None
 
-    def beyond(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
+    def exceeded_limits(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
         """Report each limit that an engine exceeds: by how much, and since when."""
         for name, run in self.runs.items():
             drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
@@ -143,15 +145,15 @@ def compare(
 
 
 class _Segment:
-    """A run from its start or from an edit on: what comes before an edit belongs to another scene or other states."""
+    """The part of a run since its start or its last edit; an edit changes the scene or the states."""
 
     def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
         self.expect = () if lockstep.steps else self.scene.expect
         state_bytes = 4 * 8 * len(self.scene.bodies)
-        self.block = max(1, BLOCK_BYTES // state_bytes)
-        self.stride = max(1, state_bytes // 4 * (steps + 1) // PATH_BYTES)
+        self.states_per_block = max(1, BLOCK_BYTES // state_bytes)
+        self.stride = max(1, state_bytes // 4 * (steps + 1) // MAX_PATH_BYTES)
         self.measurements = {
             name: Measurement(self.scene, lockstep.engines[name], self.stride, steps) for name in names
         }
@@ -168,7 +170,7 @@ class _Segment:
             measurement.states.append(measurement.engine.state())
             measurement.pulls.append(Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
         self.twin.update(self.reference.states[-1])
-        if len(self.reference.states) == self.block:
+        if len(self.reference.states) == self.states_per_block:
             self._measure()
 
     def _measure(self) -> None:

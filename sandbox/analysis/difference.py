@@ -1,9 +1,9 @@
 """The contacts in which an engine and the reference differ, and why.
 
-Contacts are matched by pair and time. A contact of the reference without a match is missing, one of the engine's is
-extra; matched contacts may come in another order than in the reference, or have another outcome: other velocities
-after. The cause is the one that the ledger found for that contact. If that explains less than half of the difference,
-the two balls came into the contact differently, and the cause is how earlier contacts displaced them.
+Contacts are matched by pair and time. A contact of the reference without a match is missing, a contact of the engine
+without one is extra; matched contacts may come in another order than in the reference, or have another outcome: other
+velocities after. The cause is the one that the ledger found for that contact. If that explains less than half of the
+difference, the two balls came into the contact differently, and the cause is how earlier contacts displaced them.
 """
 
 import math
@@ -17,7 +17,7 @@ import numpy as np
 
 from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, Integers
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.explain import DISORDERED, ON_THE_WAY, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
+from sandbox.analysis.explain import DISORDERED, IN_FLIGHT, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.model import Scene, Vector
@@ -100,7 +100,7 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     if not places:
         return ()
     origin, reason = matches.origin(places[0])
-    follows = Reason(reason.cause, f"The balls are on other courses since {origin.time:.3f} s.")
+    follows = Reason(reason.cause, f"The balls have been on other courses since {origin.time:.3f} s.")
     others = places[1:] if origin == places[0] else places
     return (
         matches.difference(origin, reason),
@@ -153,8 +153,10 @@ class _Matches:
                 yield Place(time, Kind.MISSING, -1, r, math.inf)
 
     def displaced(self) -> list[Place]:
-        """Find the contacts that put balls where they should not be."""
-        return [self._displacement(k) for k in np.flatnonzero(self._displacements())[:MAX_DIFFERENCES].tolist()]
+        """Find the contacts that displaced balls wrongly."""
+        return [
+            self._displacement_at(k) for k in np.flatnonzero(self._displacement_errors())[:MAX_DIFFERENCES].tolist()
+        ]
 
     def origin(self, place: Place) -> tuple[Place, Reason]:
         """Find where a difference begins, and why: there, or where an earlier contact displaced one of its balls."""
@@ -163,10 +165,10 @@ class _Matches:
         first, second = self._bodies(place)
         contacts, balls = self.own.contacts[: len(self.of_reference)], [first, *([second] if second >= 0 else [])]
         earlier = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
-        displacements = np.where(earlier & (contacts["time"] < place.time), self._displacements(), 0.0)
+        displacements = np.where(earlier & (contacts["time"] < place.time), self._displacement_errors(), 0.0)
         if displacements.any():
             k = int(displacements.argmax())
-            return self._displacement(k), self._finding(k)
+            return self._displacement_at(k), self._reason_of(k)
         match place.kind:
             case Kind.MISSING:
                 return place, Reason(Cause.MISSED, self._why_missing(place.reference))
@@ -181,7 +183,7 @@ class _Matches:
             passage = self._passage(self.own, place.time, *self._bodies(place))
             return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
-        return self._finding(place.own) if self._explains(contact, finding, place.size) else None
+        return self._reason_of(place.own) if self._explains(contact, finding, place.size) else None
 
     def difference(self, place: Place, reason: Reason) -> Difference:
         """Describe the difference at a place."""
@@ -197,17 +199,17 @@ class _Matches:
             *(_velocities(finding, key, second) for finding in (own, reference) for key in ("before", "after")),
         )
 
-    def _displacements(self) -> Floats:
+    def _displacement_errors(self) -> Floats:
         """Return the error of each contact's displacements, px; 0 if it is negligible."""
         error = self.own.findings["displacement_error"][: len(self.of_reference)]
         radius = self.scene.bodies.radius[self.own.contacts["first"][: len(self.of_reference)]]
         return np.where(error > NEGLIGIBLE * radius, error, 0.0)
 
-    def _displacement(self, k: int) -> Place:
+    def _displacement_at(self, k: int) -> Place:
         return Place(float(self.own.contacts["time"][k]), Kind.OUTCOME, k, int(self.of_reference[k]), 0.0)
 
-    def _finding(self, k: int) -> Reason:
-        """Return what the ledger found about a contact of the engine."""
+    def _reason_of(self, k: int) -> Reason:
+        """Return the reason that the ledger found for an error of a contact of the engine."""
         finding = self.own.findings[k]
         return Reason(Cause(finding["cause"]), explain(self.scene, self.own.contacts[k], finding))
 
@@ -234,20 +236,20 @@ class _Matches:
             return Reason(Cause.MISSED, f"The reference has no such contact within {self._slack}.")
         else:
             cause = Cause.UNTOLD
-        return Reason(cause, ON_THE_WAY[cause])
+        return Reason(cause, IN_FLIGHT[cause])
 
     def _reason_in_reference(self, place: Place, contact: np.void, finding: np.void) -> Reason | None:
-        """Return the reason that lies in the reference's contact or in the time between the two, if it does."""
-        its, its_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
-        if self._explains(its, its_finding, place.size):
-            because = f"{WRONG_REFERENCE} {explain(self.scene, its, its_finding)}"
-            return Reason(Cause(its_finding["cause"]), because)
-        if _has_unconverged_neighbour(self.reference, its):
+        """Return the reason if it lies in the reference's contact, or in the time between the two contacts."""
+        expected, expected_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
+        if self._explains(expected, expected_finding, place.size):
+            because = f"{WRONG_REFERENCE} {explain(self.scene, expected, expected_finding)}"
+            return Reason(Cause(expected_finding["cause"]), because)
+        if _has_unconverged_neighbour(self.reference, expected):
             return Reason(Cause.UNCONVERGED, f"{WRONG_REFERENCE} {UNCONVERGED}")
-        after = float(contact["time"] - its["time"])
-        turned = math.acos(min(1.0, float(contact["normal"] @ its["normal"])))
-        before, its_before = finding["before"], its_finding["before"]
-        alike = np.abs(before - its_before).max() <= NEGLIGIBLE * np.abs(before).max()
+        after = float(contact["time"] - expected["time"])
+        turned = math.acos(min(1.0, float(contact["normal"] @ expected["normal"])))
+        before, expected_before = finding["before"], expected_finding["before"]
+        alike = np.abs(before - expected_before).max() <= NEGLIGIBLE * np.abs(before).max()
         if not (alike and turned > NEGLIGIBLE and after):
             return None
         when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
@@ -267,11 +269,11 @@ class _Matches:
             reach = float(self.scene.bodies.radius[[first, second]].sum())
             overlap_time = 2 * reach * approach / float(np.sum((finding["before"][0] - finding["before"][1]) ** 2))
             if overlap_time * self.scene.rate < 1:
-                return f"The two would overlap for {1e3 * overlap_time:.2g} ms, less than a step, which can miss them."
+                return f"The two would overlap for {1e3 * overlap_time:.2g} ms: less than a step, which can miss it."
         return f"The engine has no such contact within {self._slack}."
 
     def _disordered(self, matched: Integers) -> Bools:
-        """Return after which contacts a ball has one that comes earlier in the reference."""
+        """Return for each matched contact whether the next one of a ball of it comes earlier in the reference."""
         numbers = self.of_reference[matched]
         last: dict[int, int] = {}
         found = np.zeros(len(matched), bool)

@@ -1,4 +1,4 @@
-"""Expectations: how far a state is from what a scene says must come out."""
+"""Expectations: how far a state is from what its scene expects."""
 
 import math
 from collections.abc import Sequence

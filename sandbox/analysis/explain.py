@@ -12,12 +12,12 @@ from sandbox.scene.model import ARENA_WALLS, Scene
 WRONG_REFERENCE: Final = "The reference is wrong here."
 UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended before all were right."
 DISORDERED: Final = (
-    "Several contacts were found late, at the end of a step, and resolved in another order than they came."
+    "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
-ON_THE_WAY: Final = {
-    Cause.GRAVITY: "Gravity, integrated in steps, brought the balls there at other speeds.",
-    Cause.FRICTION: "Friction turned the balls on their way.",
-    Cause.UNTOLD: "The balls' velocities changed on their way without a reported contact.",
+IN_FLIGHT: Final = {
+    Cause.GRAVITY: "Gravity, integrated in steps, led to other velocities before the contact.",
+    Cause.FRICTION: "Friction led to other velocities before the contact.",
+    Cause.UNTOLD: "Velocities had changed before the contact, without a reported contact.",
 }
 
 
@@ -30,12 +30,12 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
         return _explain_timing(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
-        Cause.OVERSHOOT: f"It was put back on the wall: {off} of its way back were discarded.",
+        Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
         Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
-        Cause.TURNED: "It was already leaving the wall, and was reversed again.",
-        Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at balls that part.",
+        Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
+        Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at what was parting.",
         Cause.UNCONVERGED: UNCONVERGED,
-        Cause.GRAVITY: "Gravity pulled for a whole step, though the wall was met within it.",
+        Cause.GRAVITY: "Gravity pulled for a whole step, though the ball met the wall within it.",
     }.get(cause, f"{cause.label.capitalize()}.")
 
 
@@ -44,15 +44,15 @@ def explain_passage(scene: Scene, passage: Passage) -> str:
     if passage.second >= 0:
         return "The two passed into each other without a reported contact."
     wall = scene.walls[~passage.second - len(ARENA_WALLS)]
-    ends = " to ".join("({:g}, {:g})".format(*end) for end in (wall.start, wall.to))
+    ends = " and ".join("({:g}, {:g})".format(*end) for end in (wall.start, wall.to))
     return (
-        f"The ball went through the wall, from {ends}: it flew {passage.flown:.3g} px in the step, and the wall is "
+        f"The ball went through the wall between {ends}: it flew {passage.flown:.3g} px in the step, and the wall is "
         f"{wall.thickness:g} px thick."
     )
 
 
 def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
-    """Give the fraction of the impulse that is missing or too much, and the restitution that it amounts to."""
+    """Name the fraction of the impulse that is missing or too much, and the restitution that it amounts to."""
     first, second, bodies = int(contact["first"]), int(contact["second"]), scene.bodies
     approach = float(finding["approach"])
     if approach <= 0:
@@ -60,7 +60,7 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     share = float(contact["impulse"] / finding["expected_impulse"])
     restitution = round(-float(finding["approach_after"]) / approach, 9) + 0.0  # not -0
     amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"it is {_percent(share - 1)} too large"
-    still = ", the balls are still approaching" if restitution < 0 else ""
+    still = ", and the balls are still approaching" if restitution < 0 else ""
     if second < 0:
         expected = float(finding["expected_impulse"]) / (float(bodies.mass[first]) * approach) - 1
         gave = f"gave back {_percent(restitution)} of the speed, where {_percent(expected)} is right."
@@ -69,21 +69,21 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     alike = radius == bodies.radius[second] and mass == bodies.mass[second]
     if alike and math.isclose(contact["impulse"] * radius, mass * approach, rel_tol=1e-9):
         return (
-            f"The impulse was 2 v_n / {2 * radius:g} where 2 equal masses need v_n: {amount}{still}. Divided by the "
-            f"diameter, it is a restitution of {restitution:.3g} (2/r - 1)."
+            f"The impulse was 2 v_n / {2 * radius:g} where two equal masses need v_n: {amount}{still}. Dividing "
+            f"by the diameter amounts to a restitution of {restitution:.3g} (2/r - 1)."
         )
-    return f"The impulse is wrong: {amount}{still}. It is a restitution of {restitution:.3g}."
+    return f"The impulse is wrong: {amount}{still}. It amounts to a restitution of {restitution:.3g}."
 
 
 def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
-    """Give how late or early a contact was found, and the effect."""
+    """Name how late or early a contact was found, and the effect."""
     delay, depth = float(finding["delay"]), float(contact["depth"])
     steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > 1 + NEGLIGIBLE else ""
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
     if finding["normal_error"] > NEGLIGIBLE:
         return f"{found}, so the normal is turned by {math.degrees(finding['normal_error']):.2g}°."
-    return f"{found}, and {finding['displacement_error']:.3g} px from where it should be then."
+    return f"{found}; positions are then {finding['displacement_error']:.3g} px off."
 
 
 def _percent(share: float) -> str:

@@ -1,9 +1,8 @@
 """Theory of a gas of discs: their speeds, their pressure, how often they collide.
 
-Beyond the horizon no engine can be right about a path, but it can be right about these figures. They hold in
-equilibrium, for smooth elastic discs between straight walls, without gravity. Symbols: n is the number of discs, r
-their radius, σ = 2r, m their mass, A the arena's area, ρ = n / A, η the packing fraction, E the kinetic energy,
-kT = E / n.
+After the horizon no engine is right about paths, but it can be right about these figures. They hold in equilibrium,
+for smooth elastic discs between straight walls, without gravity. Symbols: n is the number of discs, r their radius,
+σ = 2r, m their mass, A the arena's area, ρ = n / A, η the packing fraction, E the kinetic energy, kT = E / n.
 
 Two laws are exact at any n: the speed law, and that wall pressure equals virial pressure. Those in η are for a fluid
 without walls. Walls keep centres a radius away, and discs next to them collide with fewer others; the two effects
@@ -27,7 +26,7 @@ FREEZING: Final = 0.70  # packing fraction up to which discs are a liquid (Berna
 
 # B_k / B_2^(k-1) of hard discs, k from 1 to 10: N. Clisby and B. M. McCoy, J. Stat. Phys. 122 (2006) 15, table 1.
 # B_3 and B_4 are known in closed form: 4/3 - √3/π and 2 - 9√3/(2π) + 10/π².
-VIRIAL: Final = (
+VIRIAL_COEFFICIENTS: Final = (
     1.0, 1.0, 0.78200444, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537,
 )  # fmt: skip
 
@@ -129,7 +128,7 @@ def compressibility(eta: float) -> float:
 
 def virial_series(eta: float) -> float:
     """Return Z from the first ten terms in ρ B_2 = 2η: closer than Henderson's up to η = 0.4, 0.6 % low at 0.5."""
-    return float(np.polynomial.polynomial.polyval(2 * eta, VIRIAL))
+    return float(np.polynomial.polynomial.polyval(2 * eta, VIRIAL_COEFFICIENTS))
 
 
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
@@ -150,7 +149,7 @@ def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed:
 
 
 @dataclass(frozen=True)
-class Row:
+class TheoryRow:
     """A figure of a run with its expected value. `because` is the law."""
 
     figure: str
@@ -174,10 +173,10 @@ def is_gas(scene: Scene) -> bool:
     return obeys_laws(scene) and len(scene.bodies) >= MIN_GAS_DISCS and fluid
 
 
-def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[Row, ...] | None:
-    """Return a run's figures with theory's; None for a scene without laws, or if nothing moves.
+def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...] | None:
+    """Return a run's figures with those that theory expects; None if no law applies to the scene, or nothing moves.
 
-    contacts: all within so many seconds; velocity: (times, n, 2) px/s, at some times in them. The run must be in
+    contacts: all that the run had in `seconds`; velocity: (times, n, 2) px/s, at some times of it. The run must be in
     equilibrium, which takes a few contacts per disc from a start that is not.
     """
     bodies, size = scene.bodies, scene.arena.size
@@ -188,8 +187,10 @@ def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: flo
     radius, mean_square_speed = float(bodies.radius[0]), 2 * kinetic / float(bodies.mass.sum())
     pairs = int(np.count_nonzero(contacts["second"] >= 0))
     exact = (
-        Row("distance of speeds from their law", speed_distance(velocity), 0.0, "equal shares of the energy's sphere"),
-        Row(
+        TheoryRow(
+            "distance of speeds from their law", speed_distance(velocity), 0.0, "equal shares of the energy's sphere"
+        ),
+        TheoryRow(
             "wall pressure, kg/s²",
             wall_pressure(contacts, size, seconds),
             virial_pressure(contacts, bodies.radius, kinetic, size, seconds),
@@ -200,11 +201,11 @@ def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: flo
         return exact
     return (
         *exact,
-        Row(
+        TheoryRow(
             "compressibility",
             pair_compressibility(contacts, bodies.radius, kinetic, seconds),
             compressibility(packing_fraction(bodies.radius, size)),
             "Henderson 1975",
         ),
-        Row("contacts per second", pairs / seconds, enskog_rate(n, radius, size, mean_square_speed), "Enskog"),
+        TheoryRow("contacts per second", pairs / seconds, enskog_rate(n, radius, size, mean_square_speed), "Enskog"),
     )

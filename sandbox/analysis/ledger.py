@@ -4,7 +4,7 @@ An engine reports states and contacts. Between two states the balls fly on parab
 the impulses that the engine reported. Both are replayed here, in the order in which the engine resolved them. Whatever
 the replay leaves unexplained is entered too, so the lines of the ledger always add up to the whole change.
 
-How a contact's changes are attributed to causes stands in `sandbox.analysis.attribution`, with the symbols.
+`sandbox.analysis.attribution` attributes a contact's changes to causes, and explains the symbols.
 """
 
 import math
@@ -227,7 +227,7 @@ class Ledger:
         """Enter a block of steps. position, velocity: (steps + 1, n, 2), from the last state of the block before."""
         steps = len(position) - 1
         constants, rate = self._constants, self._scene.rate
-        step_of = step_at(contacts["time"], rate)
+        step_of = steps_containing(contacts["time"], rate)
         within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, constants.dt)
         step_of = np.clip(step_of - self._steps, 1, steps)
         if self._off_parabola is None:
@@ -306,7 +306,7 @@ class Ledger:
         )
 
 
-def step_at(time: Floats, rate: int) -> Integers:
+def steps_containing(time: Floats, rate: int) -> Integers:
     """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
     step = np.ceil(time * rate - NEGLIGIBLE).astype(np.int64)
     return np.maximum(step + (time > step / rate), 1)

@@ -1,4 +1,4 @@
-"""One engine's run, measured: its energy, momentum and gap over time, its ledger, its differences."""
+"""Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score
-from sandbox.analysis.gas import Row, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, step_at
+from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
+from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
@@ -25,7 +25,7 @@ class Figures:
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
-    momentum_drift: float  # not given by walls, gravity or mouse, as a fraction of all balls' momenta added as lengths
+    momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
     pair_contacts: int
@@ -54,9 +54,9 @@ class Run:
     energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
     reference over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, when a ball is first more than its
     radius from the reference's, None if never; contacts: in order of time; differences: from the reference, until the
-    two are apart; missed: passages without a reported contact; escape: of balls from the arena, if any did; scores:
-    for the scene's expectations that fall into the run; theory: what was measured of a gas, with what is expected;
-    path: (frames, n, 2) px, float32, one frame in every so many steps.
+    two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
+    scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
+    (frames, n, 2) px, float32, one frame in every so many steps.
     """
 
     figures: Figures
@@ -71,7 +71,7 @@ class Run:
     missed: tuple[Passage, ...]
     escape: Escape | None
     scores: list[Score]
-    theory: tuple[Row, ...]
+    theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
     final: State
 
@@ -207,12 +207,12 @@ class Measurement:
     def _unexplained_momentum(self, total: Floats, at_wall: Contacts) -> Floats:
         """Return the momentum not given by walls, gravity or mouse, (steps,) kg px/s. total: (steps + 1, 2)."""
         disturbed = np.concatenate(self._pulled)
-        disturbed[step_at(at_wall["time"], self._scene.rate)] = True
+        disturbed[steps_containing(at_wall["time"], self._scene.rate)] = True
         fall = np.multiply(self._scene.gravity, self._scene.bodies.mass.sum() / self._scene.rate)
         change = np.diff(total, axis=0) - fall
         return length(np.cumsum(np.where(disturbed[1:, None], 0.0, change), axis=0))
 
-    def _theory(self, contacts: Contacts) -> tuple[Row, ...]:
+    def _theory(self, contacts: Contacts) -> tuple[TheoryRow, ...]:
         if not self._velocities or self._final is None:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), self._final.time) or ()

@@ -1,17 +1,17 @@
-"""What a comparison comes to: key figures, and a paragraph that says what to trust and what to change."""
+"""The summary of a comparison: key figures, and a paragraph on what to trust and what to change."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Final
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
 from sandbox.analysis.ledger import Entry
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.measurement import Figures, Run
 
-NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; less counts as kept: 100.0000 % of it is left
-NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what a scene or the mouse takes and gives
+NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
+NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what the scene and the mouse ask for
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
 REMEDIES: Final = {
     Cause.LATE: "a higher rate, or more substeps, finds contacts sooner",
@@ -19,25 +19,25 @@ REMEDIES: Final = {
     Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
     Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
 }
-_ROWS: Final = {  # label and format of each figure
-    "energy_ratio": ("energy left", "{:.4%}"),
-    "energy_drift": ("largest energy change", "{:.2e}"),
-    "momentum_drift": ("unexplained momentum", "{:.2e}"),
-    "gap_rms": ("RMS gap", "{:.4g} px"),
-    "gap_max": ("largest gap", "{:.4g} px"),
-    "pair_contacts": ("ball contacts", "{}"),
-    "wall_contacts": ("wall contacts", "{}"),
-    "max_overlap": ("deepest overlap", "{:.3g} px"),
-    "escaped": ("escaped balls", "{}"),
-}
+ROWS: Final[tuple[tuple[str, str, Callable[[Figures], float | None]], ...]] = (  # label, format, figure
+    ("energy left", "{:.4%}", lambda figures: figures.energy_ratio),
+    ("largest energy change", "{:.2e}", lambda figures: figures.energy_drift),
+    ("unexplained momentum", "{:.2e}", lambda figures: figures.momentum_drift),
+    ("RMS gap", "{:.4g} px", lambda figures: figures.gap_rms),
+    ("largest gap", "{:.4g} px", lambda figures: figures.gap_max),
+    ("ball contacts", "{}", lambda figures: figures.pair_contacts),
+    ("wall contacts", "{}", lambda figures: figures.wall_contacts),
+    ("deepest overlap", "{:.3g} px", lambda figures: figures.max_overlap),
+    ("escaped balls", "{}", lambda figures: figures.escaped),
+)
 
 
 def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     """Yield the rows that every table of a comparison has: a label, and a value for each engine."""
     runs = comparison.runs.values()
-    for figure, (label, form) in _ROWS.items():
-        values = [getattr(run.figures, figure) for run in runs]
-        yield [label, *("-" if value is None else form.format(value) for value in values)]
+    for label, template, figure in ROWS:
+        values = [figure(run.figures) for run in runs]
+        yield [label, *("-" if value is None else template.format(value) for value in values)]
     if any(run.scores for run in runs):
         yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
     firsts = [run.figures.first_difference for run in runs]
@@ -52,8 +52,8 @@ def horizon_words(comparison: Comparison) -> str:
 def verdict(comparison: Comparison) -> str:
     """Return a paragraph: how long each engine's paths can be trusted, the largest error, and what to change."""
     parts = (_agreement, _horizon, _largest_energy_error, _passages, _escapes, _remedies)
-    said = [sentence for part in parts if (sentence := part(comparison))]
-    return " ".join(said) or f"Nothing is measured against {comparison.against}."
+    sentences = [sentence for part in parts if (sentence := part(comparison))]
+    return " ".join(sentences) or f"Nothing is measured against {comparison.against}."
 
 
 def energy_error(run: Run) -> tuple[float, Entry] | None:
@@ -90,8 +90,8 @@ def _horizon(comparison: Comparison) -> str:
     if comparison.horizon is None or not _others(comparison):
         return ""
     return (
-        f"After {comparison.horizon:.2f} s compare statistics only: a copy of {comparison.against} whose first ball "
-        "starts one unit in the last place aside is more than a radius off by then."
+        f"After {comparison.horizon:.2f} s compare statistics only: by then, shifting {comparison.against}'s first "
+        "ball by one unit in the last place puts a ball more than a radius off."
     )
 
 
@@ -106,24 +106,26 @@ def _largest_energy_error(comparison: Comparison) -> str:
 
 def _passages(comparison: Comparison) -> str:
     """Name the engines whose balls went through inner walls."""
-    said = []
+    sentences = []
     for name, run in comparison.runs.items():
         through = [passage for passage in run.missed if passage.second < 0]
         if through:
             first = f"{pair_name(comparison.scene, through[0])} at {through[0].step / comparison.scene.rate:.3f} s"
-            said.append(f"{len(through)} in {name}, the first {first}")
-    return f"Passages through walls: {'; '.join(said)}." if said else ""
+            sentences.append(f"{len(through)} in {name}, the first {first}")
+    return f"Passages through walls: {'; '.join(sentences)}." if sentences else ""
 
 
 def _escapes(comparison: Comparison) -> str:
     """Name the engines whose balls left the arena."""
-    said = []
+    sentences = []
     for name, run in comparison.runs.items():
         if run.escape:
             time, ball, balls, furthest = run.escape
             at_end = f", {run.figures.escaped} still outside at the end" if run.figures.escaped else ""
-            said.append(f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{at_end}")
-    return f"Balls outside the arena: {'; '.join(said)}." if said else ""
+            sentences.append(
+                f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{at_end}"
+            )
+    return f"Balls outside the arena: {'; '.join(sentences)}." if sentences else ""
 
 
 def _remedies(comparison: Comparison) -> str:

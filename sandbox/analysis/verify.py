@@ -1,4 +1,4 @@
-"""The scoreboard: how engines do on scenes that say what must come out."""
+"""The scoreboard: how well engines meet the expectations of scenes."""
 
 from collections.abc import Iterable, Sequence
 

@@ -14,7 +14,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
 SECONDS_PER_ROUND: Final = 0.2  # for which each side of a ratio is measured
-SLOW_GAS: Final = 200  # px/s: 3.3 px a step, less than the radius, as time-stepped engines need it
+SLOW_GAS: Final = 200  # px/s: 3.3 px a step; time-stepped engines need less than the radius
 FAST_GAS: Final = 1000  # px/s, for the exact engine, whose figures do not depend on it
 MIN_STEPS: Final = 20  # of the article's engine, from the start: later its gas has cooled into heaps
 
@@ -30,17 +30,17 @@ def gas(n: int, eta: float, rms_speed: float) -> Scene:
 
 
 def against_plain_pymunk() -> Iterator[Figure]:
-    """Measure a step of our Pymunk engine relative to a step of a plain Pymunk loop, on the same scenes."""
+    """Measure a step of the engine `pymunk` relative to a step of a plain Pymunk loop, on the same scenes."""
     for scene in (load("article"), load("gas-100"), load("gas-1000"), gas(20_000, 0.2, SLOW_GAS)):
         n = len(scene.bodies)
         engine, step = create("pymunk", scene, spawn(scene)), partial(plain_space(scene).step, 1 / scene.rate)
         times = repeats_in(engine.step, SECONDS_PER_ROUND)
-        processor_time(step, 2)  # as the engine has: both are at the same step in every round
+        processor_time(step, 2)  # steps that the engine has done: both are at the same step in every round
         ratios = [
             a / b
             for a, b in alternately(partial(processor_time, engine.step, times), partial(processor_time, step, times))
         ]
-        yield figure(f"pymunk n={n}", f"{n:,} balls: our step / a plain Pymunk loop's", ratios)
+        yield figure(f"pymunk n={n}", f"{n:,} balls: step / a plain Pymunk loop's", ratios)
 
 
 def article() -> Iterator[Figure]:

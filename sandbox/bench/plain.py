@@ -8,14 +8,14 @@ import pymunk
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
-WALL_HALF_THICKNESS = 20_000.0  # px, of a wall outside the arena: as our engine's, so that no ball escapes
+WALL_HALF_THICKNESS = 20_000.0  # px, of a wall outside the arena: as in the engine `pymunk`, so that no ball escapes
 
 
 def plain_space(scene: Scene) -> pymunk.Space:
     """Return a space with the scene's elastic balls and arena, to be run by `space.step(1 / scene.rate)`.
 
-    Nothing is added to what a user would write, so that it costs what theirs does. So tests of contacts and settings
-    have a loop of their own.
+    It has only what a user would write, and so costs the same. Tests of contacts and settings therefore have a loop of
+    their own.
     """
     space = pymunk.Space()
     initial, bodies = spawn(scene), scene.bodies
@@ -78,7 +78,7 @@ def collide(a: Ball, b: Ball) -> None:
 
 
 class PlainArticle:
-    """The article's loop in plain Python, as the article has it: every ball, then every pair."""
+    """The article's loop in plain Python, as in the article: every ball, then every pair."""
 
     def __init__(self, scene: Scene) -> None:
         initial = spawn(scene)

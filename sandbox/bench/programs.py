@@ -19,12 +19,10 @@ def comparison() -> Iterator[Figure]:
     """Measure `compare` relative to its engines run alone."""
     for scene in (load("article").changed(seconds=10.0), load("gas-1000").changed(seconds=3.0, expect=())):
         names = list(compare(scene).runs)
-        whole, sum_of = (
-            partial(processor_time, partial(compare, scene, names)),
-            partial(processor_time, partial(run_each, scene, names)),
-        )
+        together = partial(processor_time, partial(compare, scene, names))
+        alone = partial(processor_time, partial(run_each, scene, names))
         means = f"{scene.name}: compare / sum of its engines"
-        yield figure(f"compare {scene.name}", means, [a / b for a, b in alternately(whole, sum_of)])
+        yield figure(f"compare {scene.name}", means, [a / b for a, b in alternately(together, alone)])
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:

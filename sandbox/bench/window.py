@@ -15,8 +15,8 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.view.window import FRAME_RATE, Window
 
-SIZE: Final = (1680, 1010)  # px; both panes are then as large as the scene, with the charts below
-DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
+WINDOW_SIZE: Final = (1680, 1010)  # px; large enough for both panes at the size of the scene, and the charts below
+VIDEO_DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
 
 
 def frame() -> Iterator[Figure]:
@@ -28,21 +28,21 @@ def frame() -> Iterator[Figure]:
 
 @contextmanager
 def _dummy_screen() -> Iterator[None]:
-    before = os.environ.get(DRIVER)
-    os.environ[DRIVER] = "dummy"
+    before = os.environ.get(VIDEO_DRIVER)
+    os.environ[VIDEO_DRIVER] = "dummy"
     try:
         yield
     finally:
         pygame.display.quit()
         if before is None:
-            del os.environ[DRIVER]
+            del os.environ[VIDEO_DRIVER]
         else:
-            os.environ[DRIVER] = before
+            os.environ[VIDEO_DRIVER] = before
 
 
 def _frame(scene: Scene) -> Iterator[Figure]:
     window, space, n = Window(scene, ["pymunk", "article"]), plain_space(scene), len(scene.bodies)
-    window.screen = pygame.display.set_mode(SIZE)
+    window.screen = pygame.display.set_mode(WINDOW_SIZE)
     surface = pygame.Surface([int(side) for side in scene.arena.size])
     options = DrawOptions(surface)
 

@@ -41,6 +41,7 @@ from sandbox.cli.progress import announce_compiling, compare_with_bar, displayed
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
 from sandbox.text import console, printable
+from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
     from sandbox.run.inputs import Input
@@ -120,18 +121,18 @@ def record(
     seconds: Seconds = None,
     inputs: Inputs = None,
     size: SizeOption = DEFAULT_SIZE,
-    show: Layers = ("charts",),
+    show: Layers = (Layer.CHARTS,),
 ) -> None:
     """Record a scene in real time as a film, or its end as a picture.
 
     A GIF has 50 frames a second, as its delays are in 1/100 s; WebP and MP4 have 60.
     """
-    from sandbox.view.record import check
+    from sandbox.view.record import check_recording
     from sandbox.view.record import record as record_scene
 
     pixels = size.width, size.height
     check_outputs({"--out": out}, [scene, inputs])
-    check(out, pixels, show)
+    check_recording(out, pixels)
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     bar = frames_bar()
     with displayed(bar):
@@ -153,7 +154,7 @@ def compare(
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")] = None,
     max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
     max_drift: Annotated[
-        float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger share.")
+        float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger fraction.")
     ] = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
@@ -161,7 +162,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
-    from sandbox.analysis.advice import advise as try_settings
+    from sandbox.analysis.advice import try_settings
     from sandbox.cli.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
@@ -182,7 +183,7 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    if exceeded := list(comparison.beyond(max_gap, max_drift)):
+    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift)):
         print("\n".join(exceeded), file=sys.stderr)
         raise typer.Exit(1)
 
@@ -224,7 +225,7 @@ def verify(
     """Score engines against what scenes expect.
 
     The table shows the largest error in each scene. Exit code 1: an engine named with --engines missed an expectation;
-    if none is named, the exact engine did.
+    without --engines, the exact engine did.
     """
     from sandbox.analysis.verify import all_passed, as_json
     from sandbox.analysis.verify import verify as score_engines
@@ -265,12 +266,12 @@ def sweep(
     """Run many seeds, rates, engines and settings of a scene.
 
     The table has a row for each. Finished rows are kept in FILE.journal: the same command resumes a sweep that was
-    stopped. Exit code 1: some rows are missing, since their runs failed.
+    stopped. Exit code 1: some rows are missing, because their runs failed.
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn
-    from sandbox.sweep import in_order, journal, plan, write
+    from sandbox.sweep import in_order, open_journal, plan, write
     from sandbox.sweep.workers import core_count
 
     if workers and scheduler:
@@ -286,7 +287,7 @@ def sweep(
         settings_by_key(set_ or ()),
         against=against,
     )
-    with journal(planned, out) as kept:
+    with open_journal(planned, out) as kept:
         failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
         rows = in_order(planned, kept.rows)
         if report:
@@ -307,7 +308,7 @@ def check(
 ) -> None:
     """Check scene files for errors.
 
-    Warnings are about what may be unintended: overlaps, and balls too fast for the time step.
+    Warnings point out what may be unintended: overlaps, and balls too fast for the time step.
     """
     from sandbox.cli.tables import counted
     from sandbox.scene.files import load
@@ -352,10 +353,10 @@ def bench(
 ) -> None:
     """Measure the speed of the sandbox, in one to two minutes.
 
-    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured in
-    turn.
+    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured
+    alternately.
     """
-    from sandbox.bench import bench as measure
+    from sandbox.bench.parts import bench as measure
     from sandbox.cli.tables import print_figures
 
     check_outputs({"--json": json_file})

@@ -8,8 +8,9 @@ from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
 
 import typer
 
-from sandbox.errors import SandboxError
+from sandbox.errors import SandboxError, nearest
 from sandbox.text import printable
+from sandbox.view.layers import Layer
 
 T = TypeVar("T")
 
@@ -34,7 +35,6 @@ class Size:
         return f"{self.width}x{self.height}"
 
 
-LAYERS: Final = "charts, velocity, momentum, trails, contacts, centre, numbers, ghosts, grid"
 DEFAULT_SIZE: Final = Size(1280, 720)
 
 
@@ -61,9 +61,13 @@ def parse_names(text: str) -> Sequence[str]:
     return names
 
 
-def parse_layers(text: str) -> Sequence[str]:
+def parse_layers(text: str) -> Sequence[Layer]:
     """Parse "charts,trails"; an empty text shows none."""
-    return parse_names(text) if text else []
+    names = parse_names(text) if text else []
+    for name in names:
+        if name not in tuple(Layer):
+            raise OptionError(f"{name}: is not something to show; {nearest(name, Layer)}")
+    return [Layer(name) for name in names]
 
 
 def parse_size(text: str) -> Size:
@@ -107,7 +111,7 @@ def parse_setting(text: str) -> Setting:
 
 
 def settings_by_key(settings: Sequence[Setting]) -> dict[str, Sequence[float]]:
-    """Return the values of each setting. By hand, since a parser sees one --set at a time. Raises SandboxError."""
+    """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
     keys = [setting.key for setting in settings]
     for key in keys:
         if keys.count(key) > 1:
@@ -131,8 +135,8 @@ def complete_engine(incomplete: str) -> list[str]:
     return [f"{named}{comma}{name}" for name in registry() if name.startswith(begun) and name not in named.split(",")]
 
 
-def _parsed_by(parse: Callable[[str], T]) -> Callable[[Any], T]:
-    """Pass a default through: typer calls parsers on defaults too."""
+def _if_text(parse: Callable[[str], T]) -> Callable[[Any], T]:
+    """Return a parser that leaves defaults as they are: typer calls parsers on defaults too."""
     return lambda value: parse(value) if isinstance(value, str) else value
 
 
@@ -159,7 +163,10 @@ EnginesToScore = Annotated[
 Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
 Against = Annotated[
     str | None,
-    typer.Option(help="The engine that the others are measured against.", autocompletion=complete_engine),
+    typer.Option(
+        help="Engine that the others are measured against. Default: exact, or else the last.",
+        autocompletion=complete_engine,
+    ),
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]
 Rate = Annotated[int | None, typer.Option(help="Steps per second, instead of the scene's.")]
@@ -168,10 +175,10 @@ Inputs = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
 ]
 JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
-SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_parsed_by(parse_size), help="Width and height, px.")]
+SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
 Layers = Annotated[
-    Sequence[str],
-    typer.Option(metavar="A,B,...", parser=_parsed_by(parse_layers), help=f"What to show: {LAYERS}."),
+    Sequence[Layer],
+    typer.Option(metavar="A,B,...", parser=_if_text(parse_layers), help=f"What to show: {', '.join(Layer)}."),
 ]
 Seeds = Annotated[
     range | None,

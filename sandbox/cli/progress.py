@@ -34,8 +34,8 @@ def displayed(bar: "Progress | Status") -> Iterator[None]:
 
 
 @contextmanager
-def _share_done(title: str) -> Iterator[Callable[[float], object] | None]:
-    """Yield a function that shows the share of a run done so far, as a bar; None if standard error is no terminal."""
+def _comparison_bar(title: str) -> Iterator[Callable[[float], object] | None]:
+    """Yield a function that shows the fraction of a run that is done as a bar, or None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -81,7 +81,7 @@ def compare_with_bar(
     """Compare engines, with a bar on a terminal if that takes long."""
     from sandbox.analysis.comparison import compare as compare_engines
 
-    with _share_done(scene.title or scene.name) as progress:
+    with _comparison_bar(scene.title or scene.name) as progress:
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, advice
+from sandbox.analysis.advice import Trial, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
@@ -17,6 +17,12 @@ from sandbox.bench.figure import Figure
 from sandbox.text import console
 
 MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
+_KINDS: Final = {
+    Kind.OUTCOME: "",
+    Kind.MISSING: "Missing contact. ",
+    Kind.EXTRA: "Extra contact. ",
+    Kind.ORDER: "In another order. ",
+}
 
 
 def print_comparison(comparison: Comparison) -> None:
@@ -34,7 +40,7 @@ def print_comparison(comparison: Comparison) -> None:
     table.add_column("", overflow="fold")
     for name in comparison.runs:
         table.add_column(name, justify="right", overflow="fold")
-    for label, *values in rows_of(comparison):
+    for label, *values in comparison_rows(comparison):
         table.add_row(label, *values)
     terminal.print(table)
     for name, run in comparison.runs.items():
@@ -45,16 +51,8 @@ def print_comparison(comparison: Comparison) -> None:
             terminal.print(_speeds(first, comparison.against))
 
 
-_KINDS: Final = {
-    Kind.OUTCOME: "",
-    Kind.MISSING: "Missing contact. ",
-    Kind.EXTRA: "Extra contact. ",
-    Kind.ORDER: "In another order. ",
-}
-
-
 def _speeds(first: Difference, against: str) -> str:
-    """Give the balls' speeds before and after, in the engine and in the reference."""
+    """Return a sentence with the balls' speeds before and after, in the engine and in the reference."""
     parts = []
     for where, before, after in (
         ("", first.before, first.after),
@@ -66,8 +64,8 @@ def _speeds(first: Difference, against: str) -> str:
     return f"Speeds, px/s: {'; '.join(parts)}."
 
 
-def rows_of(comparison: Comparison) -> Iterator[list[str]]:
-    """Yield the rows of the table: a label, and a value for each engine."""
+def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield the rows of a comparison's table: a label, and a value for each engine."""
     runs = comparison.runs.values()
     yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
@@ -89,12 +87,13 @@ def rows_of(comparison: Comparison) -> Iterator[list[str]]:
 
 
 def print_advice(trials: Sequence[Trial]) -> None:
-    """Print how other settings of Pymunk do, if some were tried."""
+    """Print the results of other settings of Pymunk, if some were tried."""
     if not trials:
         return
-    table = Table("pymunk with", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False)
+    table.add_column("pymunk with", overflow="fold")
     for column in ("agrees until", "energy error", "RMS gap"):
-        table.add_column(column, justify="right")
+        table.add_column(column, justify="right", overflow="fold")
     for trial in trials:
         until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
         table.add_row(
@@ -103,15 +102,15 @@ def print_advice(trials: Sequence[Trial]) -> None:
     terminal = console()
     terminal.print()
     terminal.print(table)
-    terminal.print(f"\n{advice(trials)}")
+    terminal.print(f"\n{recommend(trials)}")
 
 
 def print_board(board: Board) -> None:
     """Print the scores: a row for each scene, a column for each engine."""
     table = Table(box=None, pad_edge=False)
-    table.add_column("scene")
+    table.add_column("scene", overflow="fold")
     for name in next(iter(board.values()), {}):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", overflow="fold")
     for scene, row in board.items():
         scores = (
             f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"

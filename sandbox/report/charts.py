@@ -20,7 +20,7 @@ from sandbox.quantity import length
 from sandbox.scene.model import PALETTE
 from sandbox.state import Floats
 
-MAX_POINTS: Final = 2_000  # of a line, about: more than a screen has columns
+MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
 LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
@@ -254,10 +254,10 @@ def _legend_item(name: str, *renderers: Any) -> LegendItem:
     return LegendItem(label=name, renderers=list(renderers))
 
 
-def _marker_positions(steps: int, index: int, of: int) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return where a line has its markers: evenly spaced, and at other steps than the other lines'."""
+def _marker_positions(steps: int, index: int, count: int) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Return the steps of one of `count` lines that have markers: evenly spaced, and none that another line marks."""
     return np.unique(
-        ((np.arange(MARKERS_PER_LINE) + (index + 0.5) / of) / MARKERS_PER_LINE * (steps - 1)).astype(np.intp)
+        ((np.arange(MARKERS_PER_LINE) + (index + 0.5) / count) / MARKERS_PER_LINE * (steps - 1)).astype(np.intp)
     )
 
 

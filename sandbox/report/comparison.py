@@ -28,7 +28,7 @@ from sandbox.state import Floats
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
-MAX_COUNT: Final = 65_535  # of a coordinate packed into 16 bits
+MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
 PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
 KINDS: Final = {
     Kind.OUTCOME: "other outcome",
@@ -76,7 +76,7 @@ def page(comparison: Comparison) -> str:
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
         outcome=_outcome,
-        command=_command(comparison) if _is_as_read(scene) else None,
+        command=_command(comparison) if _equals_its_text(scene) else None,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
         inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
         versions=_versions(),
@@ -97,9 +97,9 @@ def thinning(comparison: Comparison) -> int:
 
 
 def fixed_point(scene: Scene) -> tuple[float, float]:
-    """Return how coordinates are packed: px per count, and px of margin around the arena, for balls that left it."""
+    """Return how coordinates are packed: px per unit, and px of margin around the arena, for balls that left it."""
     margin = 2 * float(scene.bodies.radius.max())
-    return (max(scene.arena.size) + 2 * margin) / MAX_COUNT, margin
+    return (max(scene.arena.size) + 2 * margin) / MAX_PACKED, margin
 
 
 def _text(name: str) -> str:
@@ -114,7 +114,7 @@ def _policy(scripts: Iterable[str]) -> str:
 
 
 def _json(value: object) -> str:
-    """Return JSON that cannot end the script element that contains it."""
+    """Return JSON that cannot close the script element that contains it."""
     return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
@@ -148,7 +148,7 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
 
 
 def _packed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
-    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_COUNT).astype("<u2")
+    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_PACKED).astype("<u2")
     return packed
 
 
@@ -199,8 +199,8 @@ def _command(comparison: Comparison) -> str:
     return shlex.join(["sandbox", "compare", f"./{file}" if file.startswith("-") else file, *words])
 
 
-def _is_as_read(scene: Scene) -> bool:
-    """Return whether a scene equals its text, apart from seed, rate and seconds, which the command gives."""
+def _equals_its_text(scene: Scene) -> bool:
+    """Return whether a scene equals its text, apart from seed, rate and seconds, which the command sets."""
     if not scene.source:
         return False
     read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)

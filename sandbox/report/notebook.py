@@ -1,4 +1,7 @@
-"""How a notebook shows a comparison: as its report. Importing this module turns that on."""
+"""How a notebook shows a comparison: as its report. Importing this module turns that on.
+
+The report imports comparisons, so a comparison cannot import the report.
+"""
 
 import html
 
@@ -15,5 +18,4 @@ def iframe(comparison: Comparison) -> str:
     )
 
 
-# Set here because analysis must not import the report.
-Comparison._repr_html_ = iframe  # type: ignore[assignment, method-assign]
+Comparison.notebook_html = iframe

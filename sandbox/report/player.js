@@ -18,7 +18,7 @@
   }));
   const reference = panes[data.against];
   const last = reference.path.length / (2 * balls) - 1;
-  const second = Math.round(1 / data.frame);
+  const framesPerSecond = Math.round(1 / data.frame);
 
   const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);
   const differences = [...document.querySelectorAll("[data-time]")]; // their buttons, in order of time
@@ -77,7 +77,7 @@
     context.lineJoin = "bevel";
     context.globalAlpha = 0.45;
     const skip = data.numbered ? 1 : 5; // with many balls, coarser trails draw several times as fast
-    const start = Math.ceil(Math.max(0, frame - second) / skip) * skip;
+    const start = Math.ceil(Math.max(0, frame - framesPerSecond) / skip) * skip;
     for (let ball = 0; ball < balls; ball++) {
       context.strokeStyle = data.colors[ball] === data.background ? ink : data.colors[ball];
       context.beginPath();
@@ -235,8 +235,8 @@
 
   document.addEventListener("keydown", (event) => {
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    const own = event.target.closest("select") || (key === " " && event.target.closest("button, [type=checkbox]"));
-    if (!(key in keys) || own || event.ctrlKey || event.altKey || event.metaKey) return;
+    const keepsKey = event.target.closest("select") || (key === " " && event.target.closest("button, [type=checkbox]"));
+    if (!(key in keys) || keepsKey || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     keys[key]();
   });

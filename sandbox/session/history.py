@@ -1,4 +1,4 @@
-"""What a run has shown, kept in bounded memory: all recent moments, and one in so many of the older ones."""
+"""The moments of a run, in bounded memory: all recent ones, and one in so many of the older ones."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -8,7 +8,7 @@ from sandbox.state import Contacts, State
 
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
 MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
-MOMENT_BYTES: Final = 1_500  # of a moment without its arrays, about, and as much again for each engine
+MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, and the same again for each engine
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class Moment:
 
     @property
     def size(self) -> int:
-        """Its size, about, in bytes."""
+        """Its approximate size in bytes."""
         states = sum(state.position.nbytes + state.velocity.nbytes for state in self.states.values())
         contacts = sum(found.nbytes for found in self.contacts.values())
         return states + contacts + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.states))

@@ -50,8 +50,8 @@ class Monitor:
             self._begin_segment()
         elif self._followed and self._lockstep.steps > self._begun + self._steps:
             self._steps += 1
-            for name, recorder in self._followed.items():
-                recorder.add(states[name], contacts[name], self._lockstep)
+            for name, engine in self._followed.items():
+                engine.add(states[name], contacts[name], self._lockstep)
                 if len(contacts[name]):
                     self._last_contact = self._steps
             if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
@@ -63,12 +63,12 @@ class Monitor:
         names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
         followed = [*names, self._reference] if names else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
-        self._steps = 0  # since then
-        self._last_contact = 0  # the step of it, since then
-        self._followed: dict[str, _Recorder] = {name: _Recorder(name, lockstep) for name in followed}
+        self._steps = 0  # since the segment began
+        self._last_contact = 0  # its step, counted likewise
+        self._followed: dict[str, _FollowedEngine] = {name: _FollowedEngine(name, lockstep) for name in followed}
 
     def _find_differences(self) -> None:
-        records = {name: recorder.record() for name, recorder in self._followed.items()}
+        records = {name: engine.record() for name, engine in self._followed.items()}
         reference = records.pop(self._reference)
         end = self._steps / self._scene.rate
         for name, record in records.items():
@@ -81,8 +81,8 @@ class Monitor:
             self._followed.clear()
 
 
-class _Recorder:
-    """Keeps an engine's contacts and ledger, step by step."""
+class _FollowedEngine:
+    """An engine's contacts and ledger so far."""
 
     def __init__(self, name: str, lockstep: Lockstep) -> None:
         runner = lockstep.engines[name]

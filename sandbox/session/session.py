@@ -42,14 +42,14 @@ class Session:
     ) -> None:
         self.start = scene
         self.names = list(names)
-        self.inputs = list(inputs)  # up to here and to come, by step
+        self.inputs = list(inputs)  # past and to come, by step
         self.step = 0  # the present one, which may lie in the past of the engines
-        self.end = 0  # the furthest that was reached with these inputs
+        self.end = 0  # the latest reached with these inputs
         self._history = History()
         self._observer = observer
         self._undone: list[list[Input]] = []
         self._begin()
-        self._obey_due()
+        self._apply_due()
         self._keep_moment()
 
     # The present step
@@ -103,7 +103,7 @@ class Session:
         self.step = self.lockstep.steps
         self.end = max(self.end, self.step)
         try:
-            self._obey_due()
+            self._apply_due()
         finally:
             self._keep_moment()
 
@@ -111,12 +111,12 @@ class Session:
         """Run the engines again to the present step, by default all the way."""
         if self._stale or self.lockstep.steps > self.step:
             self._begin()
-            self._obey_due()
+            self._apply_due()
             self._keep_moment()
         steps = self.steps_behind if max_steps is None else min(self.steps_behind, max_steps)
         for _ in range(steps):
             self.lockstep.step()
-            self._obey_due()
+            self._apply_due()
             self._keep_moment()
 
     def give(self, given: Input) -> None:
@@ -198,7 +198,7 @@ class Session:
         if self._observer:
             self._observer.begin(self.lockstep)
 
-    def _obey_due(self) -> None:
+    def _apply_due(self) -> None:
         lockstep, refused = self.lockstep, list[str]()
         while (k := len(lockstep.given)) < len(self.inputs) and self.inputs[k].step <= lockstep.steps:
             try:

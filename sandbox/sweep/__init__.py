@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from sandbox.files import is_file, whole_file
 from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
-from sandbox.sweep.journal import Journal, journal, journal_of
-from sandbox.sweep.workers import Outcome, dask, local
+from sandbox.sweep.journal import Journal, journal_path, open_journal
+from sandbox.sweep.workers import Outcome, run_locally, run_on_dask
 from sandbox.text import csv_text
 
 __all__ = [
@@ -19,8 +19,8 @@ __all__ = [
     "Sweep",
     "as_csv",
     "in_order",
-    "journal",
     "missing",
+    "open_journal",
     "plan",
     "run",
     "write",
@@ -36,7 +36,7 @@ def missing(sweep: Sweep, kept: Journal) -> list[Job]:
 def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None = None) -> Iterator[Outcome]:
     """Run the jobs that have no row yet, locally or on a Dask cluster; each row is saved before it is yielded."""
     jobs = missing(sweep, kept)
-    for outcome in dask(sweep, jobs, scheduler) if scheduler else local(sweep, jobs, workers):
+    for outcome in run_on_dask(sweep, jobs, scheduler) if scheduler else run_locally(sweep, jobs, workers):
         if outcome.row is not None:
             kept.add(outcome.row)
         yield outcome
@@ -53,4 +53,4 @@ def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
     with whole_file(out) as file:
         file.write(as_csv(rows).encode())
     if is_file(out) and len(rows) == len(sweep.jobs):
-        journal_of(out).unlink(missing_ok=True)
+        journal_path(out).unlink(missing_ok=True)

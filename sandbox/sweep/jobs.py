@@ -1,4 +1,4 @@
-"""The jobs of a sweep, and the row that each gives."""
+"""The jobs of a sweep, and the row that each yields."""
 
 import json
 import platform
@@ -26,7 +26,7 @@ from sandbox.scene.spawn import spawn
 Row = dict[str, Any]  # column -> value
 
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
-MAX_ROWS: Final = 1_000_000  # all of which are in memory
+MAX_ROWS: Final = 1_000_000  # in memory
 SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
@@ -85,7 +85,7 @@ def plan(
     for name in dict.fromkeys([*engines, against]):
         create(name, first, spawn(first))
     for rate, tuning in product(rates, tunings):
-        tuned(first, Job(seeds[0], rate, TUNED, tuning))
+        scene_of_job(first, Job(seeds[0], rate, TUNED, tuning))
     jobs = (
         Job(seed, rate, engine, tuning)
         for seed, rate, engine in product(seeds, rates, engines)
@@ -94,7 +94,7 @@ def plan(
     return Sweep(scene, against, tuple(dict.fromkeys(jobs)))
 
 
-def tuned(scene: Scene, job: Job) -> Scene:
+def scene_of_job(scene: Scene, job: Job) -> Scene:
     """Return the scene that a job runs. Raises SandboxError for an invalid setting, rate or seed."""
     pairs = (setting.partition("=") for setting in job.settings.split())
     settings = {key: json.loads(value) for key, _, value in pairs}
@@ -102,12 +102,12 @@ def tuned(scene: Scene, job: Job) -> Scene:
     return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
 
 
-def run(scene: Scene, against: str, job: Job) -> Row:
-    """Run a job and return its row, without empty values; `speeds` is for the report only."""
+def run_job(scene: Scene, against: str, job: Job) -> Row:
+    """Run a job and return its row, without empty values. Its `speeds` are for the report only."""
     start = time.perf_counter()
-    comparison = compare(tuned(scene, job), list(dict.fromkeys([job.engine, against])), against=against)
+    comparison = compare(scene_of_job(scene, job), list(dict.fromkeys([job.engine, against])), against=against)
     wall = time.perf_counter() - start
-    done = comparison.runs[job.engine]
+    job_run = comparison.runs[job.engine]
     row = {
         "scene": scene.name,
         **job._asdict(),
@@ -117,7 +117,7 @@ def run(scene: Scene, against: str, job: Job) -> Row:
         **comparison.as_json()["engines"][job.engine],
         **versions(),
         "wall_s": round(wall, 6),
-        "speeds": speed_shares(comparison, done),
+        "speeds": count_speeds(comparison, job_run),
     }
     return {name: value for name, value in flatten(row).items() if value is not None}
 
@@ -128,7 +128,7 @@ def versions() -> Mapping[str, str]:
     return {name: version(package) for name, package in LIBRARIES.items()} | {"python": platform.python_version()}
 
 
-def speed_shares(comparison: Comparison, run: Run) -> list[int]:
+def count_speeds(comparison: Comparison, run: Run) -> list[int]:
     """Count final speeds in classes that are equally likely under the law of speeds for the same number and energy.
 
     If the law holds, the counts are alike. Empty where no law applies: balls of several masses, a single ball, or rest.
@@ -162,12 +162,12 @@ def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
 
 
 def job_of(row: Row) -> Job:
-    """Return the job that gave a row."""
+    """Return the job that yielded a row."""
     return Job(*(row[field] for field in Job._fields))
 
 
 def is_row(found: object) -> bool:
-    """Return whether a value read from a file is a row as `run` makes them."""
+    """Return whether a value read from a file is a row as `run_job` makes them."""
     if not isinstance(found, dict):
         return False
     return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in Job.__annotations__.items())

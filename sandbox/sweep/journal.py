@@ -33,7 +33,7 @@ class Journal:
 
 
 @contextmanager
-def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
+def open_journal(sweep: Sweep, out: str) -> Iterator[Journal]:
     """Open the journal of a table, with the rows of a sweep that was stopped.
 
     Raises SandboxError if it belongs to another sweep, or cannot be written.
@@ -41,7 +41,7 @@ def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
     if not is_file(out):
         yield Journal([])
         return
-    path = journal_of(out)
+    path = journal_path(out)
     with write_errors(path):
         file = path.open("a+b", buffering=0)
     with file:
@@ -51,7 +51,7 @@ def journal(sweep: Sweep, out: str) -> Iterator[Journal]:
         yield Journal(rows, file)
 
 
-def journal_of(out: str) -> Path:
+def journal_path(out: str) -> Path:
     """Return the path of a table's journal."""
     return Path(f"{out}.journal")
 

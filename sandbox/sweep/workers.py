@@ -19,7 +19,7 @@ from typing import Any, Final, cast
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
-from sandbox.sweep.jobs import Job, Row, Sweep, run
+from sandbox.sweep.jobs import Job, Row, Sweep, run_job
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
@@ -42,18 +42,18 @@ class Outcome:
 def attempt(scene: Scene, against: str, job: Job) -> Outcome:
     """Run a job. An exception costs its row, not the sweep."""
     try:
-        return Outcome(job, run(scene, against, job))
+        return Outcome(job, run_job(scene, against, job))
     except Exception as error:
         return Outcome(job, failure=f"{type(error).__name__}: {error}")
 
 
-def local(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
-    """Run jobs in so many processes. A process that dies is replaced, and its job is run again."""
+def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
+    """Run jobs in `count` processes. A process that dies is replaced, and its job is run again."""
     todo, deaths = deque(jobs), Counter[Job]()
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
-            with signals_deferred():  # or a worker just started might never be stopped
+            with signals_deferred():  # else a worker that has just started might never be stopped
                 workers.append(Worker(sweep))
         while todo or any(worker.job for worker in workers):
             for worker in workers:
@@ -133,7 +133,7 @@ def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> No
             connection.send(attempt(scene, against, connection.recv()))
 
 
-def dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
+def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
     """Run jobs on the cluster of a Dask scheduler, which reruns the jobs of a worker that dies on another one.
 
     Raises SandboxError if no scheduler answers, or if it stops answering.

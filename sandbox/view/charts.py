@@ -14,7 +14,7 @@ from pygame import Rect, Surface
 from sandbox.session.monitor import Marks
 from sandbox.state import Floats
 from sandbox.view.chart_data import ChartData, Quantity
-from sandbox.view.palette import Line, Palette, palette, paper
+from sandbox.view.palette import Line, Palette, chart_background, palette
 from sandbox.view.primitives import dashes, lettering, round_up
 
 MIN_LOGARITHMIC: Final = 1e-14  # the lowest value on a logarithmic axis
@@ -37,7 +37,7 @@ class Charts:
     def __init__(self, data: ChartData) -> None:
         self.data = data
         self.marks = Marks()
-        self.palette: Palette = palette(paper(data.scene.arena.background))
+        self.palette: Palette = palette(chart_background(data.scene.arena.background))
         self._drawn: Surface | None = None
         self._drawn_as: tuple[Axes, Rect, int, int] | None = None  # axes, place, text height, drops of that picture
         self._samples = 0  # how many of the series are drawn

@@ -158,7 +158,7 @@ HELP = (
 
 def control_of(event: Event) -> Control | None:
     """Return the control whose key a key-down event is about."""
-    character, shift = event.unicode.lower(), bool(getattr(event, "mod", 0) & pygame.KMOD_SHIFT)
+    character, shift = event.unicode.lower(), bool(event.mod & pygame.KMOD_SHIFT)
     for control in CONTROLS:
         if (event.key in control.keys and shift == control.shift) or (character and character in control.typed):
             return control

@@ -52,7 +52,7 @@ class DebugDraw(DrawOptions):
         turns = np.rint(rows[:, 2] / math.tau * ANGLES).astype(int) % ANGLES
         line = self.shape_outline_color.as_int()
         radius = scale * self._radius
-        pictures = map(turned, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
+        pictures = map(turned_disc, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
         blit_discs(self.surface, pictures, scale * rows[:, :2], radius)
 
     def draw_fat_segment(
@@ -72,7 +72,7 @@ class DebugDraw(DrawOptions):
 
 
 @lru_cache(maxsize=4096)
-def turned(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
+def turned_disc(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
     """Draw a disc with the line that shows its angle, as pymunk does. turn: one of ANGLES."""
     picture = disc(radius, colour).copy()
     half, angle = picture.get_width() // 2, turn * math.tau / ANGLES

@@ -83,14 +83,14 @@ class Editor:
         """The ball that a new one is a copy of: the selected one, or else the last."""
         return len(self._moment.balls) - 1 if self.selected is None else self.selected
 
-    def add(self, place: Vector | None) -> None:
-        """Add a copy of the model ball at a place (px), moved into the arena, or else near the arena's middle."""
+    def add(self, position: Vector | None) -> None:
+        """Add a copy of the model ball at a position (px), moved into the arena, or else near the arena's middle."""
         moment, bodies, model = self._moment, self._moment.scene.bodies, self.model_ball
         radius = float(bodies.radius[model])
         with self._notice.reporting():
             edit = AddBall(
                 step=moment.step,
-                position=_near_the_middle(moment, radius) if place is None else _inside(moment, place, radius),
+                position=_near_the_middle(moment, radius) if position is None else _inside(moment, position, radius),
                 radius=radius,
                 mass=float(bodies.mass[model]),
                 elasticity=float(bodies.elasticity[model]),
@@ -127,30 +127,30 @@ class Editor:
         self._playback.give(SetRate(step=self._step, rate=round(rate)))
 
 
-def _inside(moment: Moment, place: Vector, radius: float) -> Vector:
-    """Return the place inside the arena that is nearest to a place. Raises SandboxError if something is there."""
-    x, y = (min(max(to, radius), side - radius) for to, side in zip(place, moment.scene.arena.size, strict=True))
+def _inside(moment: Moment, position: Vector, radius: float) -> Vector:
+    """Return the position inside the arena that is nearest to a position. Raises SandboxError if something is there."""
+    x, y = (min(max(to, radius), side - radius) for to, side in zip(position, moment.scene.arena.size, strict=True))
     if not _is_free(moment, (x, y), radius):
         raise SandboxError("there is no room for a ball there")
     return x, y
 
 
 def _near_the_middle(moment: Moment, radius: float) -> Vector:
-    """Return a free place near the arena's middle. Raises SandboxError if the arena is full."""
+    """Return a free position near the arena's middle. Raises SandboxError if the arena is full."""
     width, height = moment.scene.arena.size
     columns, rows = (
         np.arange(radius, side - radius * (1 - 1e-9), max(radius, side / 100)).tolist() for side in (width, height)
     )
-    places = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
-    found = next((place for place in places if _is_free(moment, place, radius)), None)
+    positions = sorted(((x, y) for x in columns for y in rows), key=lambda at: math.dist(at, (width / 2, height / 2)))
+    found = next((position for position in positions if _is_free(moment, position, radius)), None)
     if found is None:
         raise SandboxError("there is no room for another ball")
     return found
 
 
-def _is_free(moment: Moment, place: Vector, radius: float) -> bool:
-    """Return whether a ball at a place would touch no ball of any engine, and no inner wall."""
-    scene, here = moment.scene, np.array(place)
+def _is_free(moment: Moment, position: Vector, radius: float) -> bool:
+    """Return whether a ball at a position would touch no ball of any engine, and no inner wall."""
+    scene, here = moment.scene, np.array(position)
     return all(
         bool((length(state.position - here) >= scene.bodies.radius + radius).all()) for state in moment.states.values()
     ) and all(float(segment_distance(here, wall.start, wall.to)) >= radius + wall.thickness / 2 for wall in scene.walls)

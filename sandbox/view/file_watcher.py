@@ -5,7 +5,7 @@ from typing import Final
 
 from sandbox.errors import MAX_TEXT_FILE_BYTES
 
-CHECK_INTERVAL: Final = 0.2  # s between two looks at the file
+CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
 
 
 class FileWatcher:

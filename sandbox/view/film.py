@@ -136,10 +136,10 @@ class Gif(Film):
         palette = Image.new("P", (1, 1))
         palette.putpalette(most.tobytes())
         near = frame.quantize(palette=palette, dither=Image.Dither.NONE)  # up to 4 off per channel even if exact
-        names = _packed(most)
-        self._index_of[names] = np.arange(len(names))
+        keys = _packed(most)
+        self._index_of[keys] = np.arange(len(keys))
         exact = self._index_of[pixels]
-        self._index_of[names] = TRANSPARENT
+        self._index_of[keys] = TRANSPARENT
         picture = Image.fromarray(np.where(exact == TRANSPARENT, np.asarray(near), exact))
         picture.putpalette(most.tobytes())
         return picture

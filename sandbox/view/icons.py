@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from itertools import pairwise
-from typing import Final
+from typing import Final, Literal
 
 import pygame
 from pygame import Color, Surface
@@ -14,8 +14,8 @@ ICON_SCALE: Final = 4  # icons are drawn larger and scaled down, which smooths t
 STROKE: Final = 2.0  # width of lines, in units of the square's 24
 
 # "line" or "fill", x0, y0, x1, y1, ...; "ring" or "dot", x, y, radius; "text", letter
-Part = tuple[object, ...]
-_ARROW_UP: Final = ("fill", 20, 4, 18.5, 12, 12, 5.5)
+Part = tuple[Literal["line", "fill", "ring", "dot"], *tuple[float, ...]] | tuple[Literal["text"], str]
+_ARROW_UP: Final[Part] = ("fill", 20, 4, 18.5, 12, 12, 5.5)
 ICONS: Final[dict[str, tuple[Part, ...]]] = {
     "pause": (("fill", 6, 4, 10, 4, 10, 20, 6, 20), ("fill", 14, 4, 18, 4, 18, 20, 14, 20)),
     "play": (("fill", 7, 3, 20, 12, 7, 21),),
@@ -76,17 +76,18 @@ def icon(name: str, side: int, colour: tuple[int, int, int]) -> Surface:
     """Draw an icon on a clear surface. side: px; colour: red, green, blue."""
     scale = ICON_SCALE * side / SIDE
     large = Surface((ICON_SCALE * side, ICON_SCALE * side), pygame.SRCALPHA)
-    for kind, *numbers in ICONS[name]:
-        _part(large, str(kind), numbers, scale, Color(*colour))
+    for part in ICONS[name]:
+        _draw_part(large, part, scale, Color(*colour))
     return pygame.transform.smoothscale(large, (side, side))
 
 
-def _part(large: Surface, kind: str, numbers: list[object], scale: float, colour: Color) -> None:
-    if kind == "text":
-        text = font(round(15 * scale)).render(str(numbers[0]), True, colour)
+def _draw_part(large: Surface, part: Part, scale: float, colour: Color) -> None:
+    if part[0] == "text":
+        text = font(round(15 * scale)).render(part[1], True, colour)
         large.blit(text, text.get_rect(center=large.get_rect().center))
         return
-    at = [scale * float(number) for number in numbers]  # type: ignore[arg-type]
+    kind, *numbers = part
+    at = [scale * number for number in numbers]
     if kind in ("dot", "ring"):
         pygame.draw.circle(large, colour, at[:2], at[2], 0 if kind == "dot" else round(STROKE * scale))
         return

@@ -85,7 +85,7 @@ class Layout:
         return self._scale(self.columns)
 
     def _room(self, columns: int) -> Vector:
-        """Return the width and height that there is for a pane's arena, px."""
+        """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
         width = (self.window[0] - GAP) / columns - GAP
         height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height
@@ -118,7 +118,7 @@ class Layout:
         return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
 
     def to_scene(self, pane: int, point: ScreenPoint) -> Vector:
-        """Turn a point of the screen into a place of the scene in a pane, px."""
+        """Turn a point of the screen into a position in the scene of a pane, px."""
         arena = self.arenas[pane]
         return (point[0] - arena.x) / self.scale, (point[1] - arena.y) / self.scale
 

@@ -18,9 +18,9 @@ from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow
-from sandbox.view.time_bar import step_at
+from sandbox.view.time_bar import step_of_point
 
-GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it takes
+GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
@@ -45,7 +45,7 @@ class MouseTool:
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
 
-    # What it is over
+    # What the mouse is over
 
     @property
     def pane(self) -> int | None:
@@ -53,19 +53,19 @@ class MouseTool:
         return self._layout().pane_at(self.point) if self.point else None
 
     @property
-    def place(self) -> Vector | None:
-        """The place of the scene under the mouse, px."""
+    def position(self) -> Vector | None:
+        """The position in the scene under the mouse, px."""
         pane = self.pane
         return self._layout().to_scene(pane, self.point) if pane is not None and self.point else None
 
     @property
     def ball(self) -> int | None:
         """The ball under the mouse."""
-        pane, place = self.pane, self.place
-        if pane is None or place is None:
+        pane, position = self.pane, self.position
+        if pane is None or position is None:
             return None
         view = self._playback.view
-        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
         return ball if distance <= 0 else None
 
     @property
@@ -100,35 +100,35 @@ class MouseTool:
             self.release()
 
     def _press(self, point: ScreenPoint) -> None:
-        """Take the ball nearest to a point of the screen, if it is near enough; or place a new one."""
+        """Grab or select the ball nearest to a point of the screen, if it is near enough; or place a new one."""
         layout = self._layout()
         pane = layout.pane_at(point)
         if pane is None:
             return
         self._playback.settle()
-        self._pane, place = pane, layout.to_scene(pane, point)
+        self._pane, position = pane, layout.to_scene(pane, point)
         if self.adding:
             self.adding = False
-            self._editor.add(place)
+            self._editor.add(position)
             return
         view = self._playback.view
-        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, place)
+        ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
         near = distance * layout.scale <= GRAB_DISTANCE
         if near and not self._playback.paused:
-            self._playback.give(Grab(step=view.session.step, ball=ball, at=place))
+            self._playback.give(Grab(step=view.session.step, ball=ball, at=position))
         else:
             self._editor.select(ball if near else None)
             self._pressed = point if near else None
 
     def _drag(self, point: ScreenPoint) -> None:
         """Pull what is held to a point of the screen."""
-        place = self._layout().to_scene(self._pane, point)
+        position = self._layout().to_scene(self._pane, point)
         session, arena = self._playback.session, self._playback.view.moment.scene.arena
         if session.held is not None:
-            x, y = (min(max(to, 0.0), side) for to, side in zip(place, arena.size, strict=True))
+            x, y = (min(max(to, 0.0), side) for to, side in zip(position, arena.size, strict=True))
             self._playback.give(Move(step=session.step, at=(x, y)))
         elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
-            self.aim = place
+            self.aim = position
 
     def release(self) -> None:
         """Let go of what the mouse holds."""
@@ -148,7 +148,7 @@ class MouseTool:
         self._playback.paused = True
         layout, view = self._layout(), self._playback.view
         if layout.bar.height:
-            self._playback.seek(step_at(layout.bar, point[0], view.session.end))
+            self._playback.seek(step_of_point(layout.bar, point[0], view.session.end))
             return
         x = min(max(point[0], layout.strip.left), layout.strip.right - 1)
         time = view.charts.time_at(layout.strip, layout.text_height, (x, layout.strip.centery))
@@ -164,7 +164,7 @@ class MouseTool:
             self.adding = not self.adding
         else:
             self.adding = False
-            self._editor.add(self.place)
+            self._editor.add(self.position)
 
     def delete_ball(self) -> None:
         """Delete the ball under the mouse, or else the selected one."""
@@ -188,8 +188,8 @@ class MouseTool:
             pygame.draw.circle(surface, ink, self.point, radius, width)
 
 
-def ball_at(state: State, radius: Floats, place: Vector) -> tuple[int, float]:
-    """Find the ball whose edge is nearest to a place, and how far that is: px, negative inside the ball."""
-    distance = length(state.position - place) - radius
+def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]:
+    """Find the ball whose edge is nearest to a position, and how far that is: px, negative inside the ball."""
+    distance = length(state.position - position) - radius
     ball = int(distance.argmin())
     return ball, float(distance[ball])

@@ -50,7 +50,7 @@ class Overlay:
         self.width = max(1, round(text_height / 10))  # of lines, px
 
     def grid(self) -> None:
-        """Draw lines at round distances, with their places in px of the scene."""
+        """Draw lines at round distances, with their positions in px of the scene."""
         cell = round_up(MIN_CELL / self._scale)
         (width, height), small = self.surface.get_size(), round(0.7 * self._text_height)
         for axis, size in enumerate(self.scene.arena.size):
@@ -63,9 +63,9 @@ class Overlay:
 
     def trails(self) -> None:
         """Draw where the balls were, in their colours, fainter the longer ago."""
-        places = self._trail.places()
-        lines = np.rint(places * self._scale).astype(int).swapaxes(0, 1)
-        for start, end, share in _quarters(len(places)):
+        positions = self._trail.positions()
+        lines = np.rint(positions * self._scale).astype(int).swapaxes(0, 1)
+        for start, end, share in _quarters(len(positions)):
             for line, colour in zip(lines[:, start:end].tolist(), self.scene.colors, strict=True):
                 faded = self.palette.ground.lerp(Color(*rgb(colour)), share)
                 pygame.draw.lines(self.surface, faded, False, line, self.width)
@@ -165,6 +165,6 @@ ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
 
 
 def _quarters(count: int) -> list[tuple[int, int, float]]:
-    """Cut a trail of some places into four lines that meet: first place, end, and strength of colour."""
+    """Cut a trail of some positions into four lines that meet: first position, end, and strength of colour."""
     cuts = [round(k * (count - 1) / 4) for k in range(5)]
     return [(a, b + 1, (k + 1) / 4) for k, (a, b) in enumerate(pairwise(cuts)) if b > a]

@@ -12,7 +12,7 @@ FRAME: Final = Color("#22262b")  # around the panes
 RAISED: Final = Color("#3a4047")  # buttons and fields on the frame
 INK: Final = Color("#e8eaed")
 FAINT: Final = Color("#9aa0a6")
-NIGHT: Final = "#14181d"
+DARK_BACKGROUND: Final = "#14181d"
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
 ACCENT: Final = Color(SKY)  # buttons that are on, and what is chosen
@@ -67,9 +67,9 @@ def palette(background: str) -> Palette:
     )
 
 
-def paper(background: str) -> str:
+def chart_background(background: str) -> str:
     """Choose the charts' background: light or dark like a scene's, but never a colour that hides a line."""
-    return "white" if contrast(background) == Color("black") else NIGHT
+    return "white" if contrast(background) == Color("black") else DARK_BACKGROUND
 
 
 def contrast(background: str) -> Color:

@@ -15,7 +15,7 @@ from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
-from sandbox.view.palette import INK, contrast, palette, paper
+from sandbox.view.palette import INK, chart_background, contrast, palette
 from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
@@ -102,7 +102,7 @@ class Pane:
         place, height = layout.title(index), layout.text_height
         if layout.strip.height:
             sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
-            colours = palette(paper(self.scene.arena.background))
+            colours = palette(chart_background(self.scene.arena.background))
             surface.fill(colours.ground, sample)
             line, width = colours.line(index), max(2, height // 6)
             for start, end in dashes(0, sample.width, line.dash, width):

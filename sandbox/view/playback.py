@@ -10,8 +10,8 @@ from sandbox.session.session import Session
 from sandbox.view.notice import Notice
 from sandbox.view.session_view import SessionView
 
-FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; what does not fit slows time down
-STEPS_PER_CHECK: Final = 10  # steps run again between two looks at the clock
+FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
+STEPS_PER_CHECK: Final = 10  # steps run again between two checks of the clock
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 
 
@@ -31,7 +31,7 @@ class Playback:
     def play(self, view: SessionView) -> None:
         """Play another session."""
         self.view = view
-        self._due = 0.0  # steps that time has passed for and that are not done
+        self._due = 0.0  # steps whose time has passed and that are not done yet
 
     @property
     def session(self) -> Session:
@@ -39,7 +39,7 @@ class Playback:
         return self.view.session
 
     @property
-    def exact(self) -> bool:
+    def shows_current_step(self) -> bool:
         """Whether the current step is shown, and not just the nearest one in the history."""
         return self.view.moment.step == self.session.step
 
@@ -135,7 +135,7 @@ class Playback:
     # Undoing
 
     def undo(self) -> None:
-        """Undo the last throw or edit before the current step, and go to the step of it."""
+        """Undo the last throw or edit before the current step, and go to its step."""
         self._release()
         self._show_change(self.session.undo(), "there is nothing to undo here")
 

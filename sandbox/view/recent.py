@@ -7,9 +7,9 @@ import numpy as np
 
 from sandbox.state import Contacts, Floats, State
 
-MAX_PLACES: Final = 90  # kept of a ball
-MAX_PLACES_OF_ALL: Final = 20_000  # kept of all balls together
-MAX_PAUSE: Final = 1.0  # s between two places of one trail
+MAX_POSITIONS: Final = 90  # kept of a ball
+MAX_POSITIONS_OF_ALL: Final = 20_000  # kept of all balls together
+MAX_PAUSE: Final = 1.0  # s between two positions of one trail
 CONTACT_SECONDS: Final = 0.4  # s of the scene that a contact is kept for
 MAX_CONTACTS: Final = 200  # kept at once, the latest
 
@@ -18,25 +18,26 @@ class Trail:
     """Where an engine's balls were at the steps shown, in bounded memory."""
 
     def __init__(self, balls: int) -> None:
-        self._places: deque[tuple[float, Floats]] = deque(maxlen=max(2, min(MAX_PLACES, MAX_PLACES_OF_ALL // balls)))
+        kept = max(2, min(MAX_POSITIONS, MAX_POSITIONS_OF_ALL // balls))
+        self._positions: deque[tuple[float, Floats]] = deque(maxlen=kept)
 
     def add(self, state: State) -> None:
-        """Add every ball's place. Later places are dropped if time has gone back, all of them after a long pause."""
-        while self._places and self._places[-1][0] >= state.time:
-            self._places.pop()
-        if self._places and state.time - self._places[-1][0] > MAX_PAUSE:
-            self._places.clear()
-        self._places.append((state.time, state.position))
+        """Add all balls' positions. Later ones are dropped if time has gone back, and all after a long pause."""
+        while self._positions and self._positions[-1][0] >= state.time:
+            self._positions.pop()
+        if self._positions and state.time - self._positions[-1][0] > MAX_PAUSE:
+            self._positions.clear()
+        self._positions.append((state.time, state.position))
 
-    def places(self) -> Floats:
-        """Return the places kept, oldest first: (places, n, 2) px."""
-        return np.array([position for _, position in self._places])
+    def positions(self) -> Floats:
+        """Return the positions kept, oldest first: (positions, n, 2) px."""
+        return np.array([position for _, position in self._positions])
 
 
 class RecentContacts:
-    """An engine's latest contacts, with their places.
+    """An engine's latest contacts, with their positions.
 
-    Engines do not report places. A contact is placed on the rim of its first ball, which is followed back to the time
+    Engines do not report positions. A contact is put on the rim of its first ball, which is followed back to the time
     of the contact at its velocity since then.
     """
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.film import FILMS
@@ -17,7 +17,6 @@ from sandbox.view.picture import save_picture
 from sandbox.view.primitives import write
 from sandbox.view.session_view import SessionView
 
-SHOWN: Final = tuple(Layer)
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
@@ -67,15 +66,16 @@ def record(
     engines: Sequence[str] | None,
     path: str,
     size: tuple[int, int],
-    showing: Collection[str],
+    showing: Collection[Layer],
     inputs: Sequence[Input] = (),
     track: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> None:
     """Run a scene for its seconds and write a film, or for .png its end, in the format of the path's ending.
 
-    track: yields the frames' steps, and may show progress. Raises SandboxError for what cannot be recorded.
+    track: yields the frames' steps, and may show progress. Raises SandboxError if the path or the size is not valid.
     """
-    camera = Camera(scene, engines, size, check(path, size, showing), inputs)
+    check_recording(path, size)
+    camera = Camera(scene, engines, size, showing, inputs)
     if Path(path).suffix == ".png":
         for step in track(steps_of_frames(scene, PICTURE_FPS)):
             camera.go_to(step)
@@ -87,14 +87,10 @@ def record(
             film.add(camera.draw())
 
 
-def check(path: str, size: tuple[int, int], showing: Collection[str]) -> set[Layer]:
-    """Check path, size and layers before anything runs, and return the layers. Raises SandboxError."""
+def check_recording(path: str, size: tuple[int, int]) -> None:
+    """Check the path's ending and the size (px) before anything runs. Raises SandboxError."""
     endings = (".png", *FILMS)
     if Path(path).suffix not in endings:
         raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
         raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
-    for name in showing:
-        if name not in SHOWN:
-            raise SandboxError(f"--show {name}: is not something to show; {nearest(name, SHOWN)}")
-    return {Layer(name) for name in showing}

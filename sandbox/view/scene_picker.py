@@ -25,7 +25,7 @@ MAX_FILES: Final = 200  # of a folder that are listed
 
 
 @dataclass(frozen=True)
-class Entry:
+class SceneEntry:
     """A scene that can be chosen."""
 
     name: str
@@ -41,12 +41,12 @@ class Entry:
             return self.name.lower()
 
 
-def entries(folder: Path) -> list[Entry]:
+def entries(folder: Path) -> list[SceneEntry]:
     """List the scenes of a folder, then the bundled ones."""
-    examples = [Entry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
+    examples = [SceneEntry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
     known = {entry.file.resolve() for entry in examples}
     files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
-    own = [Entry(printable(file.name), file) for file in files[:MAX_FILES]]
+    own = [SceneEntry(printable(file.name), file) for file in files[:MAX_FILES]]
     return [entry for entry in own if "[[balls]]" in entry.words] + examples
 
 
@@ -67,7 +67,7 @@ class ScenePicker:
         self._text_height = 1
 
     @property
-    def found(self) -> list[Entry]:
+    def found(self) -> list[SceneEntry]:
         """The scenes that contain every typed word."""
         words = self.typed.lower().split()
         return [entry for entry in self._entries if all(word in entry.words for word in words)]
@@ -89,7 +89,7 @@ class ScenePicker:
             if over is not None:
                 self.chosen = over
             if event.type == pygame.MOUSEBUTTONDOWN:
-                self._close() if over is None else self._take()
+                self._close() if over is None else self._choose_current()
 
     def _on_key(self, event: Event) -> None:
         moves = {pygame.K_LEFT: -1, pygame.K_RIGHT: 1, pygame.K_UP: -self.columns, pygame.K_DOWN: self.columns}
@@ -97,7 +97,7 @@ class ScenePicker:
         if event.key == pygame.K_ESCAPE:
             self._close()
         elif event.key in (pygame.K_RETURN, pygame.K_KP_ENTER):
-            self._take()
+            self._choose_current()
         elif event.key in moves:
             self._move(moves[event.key])
         elif event.key in pages:
@@ -113,7 +113,7 @@ class ScenePicker:
     def _move(self, by: int) -> None:
         self.chosen = max(0, min(self.chosen + by, len(self.found) - 1))
 
-    def _take(self) -> None:
+    def _choose_current(self) -> None:
         found = self.found
         if found:
             self._choose(found[self.chosen].file)
@@ -186,7 +186,7 @@ class ScenePicker:
         if count_place.x > end + height:
             write(surface, count, count_place, FAINT, height)
 
-    def _draw_tile(self, surface: Surface, entry: Entry, place: Rect, *, chosen: bool) -> None:
+    def _draw_tile(self, surface: Surface, entry: SceneEntry, place: Rect, *, chosen: bool) -> None:
         height = self._text_height
         text = Rect(place.x, 0, place.width, round(1.4 * height))
         picture = preview(entry.file, (place.width, place.height - 2 * text.height), height)

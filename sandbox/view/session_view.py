@@ -13,7 +13,7 @@ from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
 from sandbox.view.chart_data import ChartData
 from sandbox.view.charts import Charts
-from sandbox.view.debug_draw import turned
+from sandbox.view.debug_draw import turned_disc
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.pane import Pane, draw_panes
@@ -63,7 +63,7 @@ class SessionView:
         """Draw panes and charts."""
         if layout.scale != self._disc_scale:  # discs of another size are not drawn again
             disc.cache_clear()
-            turned.cache_clear()
+            turned_disc.cache_clear()
             self._disc_scale = layout.scale
         draw_panes(surface, layout, self.panes, showing)
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time)

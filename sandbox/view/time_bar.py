@@ -1,4 +1,4 @@
-"""The time bar: where the current step is in a run. It is for windows without charts."""
+"""The time bar: where the current step is in a run, for windows without charts."""
 
 import pygame
 from pygame import Rect, Surface
@@ -18,7 +18,7 @@ def draw_time_bar(surface: Surface, place: Rect, step: int, end: int) -> None:
     pygame.draw.circle(surface, INK, (x, place.centery), knob)
 
 
-def step_at(place: Rect, x: int, end: int) -> int:
+def step_of_point(place: Rect, x: int, end: int) -> int:
     """Return the step that a bar at a place shows at x, px of the window. end: the latest step reached."""
     knob = place.height // 2
     share = (x - place.x - knob) / max(1, place.width - 2 * knob)

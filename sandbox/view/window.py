@@ -35,7 +35,7 @@ from sandbox.view.time_bar import draw_time_bar
 from sandbox.view.toolbar import Button, Slider, Toolbar, Widget
 
 FRAME_RATE: Final = 60  # frames a second
-IDLE_RATE: Final = 25  # looks a second for events while nothing happens; pygame's own wait looks 1,000 times
+IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
@@ -157,7 +157,7 @@ class Window:
             for event in events:
                 self.on_event(event)
             self._outdated = self.scenes.reload_if_edited() or self._outdated
-            idle = self.playback.paused and self.playback.exact and not events
+            idle = self.playback.paused and self.playback.shows_current_step and not events
             rate = IDLE_RATE if idle else self.recorder.film.fps if self.recorder.film else FRAME_RATE
             self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         self.recorder.stop()
@@ -168,7 +168,7 @@ class Window:
         playback, film = self.playback, self.recorder.film
         if not playback.paused:
             playback.advance(1 / film.fps if film else seconds)
-        elif not playback.exact:
+        elif not playback.shows_current_step:
             playback.catch_up()
         if self._outdated or self._drawn != (self.view.moment.step, self.status):
             self.draw()
@@ -299,7 +299,7 @@ class Window:
     def status(self) -> str:
         """The status line, or a notice in its place."""
         playback, behind = self.playback, self.view.session.steps_behind
-        if behind and not (playback.paused and playback.exact):
+        if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go"
         pace = "paused" if playback.paused else "fastest" if playback.speed == math.inf else f"{playback.speed:g} x"
         line = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {self.view.moment.time:.2f} s"

@@ -46,7 +46,7 @@ def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch)
 def test_paths_keep_their_stride_and_the_mouse_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load("article").changed(seconds=3.0)
     inputs: list[Input] = [Grab(step=10, ball=0, at=(400, 300)), Release(step=100)]
-    monkeypatch.setattr("sandbox.analysis.comparison.PATH_BYTES", 3 * 8 * 181 // 4)
+    monkeypatch.setattr("sandbox.analysis.comparison.MAX_PATH_BYTES", 3 * 8 * 181 // 4)
     whole = compare(scene, ["impulse"], inputs=inputs)
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 48)
     blocks = compare(scene, ["impulse"], inputs=inputs)
@@ -162,19 +162,19 @@ def test_json_and_csv_hold_the_same_figures() -> None:
 
 def test_an_exceeded_limit_is_reported_with_its_value_and_time() -> None:
     comparison = compare(load("article"), ["pymunk", "article"])
-    [gap, drift] = comparison.beyond(max_gap=100, max_drift=0.1)
+    [gap, drift] = comparison.exceeded_limits(max_gap=100, max_drift=0.1)
     run = comparison.runs["pymunk"]
     since = comparison.time[int(np.argmax(run.gap_max > 100))]
     assert gap == f"pymunk: gap {run.gap_max.max():.6g} px exceeds the limit of 100 px, first at {since:.3f} s"
     assert drift.startswith("article: drift 0.584135 exceeds the limit of 0.1, first at ")
-    assert list(comparison.beyond(max_gap=1000, max_drift=0.9)) == []
-    assert list(comparison.beyond()) == []
+    assert list(comparison.exceeded_limits(max_gap=1000, max_drift=0.9)) == []
+    assert list(comparison.exceeded_limits()) == []
 
 
 def test_a_limit_exceeded_only_in_between_is_exceeded() -> None:
     comparison = compare(load("head-on").changed(seconds=2 / 60), ["pymunk", "exact"])
     run = replace(comparison.runs["pymunk"], gap_max=np.array([0.0, 5.0, 1.0]), energy=np.array([4.0, 2.0, 4.0]))
-    reports = list(replace(comparison, runs={"pymunk": run}).beyond(max_gap=2.0, max_drift=0.25))
+    reports = list(replace(comparison, runs={"pymunk": run}).exceeded_limits(max_gap=2.0, max_drift=0.25))
     assert reports == [
         "pymunk: gap 5 px exceeds the limit of 2 px, first at 0.017 s",
         "pymunk: drift 0.5 exceeds the limit of 0.25, first at 0.017 s",

@@ -166,7 +166,7 @@ def test_two_per_cent_too_much_impulse(first_of: First) -> None:
     one = first_of("TooMuch", ROW)
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LARGE)
-    assert one.because == "The impulse is wrong: it is 2 % too large. It is a restitution of 1.04."
+    assert one.because == "The impulse is wrong: it is 2 % too large. It amounts to a restitution of 1.04."
     assert one.after is not None
     assert one.after[0][0] == pytest.approx(-0.02 * 240)
     assert one.should_after == ((0.0, 0.0), (240.0, 0.0))
@@ -228,7 +228,7 @@ def test_a_ball_that_goes_through_a_wall(first_of: First, x: float, vx: float) -
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, ~4, Cause.MISSED)
     assert one.because == (
-        "The ball went through the wall, from (400, 250) to (400, 350): it flew 50 px in the step, and the wall is "
+        "The ball went through the wall between (400, 250) and (400, 350): it flew 50 px in the step, and the wall is "
         "4 px thick."
     )
     assert one.time == pytest.approx((abs(x - 400) - 22) / 3000)
@@ -249,7 +249,7 @@ def test_a_ball_that_the_reference_lets_through_a_wall() -> None:
     one = runs["exact"].figures.first_difference
     assert one is not None
     assert (one.kind, one.cause) == ("extra", Cause.MISSED)
-    assert one.because.startswith("The reference is wrong here. The ball went through the wall, from (900, 60)")
+    assert one.because.startswith("The reference is wrong here. The ball went through the wall between (900, 60)")
 
 
 def test_walls_that_give_back_too_little(first_of: First) -> None:
@@ -265,7 +265,7 @@ def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
     one = first_of("Discards", WALL)
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, ~2, Cause.OVERSHOOT)
-    assert one.because == "It was put back on the wall: 1 px of its way back were discarded."
+    assert one.because == "The ball was put back on the wall, which discarded 1 px of its way."
     assert one.after == one.should_after
 
 
@@ -275,8 +275,16 @@ def test_one_pixel_of_overshoot_thrown_away(first_of: First) -> None:
 @pytest.mark.parametrize(
     ("radius", "cause", "said"),
     [
-        (20, Cause.SMALL, ("2 v_n / 40 ", "95 % of it is missing, the balls are still approaching", " -0.9 (2/r - 1)")),
-        (4, Cause.SMALL, ("2 v_n / 8 ", "75 % of it is missing, the balls are still approaching", " -0.5 (2/r - 1)")),
+        (
+            20,
+            Cause.SMALL,
+            ("2 v_n / 40 ", "95 % of it is missing, and the balls are still approaching", " -0.9 (2/r - 1)"),
+        ),
+        (
+            4,
+            Cause.SMALL,
+            ("2 v_n / 8 ", "75 % of it is missing, and the balls are still approaching", " -0.5 (2/r - 1)"),
+        ),
         (2, Cause.SMALL, ("2 v_n / 4 ", "50 % of it is missing.", " a restitution of 0 (2/r - 1)")),
         (0.5, Cause.LARGE, ("2 v_n / 1 ", "it is 100 % too large.", " 3 (2/r - 1)")),
     ],
@@ -320,8 +328,8 @@ def test_each_engine_s_cause_in_the_article_s_scene() -> None:
     article = firsts["article"]
     assert article is not None
     assert article.because == (
-        "The impulse was 2 v_n / 40 where 2 equal masses need v_n: 95 % of it is missing, the balls are still "
-        "approaching. Divided by the diameter, it is a restitution of -0.9 (2/r - 1)."
+        "The impulse was 2 v_n / 40 where two equal masses need v_n: 95 % of it is missing, and the balls are still "
+        "approaching. Dividing by the diameter amounts to a restitution of -0.9 (2/r - 1)."
     )
 
 
@@ -335,7 +343,7 @@ def test_a_contact_shorter_than_a_step_is_missing() -> None:
     one = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures.first_difference
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("missing", 0, 1, Cause.MISSED)
-    assert one.because == "The two would overlap for 14 ms, less than a step, which can miss them."
+    assert one.because == "The two would overlap for 14 ms: less than a step, which can miss it."
 
 
 @pytest.mark.parametrize(

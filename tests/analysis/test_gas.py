@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.analysis.gas import (
-    VIRIAL,
+    VIRIAL_COEFFICIENTS,
     compressibility,
     contact_value,
     enskog_rate,
@@ -148,8 +148,8 @@ def test_pairs_count_by_the_distance_there_was_and_walls_do_not() -> None:
 def test_virial_coefficients_are_those_known_in_closed_form() -> None:
     third = 4 / 3 - math.sqrt(3) / math.pi
     fourth = 2 - 9 * math.sqrt(3) / (2 * math.pi) + 10 / math.pi**2
-    assert VIRIAL[2:4] == pytest.approx((third, fourth), abs=1e-8)
-    assert len(VIRIAL) == 10
+    assert VIRIAL_COEFFICIENTS[2:4] == pytest.approx((third, fourth), abs=1e-8)
+    assert len(VIRIAL_COEFFICIENTS) == 10
 
 
 def test_compressibility_at_a_fifth() -> None:

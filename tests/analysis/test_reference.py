@@ -1,4 +1,4 @@
-"""The horizon: when a copy of the reference, begun one unit in the last place aside, is a radius away."""
+"""The horizon: when a copy of the reference, begun one unit in the last place to the right, is a radius away."""
 
 import math
 from dataclasses import replace

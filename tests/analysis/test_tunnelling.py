@@ -23,7 +23,7 @@ def test_a_comparison_reports_balls_that_fly_through_a_wall(engine: str, tmp_pat
     assert f"Passages through walls: 2 in {engine}, the first ball 0 and wall 0 at 0.200 s." in printed
     assert "missed contacts 2 0" in printed
     explanation = (
-        "The ball went through the wall, from (900, 60) to (900, 440): it flew 50 px in the step, and the wall is "
+        "The ball went through the wall between (900, 60) and (900, 440): it flew 50 px in the step, and the wall is "
         "2 px thick."
     )
     assert explanation in printed

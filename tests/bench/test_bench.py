@@ -5,8 +5,9 @@ import os
 import numpy as np
 import pytest
 
-from sandbox.bench import PARTS, bench, figure
+from sandbox.bench import figure
 from sandbox.bench.figure import alternately, processor_time, repeats_in
+from sandbox.bench.parts import PARTS, bench
 from sandbox.bench.plain import PlainArticle, plain_space
 from sandbox.engines import create
 from sandbox.errors import SandboxError

@@ -29,9 +29,9 @@ from sandbox.run.trajectory import simulate, write_trace
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweep import in_order, journal, plan, write
-from sandbox.sweep.jobs import run as run_job
-from sandbox.sweep.journal import journal_of
+from sandbox.sweep import in_order, open_journal, plan, write
+from sandbox.sweep.jobs import run_job
+from sandbox.sweep.journal import journal_path
 from sandbox.view.film import FILMS, Film
 from sandbox.view.picture import save_picture
 
@@ -144,7 +144,7 @@ def test_a_kill_while_a_row_is_saved_keeps_the_rows_before(kills: int) -> None:
     rows = [json.loads(json.dumps(run_job(sweep.scene, sweep.against, job))) for job in sweep.jobs]
 
     def keep() -> None:
-        with journal(sweep, "f.csv") as kept:
+        with open_journal(sweep, "f.csv") as kept:
             for row in rows:
                 kept.add(row)
 
@@ -152,14 +152,14 @@ def test_a_kill_while_a_row_is_saved_keeps_the_rows_before(kills: int) -> None:
     calls.of(keep)
     found = set()
     for call in random.Random(0).choices(range(1, calls.count), k=kills):
-        journal_of("f.csv").unlink(missing_ok=True)
+        journal_path("f.csv").unlink(missing_ok=True)
         assert exit_code_of(forked(partial(BuiltInCalls(call).of, keep))) == -signal.SIGKILL
-        with journal(sweep, "f.csv") as kept:
+        with open_journal(sweep, "f.csv") as kept:
             assert kept.rows == rows[: len(kept.rows)]
             found.add(len(kept.rows))
             for row in rows[len(kept.rows) :]:
                 kept.add(row)
-        with journal(sweep, "f.csv") as kept:
+        with open_journal(sweep, "f.csv") as kept:
             assert kept.rows == rows
     assert len(found) > 2
 
@@ -231,7 +231,7 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
     Path("file").touch()
     Path("folder.csv").mkdir()
     Path("circle.csv").symlink_to("circle.csv")
-    for place in ("sandbox.scene.load", "sandbox.bench.bench", "sandbox.scene.bundled"):
+    for place in ("sandbox.scene.load", "sandbox.bench.parts.bench", "sandbox.scene.bundled"):
         monkeypatch.setattr(place, None)  # every command needs one of them
     assert outcome_of(*arguments, path) == (2, f"{path}: cannot be written: {why}\n")
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
@@ -398,7 +398,7 @@ def test_a_sweep_into_a_pipe_or_a_device_has_no_journal() -> None:
     os.mkfifo("pipe")
     Path("null").symlink_to("/dev/null")
     sweep = plan(load("article"), [0], [60], ["article"])
-    with journal(sweep, "pipe"), journal(sweep, "null"):
+    with open_journal(sweep, "pipe"), open_journal(sweep, "null"):
         assert sorted(entry.name for entry in Path().iterdir()) == ["null", "pipe"]
     assert not is_file("/dev/stdout")
 

@@ -23,10 +23,9 @@ from sandbox.errors import SandboxError
 from sandbox.report.sweep import page
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.sweep import Row, Sweep, as_csv, in_order, journal, missing, plan, run, write
-from sandbox.sweep.jobs import SPEED_CLASSES, Job, speed_shares, table, tuned
-from sandbox.sweep.jobs import run as run_job
-from sandbox.sweep.journal import journal_of
+from sandbox.sweep import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
+from sandbox.sweep.jobs import SPEED_CLASSES, Job, count_speeds, run_job, scene_of_job, table
+from sandbox.sweep.journal import journal_path
 from sandbox.sweep.workers import attempt
 
 ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
@@ -102,7 +101,7 @@ def test_each_combination_of_pymunk_s_settings_has_its_job() -> None:
         "collision_slop=0.25 iterations=50 substeps=1",
         "collision_slop=0.25 iterations=50 substeps=4",
     ]
-    pymunk = tuned(load("article"), jobs[2]).pymunk
+    pymunk = scene_of_job(load("article"), jobs[2]).pymunk
     assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
 
 
@@ -124,12 +123,12 @@ def test_speeds_are_counted_in_equally_likely_classes() -> None:
     balls = "count = 400\nradius = 1\ninside = [[0, 0], [800, 600]]\nrms_speed = 100"
     scene = scene_of(balls, more="seconds = 0.1")
     comparison = compare(scene, ["exact"])
-    counts = speed_shares(comparison, comparison.runs["exact"])
+    counts = count_speeds(comparison, comparison.runs["exact"])
     assert (len(counts), sum(counts)) == (SPEED_CLASSES, 400)
     assert max(counts) < 45  # 20 each, give or take 4.4
     heavy = scene_of(balls, "radius = 20\nmass = 2\nposition = [770, 570]", more="seconds = 0.1")
     other = compare(heavy, ["exact"])
-    assert speed_shares(other, other.runs["exact"]) == []
+    assert count_speeds(other, other.runs["exact"]) == []
 
 
 # Where it runs
@@ -140,14 +139,14 @@ def test_local_processes_make_the_table(command: Command, workers: str, expected
     result = command("sweep", *TUNED, "--workers", workers, "--out", "f.csv", "--report", "f.html")
     assert result == (0, "", "")
     assert without_times(Path("f.csv").read_text()) == expected
-    assert not journal_of("f.csv").exists()
+    assert not journal_path("f.csv").exists()
     assert "Gap to the reference" in Path("f.html").read_text()
     assert sorted(path.name for path in Path().iterdir()) == ["f.csv", "f.html"]
 
 
 def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -> None:
     sweep = small()
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         outcomes = run(sweep, kept, workers=2)
         next(outcomes)
         worker = multiprocessing.active_children()[0].pid
@@ -162,7 +161,7 @@ def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -
 
 def test_a_sweep_that_was_killed_resumes(command: Command, expected: list[dict[str, str]]) -> None:
     killed = started(*TUNED, "--workers", "2", "--out", "f.csv")
-    path = journal_of("f.csv")
+    path = journal_path("f.csv")
     while not path.exists() or path.read_bytes().count(b"\n") < 6:
         assert killed.poll() is None
         time.sleep(0.01)
@@ -171,7 +170,7 @@ def test_a_sweep_that_was_killed_resumes(command: Command, expected: list[dict[s
     assert not Path("f.csv").exists()
     content = path.read_bytes()
     path.write_bytes(content[: content.rindex(b"\n") - 5])  # as if killed while the last row was written
-    with journal(small(), "f.csv") as kept:
+    with open_journal(small(), "f.csv") as kept:
         assert len(missing(small(), kept)) == len(small().jobs) - content.count(b"\n") + 2
     assert path.read_bytes() == b"".join(content.splitlines(keepends=True)[:-1])
     assert command("sweep", *TUNED, "--workers", "2", "--out", "f.csv") == (0, "", "")
@@ -180,14 +179,14 @@ def test_a_sweep_that_was_killed_resumes(command: Command, expected: list[dict[s
 
 def test_saved_rows_are_not_run_again() -> None:
     sweep = small()
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         for outcome in zip(range(4), run(sweep, kept, workers=1), strict=False):
             assert outcome[1].row
-    before = journal_of("f.csv").read_bytes()
-    with journal(sweep, "f.csv") as kept:
+    before = journal_path("f.csv").read_bytes()
+    with open_journal(sweep, "f.csv") as kept:
         assert missing(sweep, kept) == list(sweep.jobs[4:])
         assert len(list(run(sweep, kept, workers=1))) == len(sweep.jobs) - 4
-    assert journal_of("f.csv").read_bytes().startswith(before)
+    assert journal_path("f.csv").read_bytes().startswith(before)
 
 
 INVALID_ROWS = (
@@ -200,23 +199,23 @@ INVALID_ROWS = (
 @pytest.mark.parametrize("line", INVALID_ROWS, ids=range(len(INVALID_ROWS)))
 def test_an_invalid_line_in_a_journal_is_run_again(line: str) -> None:
     sweep = small()
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         kept.add({**sweep.jobs[0]._asdict(), "wall_s": 0.1})
-    before = journal_of("f.csv").read_bytes()
-    journal_of("f.csv").write_bytes(before + line.encode() + b"\n" + before.splitlines(keepends=True)[1])
-    with journal(sweep, "f.csv") as kept:
+    before = journal_path("f.csv").read_bytes()
+    journal_path("f.csv").write_bytes(before + line.encode() + b"\n" + before.splitlines(keepends=True)[1])
+    with open_journal(sweep, "f.csv") as kept:
         assert missing(sweep, kept) == list(sweep.jobs[1:])
-    assert journal_of("f.csv").read_bytes() == before
+    assert journal_path("f.csv").read_bytes() == before
 
 
 def test_a_journal_torn_in_its_first_line_starts_anew() -> None:
-    with journal(small(), "f.csv"):
-        whole = journal_of("f.csv").read_bytes()
+    with open_journal(small(), "f.csv"):
+        whole = journal_path("f.csv").read_bytes()
     for length in (0, 9, len(whole) - 1):
-        journal_of("f.csv").write_bytes(whole[:length])
-        with journal(small(), "f.csv") as kept:
+        journal_path("f.csv").write_bytes(whole[:length])
+        with open_journal(small(), "f.csv") as kept:
             assert kept.rows == []
-        assert journal_of("f.csv").read_bytes() == whole
+        assert journal_path("f.csv").read_bytes() == whole
 
 
 @pytest.fixture
@@ -249,7 +248,7 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
 ) -> None:
     address, [_, worker, _] = cluster
     sweep = small()
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         outcomes = run(sweep, kept, scheduler=address)
         next(outcomes)
         worker.kill()
@@ -262,13 +261,13 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, [scheduler, *_] = cluster
     sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         outcomes = run(sweep, kept, scheduler=address)
         assert next(outcomes).row
         scheduler.kill()
         with pytest.raises(SandboxError, match=f"^--scheduler {address}: is gone; the same command runs the rows"):
             list(outcomes)
-    with journal(sweep, "f.csv") as kept:
+    with open_journal(sweep, "f.csv") as kept:
         assert 1 <= len(kept.rows) < 50
 
 
@@ -307,7 +306,7 @@ def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -
         "seed 3, rate 60, fragile: its worker process died 3 times",
     ]
     assert [row["seed"] for row in without_times(Path("f.csv").read_text())] == ["0", "4"]
-    assert journal_of("f.csv").exists()
+    assert journal_path("f.csv").exists()
 
 
 def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
@@ -315,7 +314,7 @@ def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
     code, _, error = ended(started(*TUNED, "--workers", "1", "--out", "f.csv", program=limit))
     assert (code, error) == (2, "f.csv.journal: cannot be written: File too large\n")
     assert not Path("f.csv").exists()
-    with journal(small(), "f.csv") as kept:
+    with open_journal(small(), "f.csv") as kept:
         assert 2 <= len(kept.rows) <= 8
         assert missing(small(), kept) == list(small().jobs[len(kept.rows) :])
 
@@ -327,17 +326,18 @@ def test_an_exception_in_a_job_is_its_outcome() -> None:
 
 
 def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
-    with journal(small(), "f.csv"), pytest.raises(SandboxError, match="is in use by another sweep"):  # noqa: SIM117
-        with journal(small(), "f.csv"):
+    with open_journal(small(), "f.csv"), pytest.raises(SandboxError, match="is in use by another sweep"):  # noqa: SIM117
+        with open_journal(small(), "f.csv"):
             pass
     longer = plan(load("article").changed(seconds=2.0), [0], [60], ["article"])
-    with pytest.raises(SandboxError, match=r"f\.csv\.journal: has rows of another scene"), journal(longer, "f.csv"):
+    other_scene = r"\.journal: has rows of another scene"
+    with pytest.raises(SandboxError, match=rf"f\.csv{other_scene}"), open_journal(longer, "f.csv"):
         pass
     for notes in ("my own notes\n", "my own notes"):
-        journal_of("mine").write_text(notes)
-        with pytest.raises(SandboxError, match=r"mine\.journal: has rows of another scene"), journal(longer, "mine"):
+        journal_path("mine").write_text(notes)
+        with pytest.raises(SandboxError, match=f"mine{other_scene}"), open_journal(longer, "mine"):
             pass
-        assert journal_of("mine").read_text() == notes
+        assert journal_path("mine").read_text() == notes
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def test_each_key_finds_its_control() -> None:
             mod = pygame.KMOD_LSHIFT if control.shift else 0
             assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control
         for character in control.typed:
-            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper())) == control
+            assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper(), mod=0)) == control
 
 
 def test_help_is_drawn_and_hidden_again(window: Window) -> None:

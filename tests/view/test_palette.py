@@ -3,7 +3,7 @@
 from pygame import Color
 
 from sandbox.scene.model import rgb
-from sandbox.view.palette import palette, paper
+from sandbox.view.palette import chart_background, palette
 
 
 def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash() -> None:
@@ -17,7 +17,7 @@ def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash()
         return (high + 0.05) / (low + 0.05)
 
     for background in ("white", "black", "#22262b", "#f5f5dc", "#14532d", "tomato"):
-        on_paper = palette(paper(background))
+        on_paper = palette(chart_background(background))
         for line in on_paper.lines:
             assert against(line.colour, on_paper.ground) > 2.6
         colours = palette(background)

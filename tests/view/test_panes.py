@@ -13,7 +13,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.files import load
 from sandbox.scene.model import rgb
-from sandbox.view.debug_draw import turned
+from sandbox.view.debug_draw import turned_disc
 from sandbox.view.layout import Layout
 from sandbox.view.picture import draw_picture
 from sandbox.view.primitives import disc
@@ -36,7 +36,7 @@ def test_discs_of_former_sizes_are_dropped_from_the_cache(window: Window) -> Non
     for width in range(700, 1000, 20):
         window.screen = pygame.display.set_mode((width, width))
         window.draw()
-        assert disc.cache_info().currsize == turned.cache_info().currsize == 2
+        assert disc.cache_info().currsize == turned_disc.cache_info().currsize == 2
 
 
 def test_each_pane_shows_its_engine_s_balls(window: Window) -> None:

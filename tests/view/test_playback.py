@@ -160,7 +160,7 @@ def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
     window.playback.seek(37)
     frames = 0
-    while not window.playback.exact:
+    while not window.playback.shows_current_step:
         assert step(window) != 37
         window.frame(0.0)
         frames += 1
@@ -189,8 +189,8 @@ def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Windo
 def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:
     run(window, 100)
     window.playback.seek(50)
-    places = window.view.panes[0].trail.places()
+    places = window.view.panes[0].trail.positions()
     assert np.array_equal(places, simulate(window.scene, "pymunk", steps=50).position)
     press(window, ".", "Delete")
-    assert window.view.panes[0].trail.places().shape[1:] == (2, 2)
+    assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
     window.draw()

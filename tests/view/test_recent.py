@@ -6,7 +6,7 @@ import pytest
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.state import CONTACT, State
-from sandbox.view.recent import CONTACT_SECONDS, MAX_CONTACTS, MAX_PLACES, RecentContacts, Trail
+from sandbox.view.recent import CONTACT_SECONDS, MAX_CONTACTS, MAX_POSITIONS, RecentContacts, Trail
 
 
 def state_at(time: float, x: float) -> State:
@@ -15,20 +15,20 @@ def state_at(time: float, x: float) -> State:
 
 def test_a_trail_keeps_the_latest_places_and_drops_undone_ones() -> None:
     trail = Trail(1)
-    for step in range(MAX_PLACES + 10):
+    for step in range(MAX_POSITIONS + 10):
         trail.add(state_at(step / 60, step))
-    assert trail.places()[:, 0, 0].tolist() == list(range(10, MAX_PLACES + 10))
-    trail.add(state_at((MAX_PLACES + 5) / 60, -1))  # gone back, and on another course
-    assert trail.places()[-2:, 0, 0].tolist() == [MAX_PLACES + 4, -1]
+    assert trail.positions()[:, 0, 0].tolist() == list(range(10, MAX_POSITIONS + 10))
+    trail.add(state_at((MAX_POSITIONS + 5) / 60, -1))  # gone back, and on another course
+    assert trail.positions()[-2:, 0, 0].tolist() == [MAX_POSITIONS + 4, -1]
     trail.add(state_at(1e3, 7))  # after a long pause
-    assert trail.places()[:, 0, 0].tolist() == [7]
+    assert trail.positions()[:, 0, 0].tolist() == [7]
 
 
 def test_trails_of_many_balls_are_shorter() -> None:
     trail = Trail(5_000)
     for step in range(100):
         trail.add(State(step / 60, np.zeros((5_000, 2)), np.zeros((5_000, 2))))
-    assert trail.places().shape == (4, 5_000, 2)
+    assert trail.positions().shape == (4, 5_000, 2)
 
 
 def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np.ndarray:

@@ -20,6 +20,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene, rgb
 from sandbox.view.film import FILMS, Film, Gif, WebP
+from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.record import record, steps_of_frames
 
@@ -77,7 +78,7 @@ def check_frame(frame: np.ndarray, scene: Scene, step: int) -> None:
 def test_ten_seconds_play_at_the_scene_s_pace_from_its_start_to_its_end(scene: Scene, ending: str) -> None:
     if ending == ".mp4":
         pytest.importorskip("av")
-    record(scene, None, f"film{ending}", SIZE, ["charts"])
+    record(scene, None, f"film{ending}", SIZE, [Layer.CHARTS])
     frames, lasts = frames_of(f"film{ending}")
     fps = {".gif": 50, ".webp": 60, ".mp4": 60}[ending]
     assert len(frames) == 10 * fps + 1
@@ -89,7 +90,7 @@ def test_ten_seconds_play_at_the_scene_s_pace_from_its_start_to_its_end(scene: S
 
 
 def test_a_picture_is_the_end(scene: Scene) -> None:
-    record(scene, None, "end.png", SIZE, ["charts"])
+    record(scene, None, "end.png", SIZE, [Layer.CHARTS])
     with Image.open("end.png") as picture:
         check_frame(np.asarray(picture.convert("RGB")), scene, 600)
 
@@ -98,13 +99,14 @@ def test_a_picture_is_the_end(scene: Scene) -> None:
 def test_the_same_run_gives_the_same_bytes(scene: Scene, ending: str) -> None:
     short = scene.changed(seconds=0.2)
     for name in ("a", "b"):
-        record(short, ["pymunk"], f"{name}{ending}", SIZE, ["trails", "velocity"])
+        record(short, ["pymunk"], f"{name}{ending}", SIZE, [Layer.TRAILS, Layer.VELOCITY])
     assert Path(f"a{ending}").read_bytes() == Path(f"b{ending}").read_bytes()
 
 
 def test_each_choice_of_layers_gives_another_picture(scene: Scene) -> None:
     pictures = {}
-    for show in ((), ("charts",), ("velocity",), ("ghosts", "grid")):
+    shown: tuple[tuple[Layer, ...], ...] = ((), (Layer.CHARTS,), (Layer.VELOCITY,), (Layer.GHOSTS, Layer.GRID))
+    for show in shown:
         record(scene.changed(seconds=0.1), None, "p.png", (640, 480), show)
         pictures[Path("p.png").read_bytes()] = show
     assert len(pictures) == 4
