@@ -18,7 +18,7 @@ PIECE: Final = np.dtype(
         ("tx", "f8"),  # unit vector along it; its normal is (-ty, tx)
         ("ty", "f8"),
         ("length", "f8"),  # px; 0 for a round end
-        ("thick", "f8"),  # half the wall's thickness, px
+        ("half_thickness", "f8"),  # of the wall, px
         ("elasticity", "f8"),  # the wall's factor
         ("wall", "i8"),
     ]
