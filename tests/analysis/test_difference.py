@@ -127,7 +127,7 @@ First = Callable[[str, Scene], Difference | None]
 
 def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Register one of the engines above as `faulty`."""
-    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.GROUP)
+    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.ENTRY_POINTS)
     monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", faulty)
 
 
