@@ -10,7 +10,7 @@ from typing import Final
 
 import sandbox.view  # noqa: F401  (pygame is silent if it comes after this)
 from sandbox.bench.figure import Figure
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError, suggestion
 
 __all__ = ["PARTS", "Figure", "bench"]
 
@@ -32,7 +32,7 @@ def bench(only: Sequence[str] | None = None) -> Iterator[tuple[str, Iterator[Fig
     """
     for name in only or ():
         if name not in PARTS:
-            raise SandboxError(f"no benchmark {name!r}; {nearest(name, PARTS)}")
+            raise SandboxError(f"no benchmark {name!r}; {suggestion(name, PARTS)}")
     for title, place in (PARTS[name] for name in only or PARTS):
         module, _, function = place.partition(":")
         measure: Callable[[], Iterator[Figure]] = getattr(import_module(module), function)

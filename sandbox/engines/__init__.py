@@ -14,8 +14,9 @@ from typing import Final, Protocol, cast
 
 import numpy as np
 
-from sandbox.errors import Refused, SandboxError, nearest
-from sandbox.scene.model import ARENA_WALLS, Scene, Vector
+from sandbox.errors import Refused, SandboxError, suggestion
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import CONTACT, Contacts, Floats, State
 
 ENTRY_POINTS: Final = "sandbox.engines"
@@ -73,7 +74,7 @@ def _engine(name: str) -> "Callable[[Scene, State], Engine]":
     if _lacks_library(name):
         raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
     if name not in engines:
-        raise SandboxError(f"no engine {name!r}; {nearest(name, engines)}")
+        raise SandboxError(f"no engine {name!r}; {suggestion(name, engines)}")
     try:
         return cast("Callable[[Scene, State], Engine]", engines[name].load())
     except (ImportError, AttributeError) as error:

@@ -18,7 +18,8 @@ from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.walls import Segments, separation
 from sandbox.errors import Refused
 from sandbox.quantity import dot
-from sandbox.scene.model import Arena, Scene, Vector, Wall
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:

@@ -9,7 +9,8 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Bools, Contacts, Floats, State
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre

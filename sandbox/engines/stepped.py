@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.quantity import nearest_on_segment
-from sandbox.scene.model import ARENA_WALLS, Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Floats, Integers
 
 ARENA_COUNT: Final = len(ARENA_WALLS)  # these walls come first, and are solid to any depth; others have two sides

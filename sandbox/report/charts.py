@@ -17,7 +17,7 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.measurement import Run
 from sandbox.quantity import length
-from sandbox.scene.model import PALETTE
+from sandbox.scene.fields import PALETTE
 from sandbox.state import Floats
 
 MAX_POINTS: Final = 2_000  # of a line, about: more than a screen has columns

@@ -6,7 +6,7 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.film import FILMS
@@ -96,5 +96,5 @@ def check(path: str, size: tuple[int, int], showing: Collection[str]) -> set[Lay
         raise SandboxError(f"--size {size[0]}x{size[1]}: must be from {MIN_SIDE}x{MIN_SIDE} to {MAX_SIDE}x{MAX_SIDE}")
     for name in showing:
         if name not in SHOWN:
-            raise SandboxError(f"--show {name}: is not something to show; {nearest(name, SHOWN)}")
+            raise SandboxError(f"--show {name}: is not something to show; {suggestion(name, SHOWN)}")
     return {Layer(name) for name in showing}

@@ -12,8 +12,9 @@ import sandbox.engines
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
+from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 

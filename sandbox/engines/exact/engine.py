@@ -14,7 +14,8 @@ from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, aligned
 from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
 from sandbox.errors import Refused, SandboxError
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
