@@ -124,7 +124,8 @@ def compare(
     names = list(engines) if engines else _default_names(scene)
     against = against or reference_of(names)
     if against not in names:
-        raise SandboxError(f"cannot compare against {against!r}, which does not run; {suggestion(against, names)}")
+        hint = suggestion(against, names)
+        raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
     lockstep = Lockstep(scene, names, inputs)
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)

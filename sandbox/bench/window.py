@@ -15,7 +15,7 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.view.window import FRAME_RATE, Window
 
-SIZE: Final = (1680, 1010)  # px; both panes are then as large as the scene, with the charts below
+WINDOW_SIZE: Final = (1680, 1010)  # px; both panes are then as large as the scene, with the charts below
 DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
 
 
@@ -42,7 +42,7 @@ def _dummy_screen() -> Iterator[None]:
 
 def _frame(scene: Scene) -> Iterator[Figure]:
     window, space, n = Window(scene, ["pymunk", "article"]), plain_space(scene), len(scene.bodies)
-    window.screen = pygame.display.set_mode(SIZE)
+    window.screen = pygame.display.set_mode(WINDOW_SIZE)
     surface = pygame.Surface([int(side) for side in scene.arena.size])
     options = DrawOptions(surface)
 

@@ -20,7 +20,11 @@ from sandbox.report.charts import Style, style_of
 from sandbox.scene.fields import PALETTE
 from sandbox.sweep.jobs import SPEED_CLASSES, Row, Sweep
 
-SIZE: Final[dict[str, Any]] = {"width": 1150, "height": 420, "toolbar_location": None}  # px of a chart
+CHART_OPTIONS: Final[dict[str, Any]] = {
+    "width": 1150,
+    "height": 420,
+    "toolbar_location": None,
+}  # px
 RATE_OFFSET: Final = 1.03  # factor on the rate axis between one engine and the next, so that they do not overlap
 
 Groups = dict[str, list[float]]  # engine and rate -> a value for each seed
@@ -30,7 +34,7 @@ def page(sweep: Sweep, rows: Sequence[Row]) -> str:
     """Return the page. Charts without data are left out."""
     style: dict[str, str | None] = {"overflow-wrap": "anywhere", "font-size": "16px"}
     # TeX in a title could link to a script.
-    heading = Div(text=_heading(sweep, rows), disable_math=True, width=SIZE["width"], styles=style)
+    heading = Div(text=_heading(sweep, rows), disable_math=True, width=CHART_OPTIONS["width"], styles=style)
     return file_html(column(heading, *_charts(rows)), INLINE, title=f"{sweep.scene.name}: a sweep")
 
 
@@ -87,7 +91,7 @@ def _error_by_rate(rows: Sequence[Row]) -> Any:
         x_axis_type="log",
         y_axis_type="log",
         y_range=Range1d(min(gaps) / 2, max(gaps) * 2),
-        **SIZE,
+        **CHART_OPTIONS,
     )
     for index, (name, style) in enumerate(_styles(rows).items()):
         of_engine = [row for row in rows if _name(row) == name and row["gap_rms"] > 0]
@@ -109,7 +113,7 @@ def _rates(rows: Sequence[Row]) -> list[int]:
 def _spread(title: str, groups: Groups, *, log: bool) -> Any:
     """Draw a point for each seed, and each group's median and range."""
     chart = figure(
-        title=title, x_range=FactorRange(factors=list(groups)), y_axis_type="log" if log else "linear", **SIZE
+        title=title, x_range=FactorRange(factors=list(groups)), y_axis_type="log" if log else "linear", **CHART_OPTIONS
     )
     for name, values in groups.items():
         chart.scatter([name] * len(values), values, color=PALETTE[0], alpha=0.3, size=5)
@@ -131,7 +135,7 @@ def _speeds(rows: Sequence[Row]) -> Any:
         title="Speeds at the end, compared with the law for as many balls of the same energy",
         x_axis_label="fraction of balls that are slower, by the law",
         y_axis_label="balls found / expected",
-        **SIZE,
+        **CHART_OPTIONS,
     )
     middles = (np.arange(SPEED_CLASSES) + 0.5) / SPEED_CLASSES
     for name, style in _styles(rows).items():

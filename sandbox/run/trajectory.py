@@ -23,7 +23,7 @@ class Trajectory:
     """The run of a scene in one engine, at the start and after every step.
 
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
-    mass: (n,) kg; size: width and height of the arena, px. The n balls are those of the scene and then the added ones,
+    mass: (n,) kg; size: width and height of the arena, px. The n balls are the scene's and then the added ones,
     in order; the position and velocity of a ball are NaN before it is added and after it is deleted.
     """
 

@@ -246,7 +246,7 @@ class Scene(Model):
 
     @cached_property
     def colors(self) -> tuple[str, ...]:
-        """Colour of each ball in scene order; groups without colours take those of the palette in turn."""
+        """Colour of each ball in scene order; groups without colours have the palette's in turn."""
         colors: list[str] = []
         for index, group in enumerate(self.balls):
             own = group.colors or (PALETTE[index % len(PALETTE)],)
