@@ -15,6 +15,7 @@ KeyPath = tuple[str | int, ...]  # keys into a document, such as ("balls", 2, "r
 MAX_REPORTED_ERRORS: Final = 100  # of one file
 MAX_VALUE_LENGTH: Final = 40  # characters of a value in a message
 MAX_DECIMAL_BITS: Final = 14_000  # larger integers are shown in hexadecimal: Python limits decimals to 4,300 digits
+CLOSED_PIPE: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
 
 
 class SandboxError(ValueError):
@@ -26,9 +27,6 @@ class SandboxError(ValueError):
 
 class Refused(SandboxError):
     """An engine cannot run a scene; the text says why, and which engine can."""
-
-
-CLOSED_PIPE: Final = getattr(signal, "SIGPIPE", signal.SIGTERM)  # Windows has no SIGPIPE
 
 
 class Terminated(BaseException):

@@ -1,8 +1,8 @@
 """How numba compiles kernels that make no arrays: the event loop's, and the broad phase's.
 
 Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
-arrays are not reference-counted (`_nrt`), because both cost time
-at every access: together half of the event loop's. Without reference counts, a kernel cannot make an array.
+arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of
+the event loop's. Without reference counts, a kernel cannot make an array.
 
 `kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk. The cache
 checks the entry's own file only: after an edit to a kernel in another file, delete the cache (in `__pycache__`, or in

@@ -18,8 +18,8 @@ class Mouse:
     """The mouse, alike in every engine: a critically damped pull of one ball to a point inside the arena.
 
     The pull is a backward Euler step of x'' = -w² (x - target) - 2 w x', which does not overshoot from rest, and is
-    stable at every rate. Its acceleration is limited, and its speed to what this acceleration can brake.
-    It moves a ball by at most the ball's radius per step, so that walls and other balls stop it.
+    stable at every rate. Its acceleration is limited, and its speed to what this acceleration can brake. It moves a
+    ball by at most the ball's radius per step, so that walls and other balls stop it.
     """
 
     def __init__(self, scene: Scene) -> None:

@@ -91,7 +91,7 @@ class Model(BaseModel):
         except ValidationError as error:
             raise sandbox_error(error, type(self)) from None
 
-    # As BaseModel's own has it: pydantic then builds inner tables without `__init__`, and their errors keep their path.
+    # As BaseModel's own: pydantic then builds inner tables without `__init__`, and their errors keep their path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
 
@@ -119,7 +119,7 @@ class Range(Model):
         return self
 
     def draw(self, rng: Random) -> float:
-        """Draw a number with one call of the generator, which fixes the sequence of a seed."""
+        """Draw a number, with exactly one call of the generator."""
         if self.step is None:
             return rng.uniform(self.start, self.to)
         start, to, step = int(self.start), int(self.to), int(self.step)

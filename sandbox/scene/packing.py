@@ -133,7 +133,7 @@ def place_some(packing, place, radius, wanted, missed, max_missed):  # type: ign
     """Place balls of a radius (px) where there is room, in order, until `wanted` are placed. place: (n, 2) px.
 
     Gives up after `max_missed` places in a row without room; `missed` of them came before the first one here.
-    Returns how many places were tried, and how many of the last ones had no room.
+    Returns how many places were tried, and how many in a row had no room at the end.
     """
     tried, most = 0, packing.total[0] + wanted
     while tried < len(place) and packing.total[0] < most and missed < max_missed:

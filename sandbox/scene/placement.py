@@ -148,10 +148,6 @@ class OnGrid(Placement):
 
 
 def _max_discs(width: float, height: float, radius: float) -> float:
-    """Return an upper bound of the number of equal discs in a rectangle (Oler 1961: points in a convex set)."""
-    a, b, d = (
-        width - 2 * radius,
-        height - 2 * radius,
-        2 * radius,
-    )  # a, b: of the centres' rectangle
+    """Return an upper bound of how many equal discs fit in a rectangle (Oler 1961: points in a convex set)."""
+    a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # a, b: of the rectangle of the centres
     return 2 / 3**0.5 * a * b / d**2 + (a + b) / d + 1
