@@ -1,6 +1,7 @@
-"""Atomic writes: a file is written whole or not at all; `-`, or /dev/stdout, is standard output.
+"""Files that the user names: text is read up to a limit, and a file is written whole or not at all.
 
-Devices and pipes cannot be replaced and are written to directly. A link stays; the file it points to is replaced.
+`-` and /dev/stdout are standard output. Devices and pipes cannot be replaced and are written to directly. A link stays;
+the file it points to is replaced.
 """
 
 import os
@@ -14,8 +15,35 @@ from secrets import token_hex
 from typing import IO, Final
 
 from sandbox.errors import CLOSED_PIPE, SandboxError, Terminated
+from sandbox.text import printable
 
+MAX_TEXT_FILE_BYTES: Final = 2_000_000  # room for 20,000 balls, each in a group of its own
 STANDARD_OUTPUT: Final = ("-", "/dev/stdout")
+
+
+def _open_without_blocking(path: str, flags: int) -> int:
+    """Open a file for reading; a named pipe without a writer reads as empty. Windows has no named pipes in folders."""
+    if sys.platform == "win32":
+        return os.open(path, flags)
+    descriptor = os.open(path, flags | os.O_NONBLOCK)
+    os.set_blocking(descriptor, True)
+    return descriptor
+
+
+def read_text(file: Path, max_bytes: int = MAX_TEXT_FILE_BYTES) -> str:
+    """Read a UTF-8 file that the user named. Raises SandboxError if it is unreadable, too large or not UTF-8."""
+    name = printable(str(file))
+    try:
+        with open(file, "rb", opener=_open_without_blocking) as opened:
+            raw = opened.read(max_bytes + 1)
+        if len(raw) > max_bytes:
+            raise SandboxError(f"{name}: is larger than {max_bytes:,} bytes")
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise SandboxError(f"{name}:{line}: is not UTF-8 text: byte {raw[error.start]:#04x}") from None
+    except OSError as error:
+        raise SandboxError(f"{name}: cannot be read: {error.strerror}") from None
 
 
 @contextmanager
@@ -49,8 +77,8 @@ def whole_file(path: str | Path) -> Iterator[IO[bytes]]:
             sys.stdout.buffer.flush()
 
 
-def is_file(path: str | Path) -> bool:
-    """Return whether a path is a regular file or may become one. Raises SandboxError if it cannot be written."""
+def is_replaceable(path: str | Path) -> bool:
+    """Return whether a path is a regular file or does not exist yet. Raises SandboxError if it cannot be written."""
     with write_errors(path):
         return _file_behind(path) is not None
 
@@ -113,8 +141,8 @@ def _replacing(target: Path) -> Iterator[IO[bytes]]:
 
 @contextmanager
 def _partial_of(target: Path) -> Iterator[tuple[Path, IO[bytes]]]:
-    """Open a temporary file beside the target, under an unpredictable name; only a killed process leaves it behind."""
-    partial = target.with_name(f".{target.name[:40]}.{token_hex(8)}.partial")  # of up to 255 bytes, a letter up to 4
+    """Open a temporary file beside the target, under a random name. Only a killed process leaves it behind."""
+    partial = target.with_name(f".{target.name[:40]}.{token_hex(8)}.partial")  # a name has at most 255 bytes
     try:
         with partial.open("xb") as file:
             yield partial, file

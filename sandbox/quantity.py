@@ -1,7 +1,7 @@
-"""Energy, momentum, overlap: pure functions of positions and velocities.
+"""Energy, momentum, overlap, distances: pure functions of positions and velocities.
 
-Arrays may have axes before the balls' (a whole trajectory at once): position and velocity are (..., n, 2)
-in px and px/s, mass and radius (n,) in kg and px.
+position and velocity are (..., n, 2) in px and px/s, where the leading axes may be the steps of a trajectory; mass and
+radius are (n,) in kg and px; gravity is in px/s², and size is the arena's width and height, px.
 """
 
 import math
@@ -19,7 +19,7 @@ def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
 
 
 def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], size: Sequence[float]) -> Floats:
-    """Return the energy in the gravity field, kg px²/s²: (...). It is 0 in the corner that things fall to."""
+    """Return the energy in the gravity field, kg px²/s²: (...). It is 0 in the corner that gravity points to."""
     field = np.asarray(gravity, float)
     lowest = np.where(field > 0, size, 0.0)
     return np.einsum("...nk,k,n->...", lowest - position, field, mass)
@@ -36,7 +36,7 @@ def momentum(velocity: Floats, mass: Floats) -> Floats:
 
 
 def length(vector: Floats) -> Floats:
-    """Return the length of each vector: (..., 2) -> (...). Of velocities it is the speed."""
+    """Return the length of each vector: (..., 2) -> (...). The length of a velocity is its speed."""
     return np.hypot(vector[..., 0], vector[..., 1])
 
 
@@ -46,7 +46,7 @@ def outside(position: Floats, size: Sequence[float]) -> Floats:
 
 
 def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
-    """Find the pair of balls that overlap most: (px, first, second), or (0.0, -1, -1) if none overlap.
+    """Return the deepest overlap of two balls (px) and the two balls, or (0.0, -1, -1) if none overlap.
 
     Sweep and prune along the axis of the larger spread (Cohen et al. 1995).
     """
@@ -63,7 +63,7 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
 def _sweep(position, radius, axis):  # type: ignore[no-untyped-def]
     """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
-    So neither one ball larger than all others nor a heap of thousands costs a test of every pair.
+    So not every pair is tested, even if one ball is larger than all others or thousands lie in a heap.
     """
     deepest, first, second = 0.0, -1, -1
     smallest = radius.min()
@@ -97,13 +97,13 @@ def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
 
 
 def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:
-    """Return the distance of each point (..., 2) from a segment, px: (...)."""
+    """Return the distance of each point (..., 2) px from a segment: (...) px."""
     return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
 
 
 @njit(cache=True)
 def offset_to_segment(x, y, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
-    """Return the vector from a point (x, y) to the nearest one of a segment, px: `nearest_on_segment` for kernels."""
+    """Return the vector from (x, y) to the nearest point of a segment, px: `nearest_on_segment` for kernels."""
     along_x, along_y = x1 - x0, y1 - y0
     fraction = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
     fraction = min(max(fraction, 0.0), 1.0)

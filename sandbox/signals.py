@@ -12,7 +12,7 @@ from sandbox.errors import Terminated
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
 RERAISE_DELAY: Final = 0.001  # s
 
-_deferrals: Final[list[None]] = []  # one for each `signals_deferred` in progress
+_deferrals: Final[list[None]] = []  # as many as there are `signals_deferred` in progress
 _deferred: Final[list[int]] = []  # signals that arrived meanwhile
 
 

@@ -7,17 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-Contacts = NDArray[np.void]
+Contacts = NDArray[np.void]  # (k,) of dtype CONTACT
 
 CONTACT: Final = np.dtype(
     [
         ("time", "f8"),  # s
         ("first", "i8"),  # ball
-        ("second", "i8"),  # ball, or ~wall, which is negative
+        ("second", "i8"),  # ball, or ~wall (negative): walls 0 to 3 are the arena's left, top, right and bottom
         ("normal", "f8", (2,)),  # unit vector from first to second
-        ("impulse", "f8"),  # kg px/s along the normal, positive if it drives the two apart
-        ("depth", "f8"),  # px of overlap when the contact was found
+        ("impulse", "f8"),  # kg px/s along the normal, positive if it pushes the two apart
+        ("depth", "f8"),  # px, overlap when the contact was found
     ]
 )
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:  # slow to import
     from rich.console import Console
 
-DEFAULT_WIDTH: Final = 80  # columns, where the terminal reports none
+DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
+FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -22,7 +23,7 @@ def unprintable(letter: str) -> bool:
 
 
 def printable(text: str) -> str:
-    r"""Replace what is unprintable in untrusted text, such as a file's name, so that it can be shown on one line.
+    r"""Replace the unprintable letters of untrusted text, such as a file's name, so that it can be shown on one line.
 
     >>> printable("\x1b[31mevil.toml") == "\N{REPLACEMENT CHARACTER}[31mevil.toml"
     True
@@ -30,9 +31,6 @@ def printable(text: str) -> str:
     if text.isprintable():  # the fast way: the window calls this for each line in every frame
         return text
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
-
-
-FORMULA_STARTS: Final = ("=", "+", "-", "@")  # of a cell that a spreadsheet evaluates
 
 
 def csv_text(lines: Iterable[Sequence[object]]) -> str:
@@ -53,7 +51,7 @@ def _safe_cell(cell: object) -> object:
 
 
 def console(*, stderr: bool = False) -> "Console":
-    """Return a Rich console that prints [red] and :smile: in a text as they stand."""
+    """Return a Rich console that prints [red] and :smile: verbatim."""
     from rich.console import Console  # noqa: PLC0415
 
     terminal = Console(stderr=stderr, highlight=False, markup=False, emoji=False)

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("working_folder")
 
 @pytest.mark.parametrize("key", ["title", "about", "because"])
 @pytest.mark.parametrize("text", TERMINAL_TEXTS.values(), ids=list(TERMINAL_TEXTS))
-def test_no_text_of_a_scene_commands_a_terminal(key: str, text: str) -> None:
+def test_no_text_of_a_scene_controls_a_terminal(key: str, text: str) -> None:
     if key != "title" and "\n" in text:
         hostile_scene(**{key: text})
         return
@@ -55,7 +55,7 @@ def test_a_text_that_would_fill_the_window_is_rejected(key: str, most: int) -> N
 
 
 @pytest.mark.parametrize("wrong", ["", "rate = 1", "rate = 0", "a\x1b = 1", '"\\u001b[31m\\u202e" = 1'])
-def test_no_name_of_a_file_commands_a_terminal(command: Command, wrong: str) -> None:
+def test_no_name_of_a_file_controls_a_terminal(command: Command, wrong: str) -> None:
     """Nor does it add a line: each file has one, and another for a warning."""
     names = scene_files(f"{wrong}\n{SCENE}".replace("seconds = 0.1", "seconds = 1"))
     code, out, err = command("check", "--", *names)
@@ -71,7 +71,7 @@ def test_no_name_of_a_file_commands_a_terminal(command: Command, wrong: str) -> 
 
 
 @pytest.mark.parametrize("option", ["--engines", "--against", "--csv", "--report", "--inputs", "--seconds"])
-def test_no_argument_commands_a_terminal(command: Command, option: str) -> None:
+def test_no_argument_controls_a_terminal(command: Command, option: str) -> None:
     Path("mine.toml").write_text(SCENE)
     for text in TERMINAL_TEXTS.values():
         code, out, err = command("compare", "mine.toml", option, f"none/{text}")
@@ -90,7 +90,7 @@ def test_names_are_printed_in_tables_without_markup(command: Command) -> None:
         assert out_of_one.startswith(f"{name}: 1 ball, ")
 
 
-def test_no_scene_name_in_recorded_inputs_commands_a_terminal() -> None:
+def test_no_scene_name_in_recorded_inputs_controls_a_terminal() -> None:
     lines = [{"step": 0, "do": "start", "scene": name, "seed": 0, "rate": 60} for name in TERMINAL_TEXTS.values()]
     lines.append({"step": 0, "do": "start", "scene": "\ud800", "seed": 0, "rate": 60})
     Path("\x1b\n.jsonl").write_text("\n".join(map(json.dumps, lines)))

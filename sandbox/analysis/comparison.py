@@ -10,7 +10,7 @@ from sandbox.analysis.expectations import score
 from sandbox.analysis.measurement import Measurement, Pull, Run
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
 from sandbox.engines import can_run, default_engines
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
@@ -129,7 +129,8 @@ def compare(
     names = list(engines) if engines else _default_names(scene)
     against = against or reference_of(names)
     if against not in names:
-        raise SandboxError(f"cannot compare against {against!r}, which does not take part; {nearest(against, names)}")
+        hint = suggestion(against, names)
+        raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
     lockstep = Lockstep(scene, names, inputs)
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)

@@ -20,7 +20,8 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import DISORDERED, IN_FLIGHT, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine

@@ -13,7 +13,8 @@ from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law

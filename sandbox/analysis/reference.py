@@ -29,7 +29,7 @@ class Twin:
         state = lockstep.engines[engine].state()
         position = state.position.copy()
         position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.hidden[:] = [lockstep.runner(engine, replace(state, position=position))]
+        lockstep.hidden[:] = [lockstep.new_runner(engine, replace(state, position=position))]
         self.apart: float | None = None
         self._lockstep = lockstep
 

@@ -5,7 +5,7 @@ from typing import Final
 
 from sandbox.bench import engines, programs, window
 from sandbox.bench.figure import Figure
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError, suggestion
 
 # Name of a part -> its title, and the function that measures it.
 PARTS: Final = {
@@ -25,6 +25,6 @@ def bench(only: Sequence[str] | None = None) -> Iterator[tuple[str, Iterator[Fig
     """
     for name in only or ():
         if name not in PARTS:
-            raise SandboxError(f"no benchmark {name!r}; {nearest(name, PARTS)}")
+            raise SandboxError(f"no benchmark {name!r}; {suggestion(name, PARTS)}")
     for title, measure in (PARTS[name] for name in only or PARTS):
         yield title, measure()

@@ -5,10 +5,9 @@ import math
 
 import pymunk
 
+from sandbox.engines.pymunk import WALL_HALF_THICKNESS
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-
-WALL_HALF_THICKNESS = 20_000.0  # px, of a wall outside the arena: as in the engine `pymunk`, so that no ball escapes
 
 
 def plain_space(scene: Scene) -> pymunk.Space:

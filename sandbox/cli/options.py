@@ -8,7 +8,7 @@ from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
 
 import typer
 
-from sandbox.errors import SandboxError, nearest
+from sandbox.errors import SandboxError, suggestion
 from sandbox.text import printable
 from sandbox.view.layers import Layer
 
@@ -66,7 +66,7 @@ def parse_layers(text: str) -> Sequence[Layer]:
     names = parse_names(text) if text else []
     for name in names:
         if name not in tuple(Layer):
-            raise OptionError(f"{name}: is not something to show; {nearest(name, Layer)}")
+            raise OptionError(f"{name}: is not something to show; {suggestion(name, Layer)}")
     return [Layer(name) for name in names]
 
 

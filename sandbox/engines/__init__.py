@@ -14,13 +14,14 @@ from typing import Final, Protocol, cast
 
 import numpy as np
 
-from sandbox.errors import Refused, SandboxError, nearest
-from sandbox.scene.model import ARENA_WALLS, Scene, Vector
+from sandbox.errors import Refused, SandboxError, suggestion
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import CONTACT, Contacts, Floats, State
 
-GROUP: Final = "sandbox.engines"
+ENTRY_POINTS: Final = "sandbox.engines"
 _BUILT_IN: Final = {
-    name: EntryPoint(name, f"sandbox.engines.{name}:{engine}", GROUP)
+    name: EntryPoint(name, f"sandbox.engines.{name}:{engine}", ENTRY_POINTS)
     for name, engine in (
         ("pymunk", "PymunkEngine"),
         ("article", "ArticleEngine"),
@@ -28,7 +29,7 @@ _BUILT_IN: Final = {
         ("exact", "ExactEngine"),
     )
 }
-_EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, and extra of the same name -> the library that it needs
+_EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 
@@ -36,10 +37,10 @@ class Engine(Protocol):
     """One solver running one scene. The same scene and the same kicks give the same bytes, in any process.
 
     A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
-    class: the ledger then judges each contact by the velocities at the end of them all.
+    class: the ledger then judges each contact by the velocities after all of them.
 
-    An engine that refuses scenes may have a static method `check(scene)`, which raises Refused: then it need not be
-    built to find out, which takes a second for many balls.
+    An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
+    engine to find out, which takes a second for many balls.
     """
 
     def step(self) -> None:
@@ -59,8 +60,8 @@ class Engine(Protocol):
 
 
 def registry() -> dict[str, EntryPoint]:
-    """Return every engine whose library is installed: the built-in ones, then those of other packages by name."""
-    installed = {entry.name: entry for entry in entry_points(group=GROUP) if not _lacks_library(entry.name)}
+    """Return every engine whose library is installed: the built-in ones, then those from entry points by name."""
+    installed = {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if not _lacks_library(entry.name)}
     return _BUILT_IN | {name: installed[name] for name in sorted(installed) if name not in _BUILT_IN}
 
 
@@ -69,11 +70,11 @@ def _lacks_library(engine: str) -> bool:
 
 
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
-    engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms at every edit
+    engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
     if _lacks_library(name):
         raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
     if name not in engines:
-        raise SandboxError(f"no engine {name!r}; {nearest(name, engines)}")
+        raise SandboxError(f"no engine {name!r}; {suggestion(name, engines)}")
     try:
         return cast("Callable[[Scene, State], Engine]", engines[name].load())
     except (ImportError, AttributeError) as error:
@@ -81,9 +82,9 @@ def _engine(name: str) -> "Callable[[Scene, State], Engine]":
 
 
 class _CheckedEngine:
-    """An engine of another package whose states and contacts are checked, and copied, before they are used.
+    """An engine from an entry point, whose states and contacts are checked and copied before they are used.
 
-    A NaN compares as within every limit, and a state that shares the engine's arrays would change with later steps.
+    A NaN exceeds no limit, and a state that shares the engine's arrays would change with later steps.
     """
 
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
@@ -108,10 +109,10 @@ class _CheckedEngine:
             )
         first, second = contacts["first"], contacts["second"]
         if not np.all((first >= 0) & (first < self._balls) & (second >= -self._walls) & (second < self._balls)):
-            raise SandboxError(f"{self._name}: its contacts must be of the {self._balls} balls and {self._walls} walls")
+            raise SandboxError(f"{self._name}: its contacts must name the {self._balls} balls and {self._walls} walls")
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth"))
         if not all(np.isfinite(each).all() for each in numbers):
-            raise SandboxError(f"{self._name}: its contacts must be of finite numbers")
+            raise SandboxError(f"{self._name}: its contacts must have finite numbers")
         return contacts.copy()
 
     def _numbers(self, what: str, values: Floats) -> Floats:
@@ -127,7 +128,7 @@ class _CheckedEngine:
 def create(name: str, scene: Scene, initial: State) -> Engine:
     """Build the named engine. Raises SandboxError if the name is unknown, Refused if the engine cannot run the scene.
 
-    An engine of another package raises SandboxError, too, when its states or contacts are not valid.
+    An engine from an entry point also raises SandboxError when its states or contacts are not valid.
     """
     engine = _engine(name)
     if name in _BUILT_IN:
@@ -140,13 +141,15 @@ def can_run(name: str, scene: Scene, initial: State) -> bool:
     """Return whether the named engine can run a scene: by its `check` or, if it has none, by building it."""
     engine = _engine(name)
     try:
-        check = getattr(engine, "check", None)
-        engine(scene, initial) if check is None else check(scene)
+        if check := getattr(engine, "check", None):
+            check(scene)
+        else:
+            engine(scene, initial)
     except Refused:
         return False
     return True
 
 
 def default_engines(scene: Scene, initial: State) -> list[str]:
-    """Return the engines to run if the user names none: Pymunk, and the first textbook engine that can."""
+    """Return the engines to run by default: Pymunk, and the first textbook engine that can run the scene."""
     return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, scene, initial)][:1]]

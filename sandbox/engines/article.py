@@ -1,7 +1,7 @@
 """The rule of "Simulating Bouncing Balls with Collisions in Python using Pygame", bit for bit.
 
-One radius, equal masses, a box, nothing else. Dividing the impulse by the diameter, where the textbook divides
-by the sum of the inverse masses, makes it a rule of restitution 2/r - 1: right only at r = 1 px.
+One radius, equal masses, a box, nothing else. The article divides the impulse by the diameter, where the textbook
+divides by the sum of the inverse masses. This amounts to a restitution of 2/r - 1, which is 1 only at r = 1 px.
 """
 
 import math
@@ -17,8 +17,8 @@ from sandbox.errors import Refused
 from sandbox.scene.model import Scene
 from sandbox.state import State
 
-SQUARE: Final = 2.0  # an argument of the kernel, because a compiler turns a constant one into a product: see `frame`
-APART: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
+SQUARE: Final = 2.0  # exponent, passed to `frame` as an argument: a compiler turns a constant one into a product
+MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
 @njit(cache=True)
@@ -54,24 +54,24 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
             position[i, 1] = height - radius
             log, count = log_contact(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
 
-    # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
-    found = neighbours(position, 2 * radius * APART, width, height)
+    # Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
+    grid = neighbours(position, 2 * radius * MAX_TOUCHING, width, height)
     for i in range(n):
-        begin_turn(found, position, i)
+        begin_turn(grid, position, i)
         while True:
-            j = next_neighbour(found)
+            j = next_neighbour(grid)
             if j == NONE_LEFT:
                 break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
-            if dx * dx + dy * dy > (2 * radius * APART) ** 2:  # spares most pairs the call of pow
+            if dx * dx + dy * dy > (2 * radius * MAX_TOUCHING) ** 2:  # saves calling pow for most pairs
                 continue
             distance = math.sqrt(dx**square + dy**square)
             if distance < 2 * radius:
                 length = math.sqrt(dx * dx + dy * dy)
                 nx, ny = (dx / length, dy / length) if length > 0 else (1.0, 0.0)  # the article stops at length 0
 
-                # Leave balls alone that move apart.
+                # Skip balls that move apart.
                 v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
                 if v_n > 0:
                     continue
@@ -88,7 +88,7 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
                 position[i, 1] += ny * overlap / 2
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
-                note_push(found, position, i, j)
+                note_push(grid, position, i, j)
                 log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, overlap)
     return log, count
 
@@ -96,7 +96,7 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
 class ArticleEngine(SteppedEngine):
     """The article's loop. Velocities are kept in px per frame, as in the article; `state` returns px/s.
 
-    Two balls whose centres coincide have no normal: the article stops with an error, here it is (1, 0).
+    Two balls whose centres coincide have no normal: the article stops with an error, this engine takes (1, 0).
     """
 
     def __init__(self, scene: Scene, initial: State) -> None:
@@ -107,7 +107,7 @@ class ArticleEngine(SteppedEngine):
 
     @staticmethod
     def check(scene: Scene) -> None:
-        """Raise Refused if the scene has what the article does not model."""
+        """Raise Refused if the scene has anything that the article does not model."""
         unsupported = _unsupported(scene)
         if unsupported:
             *first, last = unsupported
@@ -122,7 +122,7 @@ class ArticleEngine(SteppedEngine):
 
 
 def _unsupported(scene: Scene) -> list[str]:
-    """List what the scene has and the article does not model."""
+    """List the features of the scene that the article does not model."""
     bodies, arena = scene.bodies, scene.arena
     features = {
         "gravity": scene.gravity != (0, 0),

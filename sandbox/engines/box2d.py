@@ -1,8 +1,8 @@
-"""Box2D v3, through pyb2d3: circles, static polygons and capsules in a `pyb2d3.World` at Box2D's own settings.
+"""Box2D v3, through pyb2d3: circles, static polygons and capsules in a `pyb2d3.World` at Box2D's default settings.
 
-Three settings are not Box2D's: no approach is too slow to bounce (restitution threshold 0), nothing sleeps, and no
-speed is too high. Continuous collision is on, but Box2D has it between balls and walls only; of two balls, one
-would have to be a bullet and the other not.
+Three settings differ: no approach is too slow to bounce (restitution threshold 0), nothing sleeps, and speed is hardly
+limited. Continuous collision is on, but Box2D applies it between balls and walls only: for two balls, one would have to
+be a bullet and the other not.
 
 Box2D computes in float32: positions and velocities have seven digits, about 1e-4 px in an arena of 1,000 px.
 """
@@ -13,13 +13,14 @@ from typing import Any, Final
 
 import numpy as np
 import pyb2d3
-from numpy.typing import NDArray
 
 from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.walls import Segments, separation
 from sandbox.errors import Refused
-from sandbox.quantity import dot, nearest_on_segment
-from sandbox.scene.model import Arena, Scene, Vector, Wall
-from sandbox.state import CONTACT, Contacts, Floats, State
+from sandbox.quantity import dot
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
 # 2.56 px. A power of two, so that scaling rounds nothing.
@@ -27,16 +28,14 @@ METRE: Final = 128.0
 
 SUBSTEPS: Final = 4  # a step: what Box2D recommends, and its samples use
 MAX_SPEED: Final = 1e9  # m/s, above which Box2D slows a body down; its default is 400 m/s (51,200 px/s)
-FILTER_BITS: Final = 64  # of a shape: which shapes it collides with
+FILTER_BITS: Final = 64  # of a shape; they select the shapes that it collides with
 
-# px, of an arena wall. It stands outside; a ball found beyond its middle would leave on the other side.
+# px, of an arena wall. The wall stands outside; a ball beyond its middle would be pushed out on the far side.
 WALL_THICKNESS: Final = 40_000.0
 
 MAX_ITERATIONS: Final = 200  # of conjugate gradients; gases and piles take tens
-RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: float32's own precision
-VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: what four substeps may round
-
-Integers = NDArray[np.int64]
+RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: the precision of float32
+VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: the rounding of four substeps
 
 
 class Box2DEngine:
@@ -55,7 +54,7 @@ class Box2DEngine:
             maximum_linear_speed=MAX_SPEED,
         )
         if not self.world.is_valid():
-            raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are taken")
+            raise Refused("box2d: it has room for 128 worlds at a time in a process, and all are in use")
         self._rate = scene.rate
         self._gravity = np.array(scene.gravity, float)
         self._steps = 0
@@ -125,22 +124,18 @@ class Box2DEngine:
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:
         """Return the unit vectors from first to second, and the depth of their overlap (px)."""
-        radius, of_wall = self._balls.radius, second < 0
-        ball, wall = np.maximum(second, 0), np.maximum(~second, 0)
-        start, end, thick = (part[wall] for part in self._segments)
-        on_wall = nearest_on_segment(position[first], start, end)
-        away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
+        away, reach = separation(position, self._balls.radius, self._segments, first, second)
         distance = np.hypot(*away.T)
         normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 if centres coincide: Box2D ignores them
-        return normal, radius[first] + np.where(of_wall, thick, radius[ball]) - distance
+        return normal, reach - distance
 
 
 def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats) -> Floats:
-    """Return the impulse of each contact along its normal (kg px/s), given the changes of velocity they made.
+    """Return the impulse of each contact along its normal (kg px/s), given the changes of velocity that they caused.
 
     first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 2) px/s; mass: (n,) kg. For a ball's only contact,
-    it is the change of the ball's momentum. For several, it is the least-squares solution, by conjugate gradients:
-    which one of several solutions took place is not known, nor what friction did.
+    it is the change of the ball's momentum. For several, it is a least-squares solution, by conjugate gradients; which
+    solution Box2D found is unknown if there are several, and so is the part of friction.
     """
     between = second >= 0
     other = second[between]
@@ -161,17 +156,17 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
 
     impulse = np.zeros(len(first))
     residual = parting_speed(change)
-    step = residual / inertia
-    left = start = float(residual @ step)
+    direction = residual / inertia
+    norm = start = float(residual @ direction)
     for _ in range(min(len(first), MAX_ITERATIONS)):
-        if left <= RESIDUAL_TOLERANCE**2 * start:
+        if norm <= RESIDUAL_TOLERANCE**2 * start:
             break
-        answer = parting_speed(velocity_change(step))
-        size = left / float(step @ answer)
-        impulse += size * step
-        residual -= size * answer
-        before, left = left, float(residual @ (residual / inertia))
-        step = residual / inertia + left / before * step
+        response = parting_speed(velocity_change(direction))
+        step = norm / float(direction @ response)
+        impulse += step * direction
+        residual -= step * response
+        before, norm = norm, float(residual @ (residual / inertia))
+        direction = residual / inertia + norm / before * direction
     return impulse
 
 
@@ -183,8 +178,8 @@ class _Materials:
     """Defines shapes such that every pair has the product of its elasticities and of its frictions.
 
     Box2D combines two restitutions by their maximum, and two frictions by the root of their product; pyb2d3 cannot
-    change that. So frictions are passed squared. And a ball has one circle for each elasticity that it can meet, with
-    the product as its restitution; each pair of elasticities has a filter bit, so that only the right circle collides.
+    change that. So frictions are passed squared. A ball has one circle for each elasticity that it can meet, with the
+    product as its restitution; each pair of elasticities has a filter bit, so that only the matching circle collides.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -204,7 +199,7 @@ class _Materials:
             yield self._shape(number, friction, elasticity * other, elasticity, [other])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
-        """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the greater."""
+        """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the maximum."""
         return self._shape(number, friction, 0.0, elasticity, self._elasticities)
 
     def _shape(self, number: int, friction: float, restitution: float, own: float, others: Sequence[float]) -> Any:
@@ -238,11 +233,10 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
     return added
 
 
-def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats, Floats, Floats]:
+def _add_walls(world: Any, materials: _Materials, scene: Scene) -> Segments:
     """Add the arena's walls (left, top, right, bottom) and the scene's own, numbered after the balls.
 
-    Returns them as segments: one end (m, 2), the other (m, 2), and half the thickness (m,), all px. An arena wall's
-    segment lies in the middle of its slab, and has the same inner face.
+    The segment of an arena wall lies in the middle of its slab, and has the same inner face.
     """
     n, arena, (width, height) = len(scene.bodies), scene.arena, scene.arena.size
     long = WALL_THICKNESS + width + height
@@ -252,7 +246,7 @@ def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats,
         body = world.create_static_body(position=_metres(corner))
         body.create_shape(materials.of_wall(n + len(segments), float(wall.elasticity), wall.friction), shape)
 
-    # The face of each goes through the origin of its body, where float32 is finest.
+    # Each inner face goes through the origin of its body, where float32 is finest.
     for (x, y), (ox, oy) in (
         ((0, 0), (-1, 0)),
         ((0, 0), (0, -1)),
@@ -273,4 +267,4 @@ def _add_walls(world: Any, materials: _Materials, scene: Scene) -> tuple[Floats,
         add((0, 0), wall, pyb2d3.capsule(*ends, radius) if radius else pyb2d3.segment(*ends))
         segments.append((wall.start, wall.to, wall.thickness / 2))
     a, b, half = zip(*segments, strict=True)
-    return np.array(a, float), np.array(b, float), np.array(half, float)
+    return Segments(np.array(a, float), np.array(b, float), np.array(half, float))

@@ -1,8 +1,8 @@
-"""How numba compiles the kernels of an event loop.
+"""How numba compiles kernels that make no arrays: the event loop's, and the broad phase's.
 
 Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
-arrays are not reference-counted (`_nrt`): both would be paid for at every access, and take half of the loop's time.
-So a kernel cannot make an array.
+arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of
+the event loop's. Without reference counts, a kernel cannot make an array.
 
 `kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk. The cache
 checks the entry's own file only: after an edit to a kernel in another file, delete the cache (in `__pycache__`, or in
@@ -28,11 +28,11 @@ Record = Any  # an element of a structured array; in a kernel, its fields are at
 
 @intrinsic
 def _prefetch(typing: Any, array: Any, index: Any) -> Any:
-    """Start to fetch an element of an array from memory, and go on: LLVM's intrinsic, as numba has none.
+    """Start to fetch an element of an array from memory, without waiting: LLVM's intrinsic, as numba has none.
 
-    With it, `sandbox bench --only exact` has 1.24 times as many collisions per second as with the calls in
-    exact/kernel.py left out, for 100,000 discs that cover 20 % of the arena (350,000 and 282,000; medians of 9); 1.35
-    times if they cover 50 %; for 10,000 discs 1.03 and 0.94 times.
+    With all calls of it in `exact`, `sandbox bench --only exact` has 1.24 times as many collisions per second as with
+    none, for 100,000 discs that cover 20 % of the arena (350,000 and 282,000; medians of 9); 1.35 times if they cover
+    50 %; for 10,000 discs 1.03 and 0.94 times.
     """
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:

@@ -6,7 +6,10 @@ from sandbox.state import Contacts, no_contacts
 
 
 class ContactLog:
-    """Collects contacts from the first `take` on, so that a run whose contacts are never read does not pay for them."""
+    """Collects contacts. Engines add them only while `recording`, so a run whose contacts are never read is no slower.
+
+    recording: whether `take` was ever called; count: contacts added since the last `take`.
+    """
 
     def __init__(self) -> None:
         self.recording = False

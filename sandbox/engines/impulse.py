@@ -1,8 +1,8 @@
 """The textbook's rule in the article's loop: any mass, radius, elasticity and gravity, and any segment wall.
 
-What changes from the article: the impulse is (1 + e) v_n / (1/m_i + 1/m_j) (D. Baraff, Physically Based Modeling,
-SIGGRAPH 2001 course notes, eq. 8-18, without rotation), the push-out is shared by inverse mass, and a wall gives back
-the overshoot as the ball would have flown it. Contacts are still found up to a step late.
+It differs from the article in three points: the impulse is (1 + e) v_n / (1/m_i + 1/m_j) (D. Baraff, Physically Based
+Modeling, SIGGRAPH 2001 course notes, eq. 8-18, without rotation), the push-out is shared by inverse mass, and a wall
+reflects the overshoot, as if the ball had bounced in time. Contacts are still found up to a step late.
 """
 
 import math
@@ -23,7 +23,7 @@ from sandbox.state import Floats, State
 def normal_to_wall(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
     """Return the unit vector from a point to a wall, and how deep the point is in the wall (px, negative outside).
 
-    wall: of the arena, the outward normal, the face's distance along it, 0, 0, elasticity; else see `advance`.
+    wall: its row, see `_walls_of`.
     """
     if of_arena:
         return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
@@ -38,8 +38,8 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
     """Do one step, in place.
 
     position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
-    those of the arena, see `normal_to_wall`, then one row each: both ends (px), half the thickness (px), elasticity;
-    widest: diameter of the largest ball, px; dt: s. Returns the log and the number of contacts, see `log_contact`.
+    see `_walls_of`; widest: diameter of the largest ball, px; dt: s; log: of contacts. Returns the log and the number
+    of contacts, see `log_contact`.
     """
     n, count = len(position), 0
 
@@ -56,33 +56,32 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                 e = elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
-                room = (
-                    depth + walls[w | RIGHT, 2] - 2 * radius[i] if w < ARENA_COUNT else math.inf
-                )  # to the opposite wall
-                back = min((1 + e) * depth, room)
+                # At most to the opposite wall: row w | RIGHT, right or bottom, has the arena's width or height.
+                across = walls[w | RIGHT, 2] if w < ARENA_COUNT else math.inf
+                back = min((1 + e) * depth, depth + across - 2 * radius[i])
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
                 log, count = log_contact(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
-    # Collide every pair i < j that is near enough to touch, on the positions as they are by then.
-    found = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
+    # Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
+    grid = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
     for i in range(n):
-        begin_turn(found, position, i)
+        begin_turn(grid, position, i)
         while True:
-            j = next_neighbour(found)
+            j = next_neighbour(grid)
             if j == NONE_LEFT:
                 break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
             reach = radius[i] + radius[j]
-            if max(abs(dx), abs(dy)) >= reach:  # spares most pairs the square root
+            if max(abs(dx), abs(dy)) >= reach:  # saves the square root for most pairs
                 continue
             distance = math.sqrt(dx * dx + dy * dy)
             if distance < reach:
                 nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
 
-                # Leave balls alone that do not approach.
+                # Skip balls that do not approach.
                 v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
                 if v_n >= 0:
                     continue
@@ -95,13 +94,13 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                     velocity[j, k] += impulse * per_j * n_k
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
-                note_push(found, position, i, j)
+                note_push(grid, position, i, j)
                 log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, reach - distance)
     return log, count
 
 
 class ImpulseEngine(SteppedEngine):
-    """The textbook's rule. Balls whose centres coincide part along x, as in the other engines."""
+    """The textbook's rule. Balls whose centres coincide part along x, as in `article` and `exact`."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.check(scene)
@@ -130,7 +129,11 @@ class ImpulseEngine(SteppedEngine):
 
 
 def _walls_of(scene: Scene) -> Floats:
-    """Return the rows that the kernel expects: left, top, right, bottom, then the scene's own walls."""
+    """Return the walls as the kernel expects them, (m, 6): left, top, right, bottom, then the scene's own.
+
+    A row of the arena: its outward normal, the face's distance along it (px), 0, 0, elasticity. A row of the scene's
+    own: both ends (px), half the thickness (px), elasticity.
+    """
     (width, height), e = scene.arena.size, scene.arena.elasticity
     arena = [(-1, 0, 0, 0, 0, e), (0, -1, 0, 0, 0, e), (1, 0, width, 0, 0, e), (0, 1, height, 0, 0, e)]
     inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]

@@ -1,7 +1,7 @@
-"""Broad phase of the time-stepped engines: the balls j > i that ball i can touch, in order, though pushes move them.
+"""Broad phase of the time-stepped engines: the balls j > i that ball i can touch, in order, even as pushes move them.
 
-The order is part of the rule: a pair collides on the positions that the pairs before it have left. So the grid is kept
-up to date after every push, and no pair is missed however far balls are pushed:
+The order is part of the rule: a pair collides at the positions that earlier pairs have left. So the grid is updated
+after every push, and no pair is missed however far balls are pushed:
 
 - In i's turn, only i and the balls it has met are pushed. Those it has yet to meet have not moved since it looked.
 - A ball that was pushed is moved to its new cell at once, for the turns to come (`note_push`).
@@ -24,10 +24,10 @@ from sandbox.engines.compiled import kernel
 from sandbox.state import Floats
 
 MIN_BALLS: Final = 20  # for a grid; with fewer, testing every pair takes less time
-SLACK: Final = 0.1  # of the reach; less means looking again more often, more means testing balls that are far away
-SIGHT_MARGIN: Final = 1e-9  # relative, of sight and of cells: far above rounding
-BALLS_PER_CELL: Final = 0.3  # on average, if the reach leaves the choice
-NONE_LEFT: Final = -1  # instead of a ball
+SLACK: Final = 0.1  # as a fraction of the reach; less means looking more often, more means testing balls further away
+SIGHT_MARGIN: Final = 1e-9  # relative, of `sight` and of the cells' width: far above rounding
+BALLS_PER_CELL: Final = 0.3  # on average, if the reach is small enough to leave the choice
+NONE_LEFT: Final = -1  # no further neighbour
 
 
 class Neighbours(NamedTuple):
@@ -57,7 +57,7 @@ class Neighbours(NamedTuple):
 
 @njit(cache=True)
 def neighbours(position, reach, width, height):  # type: ignore[no-untyped-def]
-    """Enter all balls in a grid. position: (n, 2) px; reach: px between centres that may touch; width, height: px."""
+    """Return a grid of all balls. position: (n, 2) px; reach: px between centres that may touch; width, height: px."""
     n = len(position)
     cursor = np.zeros(2, np.int64)
     if n < MIN_BALLS:
@@ -68,95 +68,95 @@ def neighbours(position, reach, width, height):  # type: ignore[no-untyped-def]
     side, most = max(sight * (1 + SIGHT_MARGIN), math.sqrt(width * height * BALLS_PER_CELL / n)), n / BALLS_PER_CELL
     columns, rows = max(1, int(min(width / side, most))), max(1, int(min(height / side, most)))
     first = np.full((columns + 2) * (rows + 2), n, np.int32)
-    grid = (columns + 2, columns - 1.0, rows - 1.0, columns / width, rows / height, sight, slack, first)
-    lists = (np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32))
-    found = Neighbours(*grid, *lists, np.empty((1, 2)), cursor)
-    for i in range(n - 1, -1, -1):  # so that each cell lists its balls in order, which leaves little to sort
-        enter(found, i, cell_at(found, position[i, 0], position[i, 1]))
-    return found
+    shape = (columns + 2, columns - 1.0, rows - 1.0, columns / width, rows / height, sight, slack)
+    lists = (first, np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32))
+    grid = Neighbours(*shape, *lists, np.empty((1, 2)), cursor)
+    for i in range(n - 1, -1, -1):  # backwards, so that each cell lists its balls in order, which leaves little to sort
+        enter(grid, i, cell_at(grid, position[i, 0], position[i, 1]))
+    return grid
 
 
 @kernel
-def cell_at(found: Neighbours, x: float, y: float) -> int:
+def cell_at(grid: Neighbours, x: float, y: float) -> int:
     """Return the number of the cell at a point; for a point outside the arena, the nearest cell at its edge."""
-    column = min(max(0.0, x * found.per_x), found.last_column)  # in this order, which makes 0 of NaN
-    row = min(max(0.0, y * found.per_y), found.last_row)
-    return (int(row) + 1) * found.stride + int(column) + 1
+    column = min(max(0.0, x * grid.per_x), grid.last_column)  # in this order, which makes 0 of NaN
+    row = min(max(0.0, y * grid.per_y), grid.last_row)
+    return (int(row) + 1) * grid.stride + int(column) + 1
 
 
 @kernel
-def enter(found: Neighbours, i: int, cell: int) -> None:
+def enter(grid: Neighbours, i: int, cell: int) -> None:
     """List ball i first in a cell."""
-    found.cell[i] = cell
-    found.next[i] = found.first[cell]
-    found.first[cell] = i
+    grid.cell[i] = cell
+    grid.next[i] = grid.first[cell]
+    grid.first[cell] = i
 
 
 @kernel
-def leave(found: Neighbours, i: int) -> None:
+def leave(grid: Neighbours, i: int) -> None:
     """Remove ball i from its cell's list."""
-    j = found.first[found.cell[i]]
+    j = grid.first[grid.cell[i]]
     if j == i:
-        found.first[found.cell[i]] = found.next[i]
+        grid.first[grid.cell[i]] = grid.next[i]
         return
-    while found.next[j] != i:
-        j = found.next[j]
-    found.next[j] = found.next[i]
+    while grid.next[j] != i:
+        j = grid.next[j]
+    grid.next[j] = grid.next[i]
 
 
 @kernel
-def look_around(found: Neighbours, position: Floats, i: int, last: int) -> None:
-    """List the balls after `last` that ball i can touch, in order, as `near`."""
-    n, near = len(position), found.near
+def look_around(grid: Neighbours, position: Floats, i: int, last: int) -> None:
+    """List the balls after `last` that ball i can touch, in order, in `near`."""
+    n, near = len(position), grid.near
     x, y = position[i, 0], position[i, 1]
-    found.home[0, 0], found.home[0, 1] = x, y
-    cell, count = cell_at(found, x, y), 0
+    grid.home[0, 0], grid.home[0, 1] = x, y
+    cell, count = cell_at(grid, x, y), 0
     for row in range(-1, 2):
-        corner = cell + row * found.stride - 1
+        corner = cell + row * grid.stride - 1
         for here in range(corner, corner + 3):
-            j = np.int64(found.first[here])
+            j = np.int64(grid.first[here])
             while j < n:
-                near[count] = j  # overwritten unless it counts: a branch would be mispredicted too often
+                near[count] = j  # overwritten if j is not a neighbour: a branch would be mispredicted too often
                 apart = max(abs(position[j, 0] - x), abs(position[j, 1] - y))
-                count += (j > last) & (apart <= found.sight)
-                j = np.int64(found.next[j])
+                count += (j > last) & (apart <= grid.sight)
+                j = np.int64(grid.next[j])
     for k in range(1, count):
         j, place = near[k], k
         while place > 0 and near[place - 1] > j:
             near[place] = near[place - 1]
             place -= 1
         near[place] = j
-    found.cursor[0], found.cursor[1] = 0, count
+    grid.cursor[0], grid.cursor[1] = 0, count
 
 
 @kernel
-def begin_turn(found: Neighbours, position: Floats, i: int) -> None:
+def begin_turn(grid: Neighbours, position: Floats, i: int) -> None:
     """Begin ball i's turn: find the balls after i that it can touch."""
-    if len(found.first) == 0:
-        found.cursor[0], found.cursor[1] = i + 1, len(position)
+    if len(grid.first) == 0:
+        grid.cursor[0], grid.cursor[1] = i + 1, len(position)
     else:
-        leave(found, i)
-        look_around(found, position, i, i)
+        leave(grid, i)
+        look_around(grid, position, i, i)
 
 
 @kernel
-def next_neighbour(found: Neighbours) -> int:
+def next_neighbour(grid: Neighbours) -> int:
     """Return the next ball that the ball whose turn it is can touch, or NONE_LEFT."""
-    place = found.cursor[0]
-    if place == found.cursor[1]:
+    place = grid.cursor[0]
+    if place == grid.cursor[1]:
         return NONE_LEFT
-    found.cursor[0] = place + 1
-    return int(found.near[np.uint32(place)])  # an unsigned index needs no test for counting from the end
+    grid.cursor[0] = place + 1
+    return int(grid.near[np.uint32(place)])  # an unsigned index needs no test for counting from the end
 
 
 @kernel
-def note_push(found: Neighbours, position: Floats, i: int, j: int) -> None:
+def note_push(grid: Neighbours, position: Floats, i: int, j: int) -> None:
     """Update the grid after i and j were pushed apart, in i's turn; look again if i has gone far."""
-    if len(found.first) == 0:
+    if len(grid.first) == 0:
         return
-    cell = cell_at(found, position[j, 0], position[j, 1])
-    if cell != found.cell[j]:
-        leave(found, j)
-        enter(found, j, cell)
-    if max(abs(position[i, 0] - found.home[0, 0]), abs(position[i, 1] - found.home[0, 1])) >= found.slack:
-        look_around(found, position, i, j)
+    cell = cell_at(grid, position[j, 0], position[j, 1])
+    if cell != grid.cell[j]:
+        leave(grid, j)
+        enter(grid, j, cell)
+    if max(abs(position[i, 0] - grid.home[0, 0]), abs(position[i, 1] - grid.home[0, 1])) >= grid.slack:
+        look_around(grid, position, i, j)

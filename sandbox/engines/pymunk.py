@@ -7,12 +7,14 @@ import pymunk
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.quantity import dot, nearest_on_segment
-from sandbox.scene.model import Scene, Vector
+from sandbox.engines.walls import Segments, separation
+from sandbox.quantity import dot
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Bools, Contacts, Floats, State
 
-# px, of an arena wall. The wall stands outside, its inner face on the arena's edge; a ball escapes only if its centre
-# passes the wall's centre line in one step, which at 60 Hz takes 1.2 million px/s.
+# px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
+# crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
 WALL_HALF_THICKNESS: Final = 20_000.0
 
 _CONTACT_FIELDS: Final = (
@@ -24,7 +26,7 @@ _CONTACT_FIELDS: Final = (
 )
 
 _STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
-_CACHED: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # call: number of its `Space.step`
+_CACHED: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # call: of `Space.step`, from 1
 
 
 class PymunkEngine:
@@ -46,12 +48,13 @@ class PymunkEngine:
         self._radius = scene.bodies.radius
         self._bodies = _add_balls(self.space, scene, initial)
         segments = _add_walls(self.space, scene)
-        # To read contacts: the bodies' ids, sorted, and the number of each (a ball, or ~wall).
+        # To identify the bodies of a contact: their ids, sorted, and the number of each (a ball, or ~wall).
         ids = np.array([body.id for body in self.space.bodies], np.uintp)
         order = np.argsort(ids)
         self._ids = ids[order]
         self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in range(len(segments)))])[order]
-        self._segments = tuple(np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
+        a, b, radius = (np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
+        self._segments = Segments(a, b, radius)
         self._buffer = Buffer()
         self._contacts = ContactLog()
         self._cached = np.empty(0, _CACHED)
@@ -105,10 +108,10 @@ class PymunkEngine:
         self._contacts.add(solved[np.lexsort((solved["second"], solved["first"]))])
 
     def _stale_impulse(self, contacts: Contacts) -> Floats:
-        """Return the part of each touching pair's total impulse that an earlier contact left, and that was not applied.
+        """Return the part of each total impulse that an earlier contact left and that was not applied, kg px/s: (k,).
 
-        Pymunk caches a contact's impulse for `collision_persistence` steps. If two that have parted touch again within
-        them, the solver starts from it and includes it in the total, though it applies only the difference.
+        Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
+        them, the solver starts from that impulse and includes it in the total, but applies only the difference.
         """
         now = np.empty(len(contacts), _CACHED)
         now["pair"] = contacts["first"] * len(self._numbers) + contacts["second"]
@@ -122,17 +125,12 @@ class PymunkEngine:
         return stale
 
     def _touching(self, contacts: Contacts) -> Bools:
-        """Return which pairs overlap now, in Chipmunk's own arithmetic: (k,).
+        """Return which contacts' pairs overlap now, in Chipmunk's own arithmetic: (k,).
 
         Pymunk lists a cached contact, with the impulse it had, for some steps after the two have parted.
         """
-        first, second = contacts["first"], contacts["second"]
-        of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
-        position = self.state().position
-        start, end, thick = (part[wall] for part in self._segments)
-        on_wall = nearest_on_segment(position[first], start, end)
-        away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
-        reach = self._radius[first] + np.where(of_wall, thick, self._radius[ball])
+        pair = contacts["first"], contacts["second"]
+        away, reach = separation(self.state().position, self._radius, self._segments, *pair)
         return dot(away, away) < reach * reach
 
 

@@ -6,15 +6,16 @@ import numpy as np
 from numba import njit
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State
 
 
 @njit(cache=True)
 def log_contact(log, count, first, second, nx, ny, impulse, depth):  # type: ignore[no-untyped-def]
-    """Append a contact, without its time, to a kernel's log: (capacity,) CONTACT, of which count rows are filled.
+    """Append a contact, without its time, to a kernel's log: (capacity,) CONTACT, whose first `count` rows are filled.
 
-    Returns the log, which is a longer one if it was full, and the new count.
+    Returns the log, or a longer copy if it was full, and the new count.
     """
     if count == len(log):
         longer = np.empty(2 * count, log.dtype)
@@ -47,7 +48,7 @@ class SteppedEngine(ABC):
 
     @abstractmethod
     def advance(self) -> int:
-        """Do one step on the arrays, in place; return the number of contacts in the log."""
+        """Advance the arrays by one step, in place; return the number of contacts in the log."""
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""

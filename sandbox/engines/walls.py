@@ -1,14 +1,17 @@
-"""Walls as a disc's centre meets them: straight faces, and a round end at either end of a face."""
+"""Walls as a solver needs them: as segments, or as pieces that a disc can touch (straight faces, and round ends)."""
 
 from itertools import chain, pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.scene.model import ARENA_WALLS, Scene, Vector
+from sandbox.quantity import nearest_on_segment
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.state import Floats, Integers
 
-ARENA_COUNT: Final = len(ARENA_WALLS)  # the first walls are the arena's, solid to any depth; others have two sides
+ARENA_COUNT: Final = len(ARENA_WALLS)  # these walls come first, and are solid to any depth; others have two sides
 LEFT, TOP, RIGHT, BOTTOM = range(ARENA_COUNT)
 
 PIECE: Final = np.dtype(
@@ -18,15 +21,38 @@ PIECE: Final = np.dtype(
         ("tx", "f8"),  # unit vector along it; its normal is (-ty, tx)
         ("ty", "f8"),
         ("length", "f8"),  # px; 0 for a round end
-        ("thick", "f8"),  # half the wall's thickness, px
+        ("half_thickness", "f8"),  # of the wall, px
         ("elasticity", "f8"),  # the wall's factor
-        ("wall", "i8"),
+        ("wall", "i8"),  # its number: the arena's from 0, then the scene's
     ]
 )
 
 
+class Segments(NamedTuple):
+    """The centre lines of walls. start, end: (m, 2) px; half_thickness: (m,) px."""
+
+    start: Floats
+    end: Floats
+    half_thickness: Floats
+
+
+def separation(
+    position: Floats, radius: Floats, segments: Segments, first: Integers, second: Integers
+) -> tuple[Floats, Floats]:
+    """Return the vector from each first ball to its second ball or wall, and the length at which they touch, px.
+
+    position: (n, 2) px; radius: (n,) px; first, second: (k,) as in CONTACT. The vector, (k, 2), ends at the ball's
+    centre, or at the nearest point of the wall's centre line; the length is (k,).
+    """
+    of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
+    start, end, half_thickness = (part[wall] for part in segments)
+    on_wall = nearest_on_segment(position[first], start, end)
+    away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
+    return away, radius[first] + np.where(of_wall, half_thickness, radius[ball])
+
+
 def pieces_of(scene: Scene) -> NDArray[np.void]:
-    """List the faces of the arena (left, top, right, bottom), then a face and two ends for each wall of the scene."""
+    """Return the faces of the arena (left, top, right, bottom), then a face and two ends for each other wall."""
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
     arena = [_face(wall, start, end, 0, scene.arena.elasticity) for wall, (start, end) in enumerate(pairwise(corners))]
@@ -41,11 +67,11 @@ def pieces_of(scene: Scene) -> NDArray[np.void]:
     return np.array([*arena, *chain.from_iterable(inner)], PIECE)
 
 
-def _face(wall: int, start: Vector, end: Vector, thick: float, elasticity: float) -> tuple[float, ...]:
+def _face(wall: int, start: Vector, end: Vector, half_thickness: float, elasticity: float) -> tuple[float, ...]:
     along = np.subtract(end, start)
     length = float(np.hypot(*along))
-    return (*start, *(along / length), length, thick, elasticity, wall)
+    return (*start, *(along / length), length, half_thickness, elasticity, wall)
 
 
-def _end(wall: int, at: Vector, thick: float, elasticity: float) -> tuple[float, ...]:
-    return (*at, 0.0, 0.0, 0.0, thick, elasticity, wall)
+def _end(wall: int, at: Vector, half_thickness: float, elasticity: float) -> tuple[float, ...]:
+    return (*at, 0.0, 0.0, 0.0, half_thickness, elasticity, wall)

@@ -17,17 +17,17 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.measurement import Run
 from sandbox.quantity import length
-from sandbox.scene.model import PALETTE
+from sandbox.scene.fields import PALETTE
 from sandbox.state import Floats
 
 MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
 LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
-DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
+LINE_DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
 MARKERS: Final = ("circle", "square", "triangle", "diamond", "inverted_triangle", "star")
 HATCHES: Final = ("blank", "right_diagonal_line", "dot", "horizontal_line", "cross", "left_diagonal_line")
-INK: Final = "#222222"
+BLACK: Final = "#222222"
 FONT: Final = "system-ui, sans-serif"
 THEME: Final = Theme(
     json={
@@ -37,17 +37,17 @@ THEME: Final = Theme(
                 "axis_label_text_font": FONT,
                 "axis_label_text_font_size": "16px",
                 "axis_label_text_font_style": "normal",
-                "axis_label_text_color": INK,
+                "axis_label_text_color": BLACK,
                 "major_label_text_font": FONT,
                 "major_label_text_font_size": "16px",
-                "major_label_text_color": INK,
+                "major_label_text_color": BLACK,
                 "minor_tick_line_color": None,
             },
             "Grid": {"grid_line_color": "#e3e3e3"},
             "Legend": {
                 "label_text_font": FONT,
                 "label_text_font_size": "16px",
-                "label_text_color": INK,
+                "label_text_color": BLACK,
                 "orientation": "horizontal",
                 "border_line_color": None,
                 "background_fill_alpha": 0,
@@ -56,7 +56,7 @@ THEME: Final = Theme(
                 "spacing": 16,
                 "glyph_width": 44,
             },
-            "Label": {"text_font": FONT, "text_font_size": "16px", "text_color": INK},
+            "Label": {"text_font": FONT, "text_font_size": "16px", "text_color": BLACK},
         }
     }
 )
@@ -85,7 +85,7 @@ class Style:
 
 def style_of(index: int) -> Style:
     """Return the style of an engine by its number, distinct in dash, marker and hatch as well as in colour."""
-    return Style(*(kind[index % len(kind)] for kind in (PALETTE, DASHES, MARKERS, HATCHES)))
+    return Style(*(kind[index % len(kind)] for kind in (PALETTE, LINE_DASHES, MARKERS, HATCHES)))
 
 
 def charts(comparison: Comparison) -> list[Chart]:
@@ -217,7 +217,9 @@ def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
     if comparison.horizon is not None:
         plot.add_layout(Span(location=comparison.horizon, dimension="height", line_dash="dashed", line_color="#777777"))
     # On the overlay level, moving the cursor does not redraw the lines.
-    plot.add_layout(Span(name="cursor", location=0, dimension="height", line_color=INK, line_width=2, level="overlay"))
+    plot.add_layout(
+        Span(name="cursor", location=0, dimension="height", line_color=BLACK, line_width=2, level="overlay")
+    )
     return plot
 
 
@@ -315,13 +317,13 @@ def _ledger(comparison: Comparison) -> Chart:
             source={"cause": labels, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
             fill_color=style.color,
             fill_alpha=0.75,
-            line_color=INK,
+            line_color=BLACK,
             hatch_pattern=style.hatch,
-            hatch_color=INK,
+            hatch_color=BLACK,
             hatch_alpha=0.6,
         )
         items.append(_legend_item(name, bars))
-    plot.add_layout(Span(location=0, dimension="height", line_color=INK))
+    plot.add_layout(Span(location=0, dimension="height", line_color=BLACK))
     _add_legend(plot, items)
     alt = "Change of energy by cause, as in the table below."
     about = (

@@ -21,8 +21,9 @@ from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_
 from sandbox.analysis.measurement import Run
 from sandbox.analysis.verdict import horizon_words, key_figures, verdict
 from sandbox.report.charts import as_document, charts, contacts_by, energies
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import parse
-from sandbox.scene.model import Scene, rgb
+from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB

@@ -17,7 +17,7 @@ from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
 from sandbox.report.charts import Style, style_of
-from sandbox.scene.model import PALETTE
+from sandbox.scene.fields import PALETTE
 from sandbox.sweep.jobs import SPEED_CLASSES, Row, Sweep
 
 WIDTH: Final = 1150  # px

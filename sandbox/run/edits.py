@@ -1,6 +1,6 @@
 """Edits of a running scene: each changes the scene, the state of its balls, or both.
 
-Like all inputs, they belong to steps. After an edit every engine is rebuilt from the edited scene and its own edited
+Like all inputs, an edit belongs to a step. After it, every engine is rebuilt from the edited scene and its own edited
 state, so engines need not support edits.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
-from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, Size, Vector
+from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Vector
 from sandbox.scene.model import Scene
 from sandbox.state import State
 
@@ -24,7 +24,7 @@ class Edit(Model):
     do: str
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the edited scene. Raises SandboxError if a scene cannot be like that."""
+        """Return the edited scene. Raises SandboxError if it is not valid."""
         return scene
 
     def change_state(self, state: State) -> State:
@@ -40,9 +40,9 @@ class AddBall(Edit):
     """Centre, px."""
     velocity: Vector = (0, 0)
     """Velocity, px/s."""
-    radius: Size
+    radius: NotTiny
     """Radius, px."""
-    mass: Size = 1
+    mass: NotTiny = 1
     """Mass, kg; only ratios matter."""
     elasticity: Elasticity = 1
     """The ball's factor: the elasticity of a pair is the product of its two factors."""
@@ -70,16 +70,16 @@ class DeleteBall(Edit):
 
     def change_scene(self, scene: Scene) -> Scene:
         """Remove the ball from its group. The others keep their colours."""
-        _check_ball(self.ball, scene)
+        check_ball(self.ball, scene)
         groups, first = [], 0
         for group in scene.balls:
-            colors = scene.colors[first : first + group.size]
-            at = self.ball - first
-            first += group.size
-            if not 0 <= at < group.size:
+            colors = scene.colors[first : first + group.ball_count]
+            index = self.ball - first  # in the group
+            first += group.ball_count
+            if not 0 <= index < group.ball_count:
                 groups.append(group.model_copy(update={"colors": colors}) if group.colors is None else group)
-            elif group.size > 1:
-                others = {"count": group.size - 1, "colors": colors[:at] + colors[at + 1 :]}
+            elif group.ball_count > 1:
+                others = {"count": group.ball_count - 1, "colors": colors[:index] + colors[index + 1 :]}
                 groups.append(group.model_copy(update=others))
         return _with_balls(scene, groups)
 
@@ -100,7 +100,7 @@ class SetVelocity(Edit):
 
     def change_scene(self, scene: Scene) -> Scene:
         """Return the scene unchanged."""
-        _check_ball(self.ball, scene)
+        check_ball(self.ball, scene)
         return scene
 
     def change_state(self, state: State) -> State:
@@ -155,11 +155,12 @@ class SetRate(Edit):
 AnyEdit = AddBall | DeleteBall | SetVelocity | SetElasticity | SetGravity | SetRate
 
 
-def _check_ball(ball: int, scene: Scene) -> None:
+def check_ball(ball: int, scene: Scene) -> None:
+    """Raise SandboxError if a scene has no ball of this number."""
     if ball >= len(scene.bodies):
         raise SandboxError(f"ball must be at most {len(scene.bodies) - 1}, got {ball}")
 
 
 def _with_balls(scene: Scene, groups: Iterable[BallGroup]) -> Scene:
-    """Return the scene with other balls, and without its expectations, which were for the balls before."""
+    """Return the scene with other balls, and without its expectations, which were for the old ones."""
     return scene.changed(balls=tuple(groups), expect=())

@@ -22,16 +22,16 @@ from typing import Annotated, Any, Final, Literal, get_args
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from sandbox.errors import MAX_REPORTED, SandboxError, first_errors, read_text, shown
-from sandbox.files import whole_file
+from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, first_errors, shown
+from sandbox.files import read_text, whole_file
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AnyEdit, Edit, SetRate
+from sandbox.run.edits import AnyEdit, Edit, SetRate, check_ball
 from sandbox.scene.fields import Count, Index, Line, Model, Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.validation import sandbox_error
 from sandbox.text import printable
 
-MAX_EDITS: Final = 1_000  # in a run: the time of each is proportional to the number of balls
+MAX_EDITS: Final = 1_000  # in a run: each takes time in proportion to the number of balls
 MAX_INPUTS_BYTES: Final = 10_000_000  # in a file: enough for an hour of dragging
 
 
@@ -45,7 +45,7 @@ class Start(Model):
     rate: Count
 
     def change_scene(self, scene: Scene) -> Scene:
-        """Return the scene with the recorded seed and rate. Raises SandboxError if a scene cannot have them."""
+        """Return the scene with the recorded seed and rate. Raises SandboxError if they are not valid."""
         return scene.changed(seed=self.seed, rate=self.rate)
 
 
@@ -109,8 +109,8 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
                 raise SandboxError("start must come before all other inputs")
-            if isinstance(given, Grab) and given.ball >= len(scene.bodies):
-                raise SandboxError(f"ball must be at most {len(scene.bodies) - 1}, got {given.ball}")
+            if isinstance(given, Grab):
+                check_ball(given.ball, scene)
             edits += isinstance(given, Edit)
             if edits > MAX_EDITS:
                 found.append(f"{name}:{number}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
@@ -120,7 +120,7 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
             inputs.append(given)
         except SandboxError as error:
             found += [f"{name}:{number}: {what}" for what in str(error).split("\n")]
-            if len(found) > MAX_REPORTED:
+            if len(found) > MAX_REPORTED_ERRORS:
                 break
     if found:
         raise first_errors(found, name)

@@ -8,7 +8,7 @@ from sandbox.engines import Engine, create
 from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
 from sandbox.run.inputs import Input
-from sandbox.run.mouse import Hand
+from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -44,7 +44,7 @@ class Runner:
         self._steps += 1
 
     def state(self) -> State:
-        """Return the engine's state, at the time since the start of the run."""
+        """Return the engine's state, with the time since the start of the run."""
         state = self.engine.state()
         return State(self._clock.time(self._steps), state.position, state.velocity)
 
@@ -66,26 +66,26 @@ class Runner:
 class Lockstep:
     """Engines that run one scene from one state, a step at a time, with the same mouse and the same edits.
 
-    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot honour the scene.
+    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene.
     """
 
     def __init__(self, scene: Scene, names: Iterable[str], inputs: Sequence[Input] = ()) -> None:
-        self.scene = scene  # as the edits so far have left it
+        self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
-        self.engines = {name: self.runner(name, self.initial) for name in names}
-        self.hidden: list[Runner] = []  # hidden engines, excluded from results
-        self.hand = Hand(scene)
+        self.engines = {name: self.new_runner(name, self.initial) for name in names}
+        self.hidden: list[Runner] = []  # run along, but excluded from results
+        self.mouse = Mouse(scene)
         self.pulled: int | None = None  # the ball that the mouse pulled in the last step
-        self.pulls: dict[str, Vector] = {}  # px/s that the pull added to its velocity, by engine
+        self.pulls: dict[str, Vector] = {}  # px/s that the pull added to the ball's velocity, by engine
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.edited = False  # since the last step
         self._balls_ever = len(self.balls)
         self._pending = list(reversed(inputs))
 
-    def runner(self, name: str, state: State) -> Runner:
+    def new_runner(self, name: str, state: State) -> Runner:
         """Build an engine that continues from a state at this step."""
         return Runner(name, create(name, self.scene, state), self.clock, self.steps)
 
@@ -102,7 +102,7 @@ class Lockstep:
         if isinstance(given, Edit):
             self._edit(given)
         self.given.append(given)
-        self.hand.apply(given)
+        self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
@@ -110,7 +110,7 @@ class Lockstep:
         built = [(runner, create(runner.name, scene, edit.change_state(runner.state()))) for runner in runners]
         for runner, engine in built:
             runner.replace(engine)
-        self.scene = self.hand.scene = scene
+        self.scene = self.mouse.scene = scene
         self.edited = True
         match edit:
             case AddBall():
@@ -129,14 +129,14 @@ class Lockstep:
     def step(self) -> None:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
         self.apply_due()
-        ball = self.hand.ball
+        ball = self.mouse.ball
         self.pulled, self.pulls, self.edited = ball, {}, False
         for runner in (*self.engines.values(), *self.hidden):
             if ball is not None:
                 state = runner.state()
-                pull = self.hand.pull(state.position[ball], state.velocity[ball])
+                pull = self.mouse.pull(state.position[ball], state.velocity[ball])
                 runner.kick(ball, pull)
-                self.pulls.setdefault(runner.name, pull)
+                self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
             runner.step()
         self.steps += 1
 

@@ -14,12 +14,12 @@ MAX_PULL_ACCELERATION: Final = 40_000.0  # px/s², whatever the scene's gravity
 BRAKING_DISTANCE: Final = MAX_PULL_ACCELERATION / PULL_RATE**2  # px; further from the target the speed is limited
 
 
-class Hand:
-    """The mouse in every engine: a critically damped pull of one ball to a point inside the arena.
+class Mouse:
+    """The mouse, alike in every engine: a critically damped pull of one ball to a point inside the arena.
 
     The pull is a backward Euler step of x'' = -w² (x - target) - 2 w x', which does not overshoot from rest, and is
-    stable at every rate. Its acceleration is limited, and its speed to what that can brake. It moves a ball by at most
-    the ball's radius per step, so that walls and other balls stop it.
+    stable at every rate. Its acceleration is limited, and its speed to what this acceleration can brake. It moves a
+    ball by at most the ball's radius per step, so that walls and other balls stop it.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -62,5 +62,6 @@ class Hand:
 
 
 def _at_most(length: float, x: float, y: float) -> Vector:
+    """Return a vector, shortened to a length if it is longer."""
     norm = math.hypot(x, y)
     return (x, y) if norm <= length else (x * length / norm, y * length / norm)

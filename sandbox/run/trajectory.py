@@ -24,7 +24,7 @@ class Trajectory:
     """The run of a scene in one engine, at the start and after every step.
 
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
-    mass: (n,) kg; size: width and height of the arena, px. The n balls are those of the scene and then the added ones,
+    mass: (n,) kg; size: width and height of the arena, px. The n balls are the scene's and then the added ones,
     in order; the position and velocity of a ball are NaN before it is added and after it is deleted.
     """
 
@@ -44,11 +44,11 @@ def simulate(
     steps: int | None = None,
     inputs: Sequence[Input] = (),
 ) -> Trajectory:
-    """Run a scene in one engine, for a number of steps or seconds; by default for the scene's seconds.
+    """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
 
-    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state follows the edits of its step.
-    Raises SandboxError if the engine is unknown, the duration not valid or the trajectory too large, Refused if the
-    engine cannot honour the scene.
+    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state includes the edits of its step.
+    Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
+    engine cannot run the scene.
     """
     for name, length in (("seconds", seconds), ("steps", steps)):
         if length is not None and not 0 <= length < math.inf:
@@ -57,9 +57,9 @@ def simulate(
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
     added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
     balls = len(scene.bodies) + len(added)
-    size = (steps + 1) * balls * 4 * 8
-    if size > MAX_TRAJECTORY_BYTES:
-        needed, most = f"{size / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
+    needed_bytes = (steps + 1) * balls * 4 * 8
+    if needed_bytes > MAX_TRAJECTORY_BYTES:
+        needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
     position = np.full((steps + 1, balls, 2), np.nan)

@@ -5,13 +5,13 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, Range, Size, Vector
+from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, Range, Vector
 from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
 from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
 from sandbox.scene.validation import Problem, invalid
 
-MAX_BALLS: Final = 200_000  # of a scene
-DECIMAL_ROUNDING: Final = 1e-9  # share of an arena's size that sums of decimal fractions may be off by
+MAX_BALLS: Final = 200_000  # in a scene
+DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
 THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
 
@@ -21,9 +21,9 @@ class BallGroup(Model):
 
     count: Annotated[Count, Field(le=MAX_BALLS)] | None = None
     """Number of balls; by default as many as there are positions or places in the grid, otherwise 1."""
-    radius: Size
+    radius: NotTiny
     """Radius of each ball, px."""
-    mass: Size = 1
+    mass: NotTiny = 1
     """Mass of each ball, kg; only ratios matter."""
     elasticity: Elasticity = 1
     """The ball's factor: the elasticity of a pair is the product of its two factors."""
@@ -43,7 +43,7 @@ class BallGroup(Model):
     """Two opposite corners of a rectangle, px: the balls are at random places wholly inside it, without overlaps."""
     grid: tuple[Count, Count] | None = None
     """Number of columns and rows, filled row by row. Requires spacing."""
-    spacing: Size | None = None
+    spacing: NotTiny | None = None
     """Distance between neighbouring centres of a grid, px."""
     velocity: Vector | None = None
     """Velocity of every ball, px/s."""
@@ -59,9 +59,9 @@ class BallGroup(Model):
     """Root mean square speed, px/s: both components are drawn from a normal distribution."""
 
     @property
-    def size(self) -> int:
-        """The number of balls."""
-        return self.placement.balls if self.count is None else self.count
+    def ball_count(self) -> int:
+        """The number of balls: `count`, or its default."""
+        return self.placement.default_count if self.count is None else self.count
 
     @property
     def placement(self) -> Placement:
@@ -113,14 +113,14 @@ class BallGroup(Model):
             if one in given and other not in given:
                 yield (one,), f"must be given together with {other}"
         if placement := self._placement():
-            yield from placement.errors(self.size)
-            if self.velocities is not None and self.size != len(self.velocities):
-                yield ("velocities",), f"must have one entry per ball, {self.size}, got {len(self.velocities)}"
+            yield from placement.errors(self.ball_count)
+            if self.velocities is not None and self.ball_count != len(self.velocities):
+                yield ("velocities",), f"must have one entry per ball, {self.ball_count}, got {len(self.velocities)}"
         if self.colors == ():
             yield ("colors",), "must contain at least one colour"
 
     def errors_in(self, arena: Vector, overlap: float) -> Iterator[Problem]:
-        """Yield where balls may be outside an arena, whatever the seed.
+        """Yield an error if balls may be outside an arena for some seed.
 
         arena: its width and height, px; overlap: how deep a ball may be in its walls, px.
         """
@@ -129,7 +129,7 @@ class BallGroup(Model):
             if low > high:
                 yield ("radius",), f"{self.radius:g} is too large for an arena of {arena[0]:g} x {arena[1]:g}"
                 return
-            first, last, key = self.placement.span(axis, self.size, arena)
+            first, last, key = self.placement.span(axis, self.ball_count, arena)
             slack = DECIMAL_ROUNDING * size + overlap
             if not (low - slack <= first and last <= high + slack):
                 got = f"{name} must be from {low:g} to {high:g}, got {first if first < low else last:g}"

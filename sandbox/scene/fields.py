@@ -1,4 +1,4 @@
-"""What the tables of a scene and of recorded inputs are made of: their base class, and the types of their values."""
+"""The base class of the tables of scenes and of recorded inputs, and the types of their values."""
 
 import difflib
 import re
@@ -34,14 +34,14 @@ def _not_a_colour(name: str) -> str:
     return f"is not a valid colour: {shown(name)}; {hint}"
 
 
-def _check_not_tiny(size: float) -> float:
-    if size < 1e-6:
-        raise invalid(((), f"must be at least 1e-06, got {size:g}"))
-    return size
+def _check_not_tiny(number: float) -> float:
+    if number < 1e-6:
+        raise invalid(((), f"must be at least 1e-06, got {number:g}"))
+    return number
 
 
 def _check_printable(line: str) -> str:
-    """Reject letters that command the terminal which prints them, or make text look like other text."""
+    """Reject letters that control a terminal, or make text look like other text."""
     found = next(filter(unprintable, line), None)
     if found is not None:
         raise invalid(((), f"must not have control characters, got U+{ord(found):04X}"))
@@ -59,7 +59,7 @@ Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
-Size = Annotated[Number, Field(gt=0), AfterValidator(_check_not_tiny)]
+NotTiny = Annotated[Number, Field(gt=0), AfterValidator(_check_not_tiny)]
 Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
 Colour = Annotated[str, AfterValidator(_check_colour)]
@@ -73,7 +73,7 @@ class Model(BaseModel):
     """A table of keys. It rejects unknown keys, NaN and infinity, and does not change once it is built.
 
     Keys that are words of Python, such as `from`, go by their attribute's name in Python: `Wall(start=..., to=...)`.
-    Raises SandboxError with every error in the arguments, in the words that a file's errors have.
+    Raises SandboxError with every error in the arguments, worded as for a file.
     """
 
     model_config = ConfigDict(
@@ -91,7 +91,7 @@ class Model(BaseModel):
         except ValidationError as error:
             raise sandbox_error(error, type(self)) from None
 
-    # As for BaseModel's own: pydantic builds tables within tables without `__init__`, and their errors keep their path.
+    # As BaseModel's own: pydantic then builds inner tables without `__init__`, and their errors keep their path.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
 
@@ -119,7 +119,7 @@ class Range(Model):
         return self
 
     def draw(self, rng: Random) -> float:
-        """Return a number of the range, of one call of the generator."""
+        """Draw a number, with exactly one call of the generator."""
         if self.step is None:
             return rng.uniform(self.start, self.to)
         start, to, step = int(self.start), int(self.to), int(self.step)

@@ -1,4 +1,4 @@
-"""Scene files: the reader and the writer of their TOML, the bundled scenes, and the JSON Schema."""
+"""Scene files: reading and writing their TOML, the bundled scenes, and the JSON Schema."""
 
 import itertools
 import math
@@ -14,8 +14,8 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_REPORTED, MAX_TEXT_FILE_BYTES, SandboxError, dotted, first_errors, nearest, read_text
-from sandbox.files import whole_file
+from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, suggestion
+from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
 from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
@@ -45,7 +45,7 @@ def load(scene: str | Path) -> Scene:
         name = path.as_posix()
         known = bundled(TRUTHS if path.parent == Path(TRUTHS) else "")
         if name not in known:
-            raise SandboxError(f"no scene {name!r}: neither a file nor a bundled scene; {nearest(name, known)}")
+            raise SandboxError(f"no scene {name!r}: neither a file nor a bundled scene; {suggestion(name, known)}")
         path = known[name]
     return parse(read_text(path), str(path))
 
@@ -61,7 +61,7 @@ def parse(text: str, file: str) -> Scene:
         lines = lines_of_keys(text)
         found = sorted(
             (line_of(path, lines) or 0, f"{dotted(path)} {message}")
-            for path, message in itertools.islice(problems_of(error, Scene), MAX_REPORTED + 1)
+            for path, message in itertools.islice(problems_of(error, Scene), MAX_REPORTED_ERRORS + 1)
         )
         messages = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
         raise first_errors(messages, name) from None
@@ -79,15 +79,14 @@ def _document(text: str, name: str) -> dict[str, Any]:
 
 
 def write(scene: Scene, state: State, path: str | Path) -> None:
-    """Write a scene file whose balls start, to the bit, as they are in a state. Expectations are left out.
+    """Write a scene file whose balls start in a state, to the bit. Expectations are left out.
 
     Raises SandboxError if the file would not load again, or cannot be written.
     """
     numbers = np.column_stack([state.position, state.velocity]).tolist()
-    text = (
-        _dumped(scene, state) if len(repr(numbers)) <= MAX_TEXT_FILE_BYTES else None
-    )  # a larger one would take minutes
-    if text is None or len(text.encode()) > MAX_TEXT_FILE_BYTES:
+    too_large = len(repr(numbers)) > MAX_TEXT_FILE_BYTES  # checked first: to dump it would take minutes
+    text = "" if too_large else _dumped(scene, state)
+    if too_large or len(text.encode()) > MAX_TEXT_FILE_BYTES:
         raise SandboxError(
             f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_TEXT_FILE_BYTES:,} bytes of a scene file"
         )
@@ -131,7 +130,7 @@ def _groups(scene: Scene, state: State) -> Iterator[dict[str, Any]]:
 
 
 def _shortest_cycle(colors: list[str]) -> list[str]:
-    """Return the shortest list of colours that, taken in turn, gives these."""
+    """Return the shortest list of colours that gives these if it is repeated."""
     for length in range(1, len(colors)):
         if colors[length:] == colors[:-length]:
             return colors[:length]

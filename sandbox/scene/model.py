@@ -20,22 +20,19 @@ from sandbox.scene.fields import (
     Index,
     Model,
     NotNegative,
+    NotTiny,
     Number,
     Positive,
-    Size,
     Text,
     Title,
     Vector,
-    rgb,
 )
 from sandbox.scene.toml_lines import Source
 from sandbox.scene.validation import Problem, invalid
 from sandbox.state import Bodies
 from sandbox.text import printable
 
-__all__ = ["ARENA_WALLS", "PALETTE", "Arena", "BallGroup", "Expect", "PymunkSettings", "Scene", "Vector", "Wall", "rgb"]
-
-MAX_WALLS: Final = 1_000  # each of which is compared with each ball
+MAX_WALLS: Final = 1_000  # each is compared with each ball
 MAX_STEPS: Final = 10_000_000
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
 
@@ -43,7 +40,7 @@ ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the sce
 class Arena(Model):
     """The box around the balls, with four static walls."""
 
-    size: tuple[Size, Size]
+    size: tuple[NotTiny, NotTiny]
     """Width and height, px."""
     elasticity: Elasticity = 1
     """The four walls' factor: the elasticity of a contact is the product of the wall's and the ball's."""
@@ -185,7 +182,7 @@ class Scene(Model):
     @field_validator("balls")
     @classmethod
     def _check_number_of_balls(cls, balls: tuple[BallGroup, ...]) -> tuple[BallGroup, ...]:
-        total = sum(group.size for group in balls)
+        total = sum(group.ball_count for group in balls)
         if total == 0:
             raise invalid(((), "must contain at least one ball"))
         if total > MAX_BALLS:
@@ -195,7 +192,7 @@ class Scene(Model):
     @field_validator("expect")
     @classmethod
     def _check_expected_balls_and_times(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
-        total = sum(group.size for group in info.data.get("balls", ()))
+        total = sum(group.ball_count for group in info.data.get("balls", ()))
         found = [*_times_between_steps(expect, info.data.get("rate", 1))]
         found += [
             ((index, "ball"), f"must be at most {total - 1}, got {one.ball}")
@@ -243,12 +240,12 @@ class Scene(Model):
 
     @property
     def name(self) -> str:
-        """The printable name of its file, without the ending."""
+        """The name of the scene's file, printable and without the ending."""
         return printable(self.file.stem)
 
-    def at(self, path: KeyPath, message: str) -> str:
+    def at_key(self, path: KeyPath, message: str) -> str:
         """Return a message about a key of the scene, with its file and line: `file:line: key message`."""
-        return self._source.at(path, message)
+        return self._source.at_key(path, message)
 
     @property
     def steps(self) -> int:
@@ -258,7 +255,7 @@ class Scene(Model):
     @cached_property
     def bodies(self) -> Bodies:
         """The balls' constants, one entry per ball in scene order: (n,) each."""
-        sizes = [group.size for group in self.balls]
+        sizes = [group.ball_count for group in self.balls]
 
         def each(key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
             return np.repeat([float(getattr(group, key)) for group in self.balls], sizes)
@@ -267,11 +264,11 @@ class Scene(Model):
 
     @cached_property
     def colors(self) -> tuple[str, ...]:
-        """Colour of each ball in scene order; groups without colours take those of the palette in turn."""
+        """Colour of each ball in scene order; groups without colours have the palette's in turn."""
         colors: list[str] = []
         for index, group in enumerate(self.balls):
             own = group.colors or (PALETTE[index % len(PALETTE)],)
-            colors += itertools.islice(itertools.cycle(own), group.size)
+            colors += itertools.islice(itertools.cycle(own), group.ball_count)
         return tuple(colors)
 
     def wall_name(self, wall: int) -> str:

@@ -1,10 +1,10 @@
 """The balls placed so far, and whether there is room for one more.
 
-Balls are sorted by size into levels; each holds radii up to twice those of the level below. A level has a grid of
-square cells that its largest ball just fits in, and a ball is listed in the cell of its centre, among those of its own
-level. In each higher level whose balls are placed at random it is listed too, among the smaller ones. So the search for
-room looks at 3 x 3 cells of the ball's own level, smaller balls included, and of each higher level, whatever the sizes.
-Cells share lists by a hash: a list may hold the balls of several.
+Balls are sorted by radius into levels; each holds radii up to twice those of the level below. A level has a grid of
+square cells that its largest ball just fits in. A ball is listed in the cell of its centre, among the balls of its own
+level; and in each higher level whose balls are placed at random, among the smaller balls. So the search for room looks
+at 3 x 3 cells of the ball's own level, smaller balls included, and of each higher level, whatever the radii. The lists
+are found by hashing the cell, so a list may hold the balls of several cells.
 """
 
 import math
@@ -27,8 +27,8 @@ class Packing(NamedTuple):
     """The balls in the order in which they were placed, and the lists of the cells.
 
     ball: (n, 3) x, y, radius, px; wall: (m, 5) both ends and half the thickness, px; random: (LEVELS,) whether balls of
-    a level are placed at random; population: (LEVELS,) balls in each; total: (2,) balls, and entries of lists;
-    first: the first entry of each list, an index of entry; entry: (..., 2) its ball, and the next entry of its list.
+    a level are placed at random; population: (LEVELS,) balls in each; total: (2,) numbers of balls and of list entries;
+    first: the index of each list's first entry; entry: (..., 2) its ball, and the index of the list's next entry.
     """
 
     ball: Floats
@@ -42,17 +42,19 @@ class Packing(NamedTuple):
 
 @njit(cache=True)
 def _level(radius):  # type: ignore[no-untyped-def]
+    """Return the level of balls of a radius (px)."""
     return max(0, math.ceil(math.log2(radius)) - LOWEST_EXPONENT)
 
 
 @njit(cache=True)
-def _width(level):  # type: ignore[no-untyped-def]
+def _cell_width(level):  # type: ignore[no-untyped-def]
+    """Return the width of a level's cells, px: its largest diameter."""
     return 2.0 ** (level + LOWEST_EXPONENT + 1)
 
 
 @njit(cache=True)
 def _list_of(packing, level, smaller, column, row):  # type: ignore[no-untyped-def]
-    """Return the number of the list for a cell: of the balls of its own level, or of the smaller ones."""
+    """Return the number of a cell's list: of the balls of its level, or of the smaller ones."""
     mixed = (int(column) * 73_856_093) ^ (int(row) * 19_349_663) ^ ((2 * level + smaller) * 83_492_791)  # Teschner 2003
     return (mixed ^ (mixed >> 17)) & (len(packing.first) - 1)
 
@@ -64,18 +66,18 @@ def _place(packing, x, y, radius):  # type: ignore[no-untyped-def]
     for level in range(own, LEVELS):
         if level == own or packing.random[level]:
             e = packing.total[1]
-            where = _list_of(packing, level, level > own, x // _width(level), y // _width(level))
-            packing.entry[e, 0], packing.entry[e, 1] = k, packing.first[where]
-            packing.first[where] = e
+            number = _list_of(packing, level, level > own, x // _cell_width(level), y // _cell_width(level))
+            packing.entry[e, 0], packing.entry[e, 1] = k, packing.first[number]
+            packing.first[number] = e
             packing.total[1] += 1
     packing.population[own] += 1
     packing.total[0] += 1
 
 
 @njit(cache=True)
-def forget(packing, left):  # type: ignore[no-untyped-def]
-    """Remove the balls placed last until `left` of them remain."""
-    while packing.total[0] > left:
+def keep_first(packing, count):  # type: ignore[no-untyped-def]
+    """Keep the first `count` balls and remove those placed later."""
+    while packing.total[0] > count:
         packing.total[0] -= 1
         x, y, radius = packing.ball[packing.total[0]]
         own = _level(radius)
@@ -83,14 +85,14 @@ def forget(packing, left):  # type: ignore[no-untyped-def]
         for level in range(LEVELS - 1, own - 1, -1):
             if level == own or packing.random[level]:
                 packing.total[1] -= 1
-                where = _list_of(packing, level, level > own, x // _width(level), y // _width(level))
-                packing.first[where] = packing.entry[packing.total[1], 1]
+                number = _list_of(packing, level, level > own, x // _cell_width(level), y // _cell_width(level))
+                packing.first[number] = packing.entry[packing.total[1], 1]
 
 
 @njit(cache=True)
 def _is_free(packing, level, smaller, x, y, radius):  # type: ignore[no-untyped-def]
     """Return whether a ball would overlap no ball of a level, or no smaller one listed there."""
-    width = _width(level)
+    width = _cell_width(level)
     reach = radius + width / 2
     for column in range(int((x - reach) // width), int((x + reach) // width) + 1):
         for row in range(int((y - reach) // width), int((y + reach) // width) + 1):
@@ -121,7 +123,7 @@ def _has_room(packing, x, y, radius):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def place_all(packing, place, radius):  # type: ignore[no-untyped-def]
-    """Place balls of a radius (px), even where there is no room. place: (n, 2) px."""
+    """Place balls of a radius (px), whether there is room or not. place: (n, 2) px."""
     for k in range(len(place)):
         _place(packing, place[k, 0], place[k, 1], radius)
 

@@ -1,4 +1,4 @@
-"""How the balls of a group are placed: a class for each way that a scene file has."""
+"""How the balls of a group are placed: a class for each kind of placement in a scene file."""
 # ruff: noqa: D102 (the base class documents the methods)
 
 from abc import ABC, abstractmethod
@@ -9,24 +9,24 @@ from random import Random
 from sandbox.scene.fields import Range, Vector
 from sandbox.scene.validation import Problem
 
-Pack = Callable[[Vector, Vector], Iterable[Vector]]  # lowest and highest centre, px -> centres where there is room
+Pack = Callable[[Vector, Vector], Iterable[Vector]]  # lowest and highest centre, px -> centres with room
 
 
 class Placement(ABC):
     """Where the balls of a group are at the start. arena: its width and height, px."""
 
     @property
-    def balls(self) -> int:
-        """The number of balls of a group that gives no count."""
+    def default_count(self) -> int:
+        """The number of balls of a group without `count`."""
         return 1
 
     def errors(self, count: int) -> Iterator[Problem]:
-        """Yield what is wrong with this placement for a number of balls."""
+        """Yield the errors of this placement for a number of balls."""
         yield from ()
 
     @abstractmethod
     def span(self, axis: int, count: int, arena: Vector) -> tuple[float, float, str]:
-        """Return the lowest and highest centre on an axis (0 is x), px, and the key of the file that they come from."""
+        """Return the lowest and highest centre on an axis (0 is x), px, and the key that sets them."""
 
     @abstractmethod
     def positions(self, count: int, arena: Vector, rng: Random, pack: Pack) -> Iterable[Vector]:
@@ -52,17 +52,17 @@ class AtPoint(Placement):
 
 @dataclass(frozen=True)
 class AtPoints(Placement):
-    """A ball at each of some points."""
+    """One ball at each point."""
 
     points: tuple[Vector, ...]
 
     @property
-    def balls(self) -> int:
+    def default_count(self) -> int:
         return len(self.points)
 
     def errors(self, count: int) -> Iterator[Problem]:
-        if count != self.balls:
-            yield ("count",), f"must be the number of positions, {self.balls}, got {count}; leave it out"
+        if count != self.default_count:
+            yield ("count",), f"must be the number of positions, {self.default_count}, got {count}; leave it out"
 
     def span(self, axis: int, count: int, arena: Vector) -> tuple[float, float, str]:
         along = [point[axis] for point in self.points]
@@ -74,7 +74,7 @@ class AtPoints(Placement):
 
 @dataclass(frozen=True)
 class AtRandom(Placement):
-    """Coordinates drawn at random; the balls may overlap."""
+    """At coordinates drawn at random; the balls may overlap."""
 
     x: Range
     y: Range
@@ -114,7 +114,7 @@ class Packed(Placement):
 
 @dataclass(frozen=True)
 class OnGrid(Placement):
-    """Columns and rows, filled row by row; in the middle of the arena unless the first ball's centre is given."""
+    """In columns and rows, filled row by row; centred in the arena unless the first ball's centre is given."""
 
     columns: int
     rows: int
@@ -122,12 +122,12 @@ class OnGrid(Placement):
     first: Vector | None
 
     @property
-    def balls(self) -> int:
+    def default_count(self) -> int:
         return self.columns * self.rows
 
     def errors(self, count: int) -> Iterator[Problem]:
-        if count > self.balls:
-            yield ("count",), f"must be at most {self.balls}, the places of the grid, got {count}"
+        if count > self.default_count:
+            yield ("count",), f"must be at most {self.default_count}, the places of the grid, got {count}"
 
     def span(self, axis: int, count: int, arena: Vector) -> tuple[float, float, str]:
         first = self._first(arena)[axis]
@@ -148,6 +148,6 @@ class OnGrid(Placement):
 
 
 def _max_discs(width: float, height: float, radius: float) -> float:
-    """Bound how many equal discs fit in a rectangle (Oler 1961, of points that far apart in a convex set)."""
-    a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # of the rectangle of the centres
+    """Return an upper bound of how many equal discs fit in a rectangle (Oler 1961: points in a convex set)."""
+    a, b, d = width - 2 * radius, height - 2 * radius, 2 * radius  # a, b: of the rectangle of the centres
     return 2 / 3**0.5 * a * b / d**2 + (a + b) / d + 1

@@ -16,12 +16,12 @@ from sandbox.quantity import deepest_overlap, length, segment_distance
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.packing import Packing, empty_packing, forget, have_room, place_all, place_some, placed
+from sandbox.scene.packing import Packing, empty_packing, have_room, keep_first, place_all, place_some, placed
 from sandbox.state import Floats, State
 
 MAX_TRIES: Final = 100  # random places in a row for one ball, before its group is put on a lattice instead
-MAX_LATTICE_SITES: Final = 400_000  # about: twice as many as there can be balls
-_recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # spawned last: a dense group takes seconds
+MAX_LATTICE_SITES: Final = 400_000  # about twice MAX_BALLS
+_recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # the last ones: spawning a dense group takes seconds
 
 
 def spawn(scene: Scene) -> State:
@@ -38,9 +38,9 @@ def spawn(scene: Scene) -> State:
 
 
 def _spawns_alike(scene: Scene, other: Scene) -> bool:
-    """Return whether two scenes share the seed and the very objects that are drawn from, as copies by `changed` do.
+    """Return whether two scenes share the seed and the same arena, groups and walls, as copies by `changed` do.
 
-    Equal objects are not enough, since 0.0 equals -0.0.
+    Equality is not enough, since 0.0 equals -0.0.
     """
     return (
         (scene.seed, len(scene.balls), len(scene.walls)) == (other.seed, len(other.balls), len(other.walls))
@@ -53,36 +53,36 @@ def _spawns_alike(scene: Scene, other: Scene) -> bool:
 def _spawn(scene: Scene) -> State:
     rng = random.Random(scene.seed)
     packing = empty_packing(scene)
-    last = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)  # that is packed
+    last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
     position: list[Vector] = []
     velocity: list[Vector] = []
     for index, group in enumerate(scene.balls):
         pack = partial(_pack, scene, index, rng, packing)
-        places = group.placement.positions(group.size, scene.arena.size, rng, pack)
-        # zip draws place and velocity ball by ball.
-        for place, throw in islice(zip(places, group.throw.velocities(rng), strict=False), group.size):
+        places = group.placement.positions(group.ball_count, scene.arena.size, rng, pack)
+        # zip alternates the draws of place and velocity.
+        for place, thrown in islice(zip(places, group.throw.velocities(rng), strict=False), group.ball_count):
             position.append(place)
-            velocity.append(throw)
-        if index < last and not group.inside:
-            place_all(packing, np.array(position[-group.size :], float), group.radius)
+            velocity.append(thrown)
+        if index < last_packed and not group.inside:
+            place_all(packing, np.array(position[-group.ball_count :], float), group.radius)
     return State(0.0, np.array(position, float), np.array(velocity, float))
 
 
 def warnings(scene: Scene, state: State) -> Iterator[str]:
-    """Yield what the author of a scene may not have meant: overlaps, and balls that move far in a step."""
+    """Yield warnings of what its author may not have meant: overlaps, and balls that move far in a step."""
     radius = scene.bodies.radius
     overlap, first, second = deepest_overlap(state.position, radius)
     if overlap > 0:
-        yield scene.at((), f"warning: balls {first} and {second} overlap by {overlap:.3g} px at the start")
+        yield scene.at_key((), f"warning: balls {first} and {second} overlap by {overlap:.3g} px at the start")
     for index, wall in enumerate(scene.walls):
         depth = radius + wall.thickness / 2 - segment_distance(state.position, wall.start, wall.to)
         if (ball := int(depth.argmax())) >= 0 and depth[ball] > 0:
-            yield scene.at(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
+            yield scene.at_key(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
     moved = length(state.velocity) / scene.rate  # px per step
     ball = int((moved / radius).argmax())
     if moved[ball] > radius[ball] * (1 + DECIMAL_ROUNDING):
         enough = math.ceil(moved[ball] * scene.rate / (radius[ball] * (1 + DECIMAL_ROUNDING)))
-        yield scene.at(
+        yield scene.at_key(
             (),
             f"warning: ball {ball} moves {moved[ball]:.3g} px per step, more than its radius of {radius[ball]:g}: "
             f"time-stepped engines may miss contacts; a rate of {enough} would do",
@@ -90,18 +90,18 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
 
 
 def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: Vector, high: Vector) -> list[Vector]:
-    """Place the balls of a group at random: wherever there is room, or, if it is tight, on a shuffled lattice.
+    """Place the balls of a group at random: one by one or, if they do not fit so, on sites of a lattice.
 
-    low, high: the corners of their centres' rectangle, px. Placing one by one jams at about half of the area (0.547,
-    Feder 1980); a hexagonal lattice reaches 0.907.
+    low, high: opposite corners of the rectangle of the centres, px. Placing one by one jams at about half of the area
+    (0.547, Feder 1980); a hexagonal lattice reaches 0.907.
     """
-    radius, count = scene.balls[index].radius, scene.balls[index].size
+    radius, count = scene.balls[index].radius, scene.balls[index].ball_count
     places = _one_by_one(packing, radius, count, low, high, rng)
     if len(places) < count:
-        forget(packing, placed(packing) - len(places))
+        keep_first(packing, placed(packing) - len(places))
         free = _free_sites(packing, radius, count, low, high)
         if len(free) < count:
-            raise SandboxError(scene.at(("balls", index, "count"), f"is too large: there is no room for {count}"))
+            raise SandboxError(scene.at_key(("balls", index, "count"), f"is too large: there is no room for {count}"))
         places = free[rng.sample(range(len(free)), count)]
         place_all(packing, places, radius)
     found: list[Vector] = places.tolist()
@@ -121,12 +121,13 @@ def _one_by_one(packing: Packing, radius: float, count: int, low: Vector, high: 
 
 
 def _anywhere(low: Vector, high: Vector, count: int, rng: random.Random) -> Floats:
+    """Draw points in a rectangle, x before y: (n, 2) px."""
     (x0, y0), (x1, y1) = low, high
     return np.array([(rng.uniform(x0, x1), rng.uniform(y0, y1)) for _ in range(count)])
 
 
 def _free_sites(packing: Packing, radius: float, count: int, low: Vector, high: Vector) -> Floats:
-    """Return the free sites of the widest lattice that has enough of them, or of the narrowest: (n, 2) px."""
+    """Return the free sites of the widest lattice that has enough of them, or else of the narrowest: (n, 2) px."""
     width, height = high[0] - low[0], high[1] - low[1]
     pitch = math.sqrt(width * height / count / math.sqrt(0.75)) + 2 * radius
     finest = max(math.sqrt(width * height / MAX_LATTICE_SITES / math.sqrt(0.75)), (width + height) / MAX_LATTICE_SITES)

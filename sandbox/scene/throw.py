@@ -1,4 +1,4 @@
-"""The velocities of a group's balls at the start: a class for each way that a scene file has."""
+"""The velocities of a group's balls at the start: a class for each kind of throw in a scene file."""
 # ruff: noqa: D102 (the base class documents the method)
 
 import math
@@ -41,7 +41,7 @@ class OneByOne(Throw):
 
 @dataclass(frozen=True)
 class RandomComponents(Throw):
-    """Components drawn at random, 0 where there is no range."""
+    """Components drawn at random; a component without a range is 0."""
 
     vx: Range | None
     vy: Range | None

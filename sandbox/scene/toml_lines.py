@@ -12,7 +12,7 @@ from sandbox.text import printable
 
 MAX_DEPTH: Final = 20  # nested brackets, and parts of a dotted key: a scene needs five
 _STRING: Final = r"""(?:"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""  # on one line
-# What ends or nests a TOML statement: strings, comments and blank lines are skipped whole.
+# Brackets and line ends, which nest and end a statement; strings and comments, to be skipped whole.
 _TOKEN: Final = re.compile(
     r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)|'
     r"'{3}.*?(?:'{3,5}|\Z)|"
@@ -24,7 +24,7 @@ _PLAIN: Final = re.compile(r"\s*([\w-]+)[ \t]*=[ \t]*[^{\s]", re.ASCII)  # a bar
 
 
 def too_deep(text: str) -> int | None:
-    """Return the line on which a TOML document nests too deeply to be parsed, None if it does not.
+    """Return the line on which a TOML document nests too deeply to be parsed, or None.
 
     A parser's time and memory grow as the square of the number of parts of a dotted key.
     """
@@ -35,7 +35,7 @@ def too_deep(text: str) -> int | None:
 
 
 def _tokens(text: str) -> Iterator[tuple[re.Match[str], int, int]]:
-    """Yield what ends or nests a statement, with the depth and the line number after it."""
+    """Yield each token with the depth of nesting and the line number after it."""
     depth, line = 0, 1
     for token in _TOKEN.finditer(text):
         depth += (token[0] in "[{") - (token[0] in "]}")
@@ -98,8 +98,8 @@ class Source:
     def _lines(self) -> Mapping[KeyPath, int]:
         return lines_of_keys(self.text)
 
-    def at(self, path: KeyPath, message: str) -> str:
-        """Return a message about a key: `file:line: key message`, without what is not known."""
+    def at_key(self, path: KeyPath, message: str) -> str:
+        """Return a message about a key: `file:line: key message`, without the line if it is unknown."""
         line, name = line_of(path, self._lines) if path else None, printable(self.file)
         place = f"{name}:{line}" if line else name
         return f"{place}: {dotted(path)} {message}" if path else f"{place}: {message}"

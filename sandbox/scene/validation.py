@@ -1,26 +1,23 @@
-"""pydantic's validation errors, in the words of someone who writes the file."""
+"""pydantic's validation errors, worded for the author of a scene."""
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Final
+from importlib.metadata import version
+from typing import Any, Final
 
-from sandbox.errors import KeyPath, SandboxError, dotted, nearest, shown
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
 
-if TYPE_CHECKING:  # slow to import, and every command imports this module
-    from pydantic import BaseModel, ValidationError
-    from pydantic_core import ErrorDetails, PydanticCustomError
-
+from sandbox.errors import KeyPath, SandboxError, dotted, shown, suggestion
 
 Problem = tuple[KeyPath, str]  # a path, and what is wrong there: "must be ..."
 
 
-def invalid(*problems: tuple[KeyPath, str | Callable[[], str]]) -> "PydanticCustomError":
-    """Return the error for a validator to raise: several problems at once, each with its path from there.
+def invalid(*problems: tuple[KeyPath, str | Callable[[], str]]) -> PydanticCustomError:
+    """Return an error for a validator to raise: several problems, each with its path from the validated value.
 
     A message that takes long to make is a function, which is called only if the message is shown.
     """
-    from pydantic_core import PydanticCustomError
-
     return PydanticCustomError("problems", "{problems}", {"problems": list(problems)})
 
 
@@ -43,7 +40,7 @@ _MESSAGES: Final[Mapping[str, str]] = {
 }
 
 
-def problems_of(error: "ValidationError", model: "type[BaseModel]", within: KeyPath = ()) -> Iterator[Problem]:
+def problems_of(error: ValidationError, model: type[BaseModel], within: KeyPath = ()) -> Iterator[Problem]:
     """Yield every problem that pydantic found in a `model`, once. within: the start of all paths, which is left out."""
     seen = set()
     for problem in _problems(error, model, len(within)):
@@ -52,13 +49,13 @@ def problems_of(error: "ValidationError", model: "type[BaseModel]", within: KeyP
             yield problem
 
 
-def sandbox_error(error: "ValidationError", model: "type[BaseModel]", within: KeyPath = ()) -> SandboxError:
+def sandbox_error(error: ValidationError, model: type[BaseModel], within: KeyPath = ()) -> SandboxError:
     """Return one error with every problem of a `model` that was not read from a scene file, a line each."""
     lines = (f"{dotted(path)} {message}".lstrip() for path, message in problems_of(error, model, within))
     return SandboxError("\n".join(lines))
 
 
-def _problems(error: "ValidationError", model: "type[BaseModel]", skipped: int) -> Iterator[Problem]:
+def _problems(error: ValidationError, model: type[BaseModel], skipped: int) -> Iterator[Problem]:
     for detail in error.errors(include_url=False):
         path = detail["loc"][skipped:]
         if detail["type"] == "problems":
@@ -80,14 +77,12 @@ def _problems(error: "ValidationError", model: "type[BaseModel]", skipped: int) 
 
 
 def _unknown(key: str, known: Iterable[str]) -> str:
-    """Return the message for a key that is mistyped, or of a newer version: the format grows by keys."""
-    from importlib.metadata import version
-
+    """Return the message for a key that is mistyped, or from a newer version: new versions add keys."""
     here = version("pymunk-sandbox")
-    return f"is not a key of sandbox {here} (perhaps of a newer one); {nearest(key, known)}"
+    return f"is not a key of sandbox {here} (perhaps of a newer one); {suggestion(key, known)}"
 
 
-def _message(detail: "ErrorDetails") -> str:
+def _message(detail: ErrorDetails) -> str:
     template = _MESSAGES.get(detail["type"])
     if template is None:
         return detail["msg"]
@@ -95,11 +90,11 @@ def _message(detail: "ErrorDetails") -> str:
 
 
 @functools.cache
-def _schema(model: "type[BaseModel]") -> dict[str, Any]:
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
     return model.model_json_schema()
 
 
-def _keys_at(model: "type[BaseModel]", path: KeyPath) -> dict[str, Any]:
+def _keys_at(model: type[BaseModel], path: KeyPath) -> dict[str, Any]:
     """Return the keys of the table at a path, each with its JSON Schema."""
     schema = _schema(model)
     node = schema

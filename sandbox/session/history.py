@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Final
 
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import Contacts, State
 
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second

@@ -73,7 +73,7 @@ class Session:
     def held(self) -> int | None:
         """The ball that the mouse holds now; None during a replay of earlier inputs."""
         nothing_to_come = len(self.lockstep.given) == len(self.inputs)
-        return self.lockstep.hand.ball if self.is_live and nothing_to_come else None
+        return self.lockstep.mouse.ball if self.is_live and nothing_to_come else None
 
     def moments(self, first: int, last: int) -> list[Moment]:
         """Return the moments kept between two steps, both included, in order."""
@@ -127,13 +127,13 @@ class Session:
         self.catch_up()
         if isinstance(given, Edit) and sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
             raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
-        before, hand, is_held = self.lockstep.given, self.lockstep.hand, self.held is not None
+        before, mouse, is_held = self.lockstep.given, self.lockstep.mouse, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # only the last move of a step pulls
-        if isinstance(given, Grab) and hand.ball is not None:
+        if isinstance(given, Grab) and mouse.ball is not None:
             self.lockstep.apply(Release(step=given.step))
         self.lockstep.apply(given)
-        if isinstance(given, Edit) and hand.ball is not None and not is_held:
+        if isinstance(given, Edit) and mouse.ball is not None and not is_held:
             self.lockstep.apply(Release(step=given.step))
         self.inputs = list(before)
         self._undone.clear()
@@ -228,7 +228,7 @@ class Session:
                 contacts,
                 dict(self._counts),
                 tuple(lockstep.balls),
-                lockstep.hand.ball,
-                lockstep.hand.target,
+                lockstep.mouse.ball,
+                lockstep.mouse.target,
             )
         )

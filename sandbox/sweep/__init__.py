@@ -5,7 +5,7 @@ A row does not depend on where or when it runs: here, on a cluster, or after the
 
 from collections.abc import Iterator, Sequence
 
-from sandbox.files import is_file, whole_file
+from sandbox.files import is_replaceable, whole_file
 from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
 from sandbox.sweep.journal import Journal, journal_path, open_journal
 from sandbox.sweep.workers import Outcome, run_locally, run_on_dask
@@ -52,5 +52,5 @@ def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
     """Write the table, and delete its journal once every row is there."""
     with whole_file(out) as file:
         file.write(as_csv(rows).encode())
-    if is_file(out) and len(rows) == len(sweep.jobs):
+    if is_replaceable(out) and len(rows) == len(sweep.jobs):
         journal_path(out).unlink(missing_ok=True)

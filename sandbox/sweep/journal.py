@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from sandbox.errors import SandboxError
-from sandbox.files import is_file, write_errors
+from sandbox.files import is_replaceable, write_errors
 from sandbox.sweep.jobs import Row, Sweep, is_row
 
 
@@ -38,7 +38,7 @@ def open_journal(sweep: Sweep, out: str) -> Iterator[Journal]:
 
     Raises SandboxError if it belongs to another sweep, or cannot be written.
     """
-    if not is_file(out):
+    if not is_replaceable(out):
         yield Journal([])
         return
     path = journal_path(out)

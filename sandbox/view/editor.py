@@ -8,7 +8,7 @@ import numpy as np
 from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
 from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
-from sandbox.scene.model import PALETTE, Vector
+from sandbox.scene.fields import PALETTE, Vector
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from sandbox.errors import MAX_TEXT_FILE_BYTES
+from sandbox.files import MAX_TEXT_FILE_BYTES
 
 CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
 

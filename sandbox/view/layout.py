@@ -7,7 +7,7 @@ from typing import Final
 
 from pygame import Rect
 
-from sandbox.scene.model import Vector
+from sandbox.scene.fields import Vector
 
 GAP: Final = 8  # px between panes and round them
 CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line

@@ -10,7 +10,7 @@ from pygame.event import Event
 
 from sandbox.quantity import length
 from sandbox.run.inputs import Grab, Move, Release
-from sandbox.scene.model import Vector
+from sandbox.scene.fields import Vector
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, ScreenPoint

@@ -8,7 +8,8 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.scene.model import Scene, Vector, rgb
+from sandbox.scene.fields import Vector, rgb
+from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 from sandbox.view.layers import Layer
 from sandbox.view.palette import contrast, palette

@@ -6,7 +6,7 @@ from typing import Final
 
 from pygame import Color
 
-from sandbox.scene.model import PALETTE, rgb
+from sandbox.scene.fields import PALETTE, rgb
 
 FRAME: Final = Color("#22262b")  # around the panes
 RAISED: Final = Color("#3a4047")  # buttons and fields on the frame

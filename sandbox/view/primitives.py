@@ -10,7 +10,7 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.scene.model import rgb
+from sandbox.scene.fields import rgb
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK

@@ -10,9 +10,11 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.errors import MAX_TEXT_FILE_BYTES, SandboxError
+from sandbox.errors import SandboxError
+from sandbox.files import MAX_TEXT_FILE_BYTES
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import TRUTHS, bundled, load
-from sandbox.scene.model import Scene, rgb
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
 from sandbox.view.palette import ACCENT, FAINT, INK, RAISED

@@ -12,8 +12,9 @@ import sandbox.engines
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
+from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 
@@ -127,7 +128,7 @@ First = Callable[[str, Scene], Difference | None]
 
 def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Register one of the engines above as `faulty`."""
-    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.GROUP)
+    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.ENTRY_POINTS)
     monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", faulty)
 
 

@@ -22,7 +22,7 @@ from pygame import Surface, surfarray
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.files import check_outputs, is_file, whole_file
+from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison import page
 from sandbox.run.inputs import Grab, Release, write_inputs
 from sandbox.run.trajectory import simulate, write_trace
@@ -374,7 +374,7 @@ def test_a_pipe_and_a_device_are_written_to_directly() -> None:
     assert read == [b"content"]
     assert Path("pipe").is_fifo()
     assert Path("/dev/null").is_char_device()
-    assert not is_file("/dev/null")
+    assert not is_replaceable("/dev/null")
     assert sorted(entry.name for entry in Path().iterdir()) == ["null", "pipe"]
 
 
@@ -400,7 +400,7 @@ def test_a_sweep_into_a_pipe_or_a_device_has_no_journal() -> None:
     sweep = plan(load("article"), [0], [60], ["article"])
     with open_journal(sweep, "pipe"), open_journal(sweep, "null"):
         assert sorted(entry.name for entry in Path().iterdir()) == ["null", "pipe"]
-    assert not is_file("/dev/stdout")
+    assert not is_replaceable("/dev/stdout")
 
 
 @pytest.mark.parametrize("name", ["x" * 255, "\N{SNOWMAN}" * 85, "\N{BEACH WITH UMBRELLA}" * 63])

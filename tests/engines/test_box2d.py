@@ -193,7 +193,7 @@ def test_nothing_escapes_and_no_speed_is_cut(speed: float) -> None:
     assert np.hypot(*trace.velocity[-1, 0]) == pytest.approx(np.hypot(speed, 0.7 * speed), rel=1e-5)
 
 
-def test_touching_balls_in_a_chain_do_not_pass_the_whole_blow_on() -> None:
+def test_touching_balls_in_a_chain_do_not_pass_on_all_momentum() -> None:
     """Box2D bounces all contacts of a step at once, by their speeds before it: the cradle loses 39 % of its energy."""
     scene = load("newtons-cradle")
     velocity = simulate(scene, "box2d", seconds=4).velocity

@@ -164,8 +164,8 @@ class Endless(Broken): ...
         ("Nan", "mine: the position of ball 1 must be finite, got [nan, nan]"),
         ("Short", "mine: its velocity must be of shape (3, 2), got (2, 2)"),
         ("NoArray", "mine: its contacts must be an array of sandbox.state.CONTACT, got None"),
-        ("Stranger", "mine: its contacts must be of the 3 balls and 4 walls"),
-        ("Endless", "mine: its contacts must be of finite numbers"),
+        ("Stranger", "mine: its contacts must name the 3 balls and 4 walls"),
+        ("Endless", "mine: its contacts must have finite numbers"),
         ("Lost", f"mine: {__name__}:Lost cannot be loaded: module {__name__!r} has no attribute 'Lost'"),
     ],
 )

@@ -123,7 +123,7 @@ def test_velocities_of_a_chain_of_fifty_pass_from_ball_to_ball() -> None:
     assert state.position[-1, 0] == pytest.approx(300 + 48 * 20 + 300 * (2 - 180 / 300), abs=1e-8)
 
 
-def test_chain_that_loses_energy_passes_on_what_successive_impacts_leave() -> None:
+def test_inelastic_chain_has_the_velocities_of_successive_impacts() -> None:
     e = 0.9
     grid = (
         f"[[balls]]\ngrid = [5, 1]\nspacing = 20.0\nposition = [300, 300]\nradius = 10\nelasticity = {math.sqrt(e)}\n"
@@ -138,7 +138,7 @@ def test_chain_that_loses_energy_passes_on_what_successive_impacts_leave() -> No
 
 @pytest.mark.parametrize("degrees", [0, 15, 30, 45, 60, 89])
 @pytest.mark.parametrize(("of_ball", "of_wall"), [(1.0, 1.0), (0.8, 0.75)])
-def test_arena_wall_turns_the_normal_part_of_the_velocity_round(degrees: int, of_ball: float, of_wall: float) -> None:
+def test_arena_wall_reverses_the_normal_velocity(degrees: int, of_ball: float, of_wall: float) -> None:
     angle = math.radians(degrees)
     vx, vy = 300 * math.cos(angle), 300 * math.sin(angle)
     scene = box_of(ball([789, 20], [vx, vy], elasticity=of_ball), elasticity=of_wall, size=(800, 4000))
@@ -316,7 +316,7 @@ def test_contacts_of_a_light_ball_between_a_wall_and_a_heavy_one_count_the_digit
     assert len(contacts_of(scene, 10)) == digits
 
 
-def test_ball_that_just_fits_between_walls_keeps_what_goes_along_them() -> None:
+def test_ball_that_just_fits_between_walls_keeps_its_velocity_along_them() -> None:
     state = after(box_of(ball([10, 200], [1, 100]), size=(20, 400)), 1)
     assert state.position[0] == pytest.approx([10, 300], abs=1e-9)
     assert state.velocity[0, 1] == 100

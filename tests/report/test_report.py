@@ -20,8 +20,9 @@ from sandbox.analysis.comparison import Comparison, compare
 from sandbox.report.charts import thinned
 from sandbox.report.comparison import fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Scene, rgb
+from sandbox.scene.model import Scene
 
 ENGINES = ["pymunk", "article", "impulse", "exact"]
 HOSTILE = (

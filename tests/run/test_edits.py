@@ -171,15 +171,15 @@ def test_the_mouse_keeps_its_ball_if_another_is_deleted_and_releases_it_if_it_is
     lockstep = Lockstep(scene, ["pymunk"])
     lockstep.apply(Grab(step=0, ball=2, at=(700, 500)))
     lockstep.apply(DeleteBall(step=0, ball=2 - 2))
-    assert lockstep.hand.ball == 1
+    assert lockstep.mouse.ball == 1
     lockstep.apply(SetRate(step=0, rate=1000))
     lockstep.apply(Move(step=0, at=(1e6, 500)))
-    assert lockstep.hand.target == (790, 500)
+    assert lockstep.mouse.target == (790, 500)
     for _ in range(1000):
         lockstep.step()
     assert lockstep.states()["pymunk"].position[1] == pytest.approx([790, 500], abs=0.5)
     lockstep.apply(DeleteBall(step=1000, ball=1))
-    assert lockstep.hand.ball is None
+    assert lockstep.mouse.ball is None
     lockstep.step()
 
 

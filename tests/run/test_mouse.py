@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Hand
+from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Mouse
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 
 def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
     """Pull a ball along x with no other force; return its positions and velocities, including the start."""
-    mouse = Hand(scene)
+    mouse = Mouse(scene)
     mouse.apply(Grab(step=0, ball=0, at=(to, 300)))
     path, speeds = [x], [v]
     for _ in range(steps):
@@ -79,7 +79,7 @@ def test_a_held_ball_arrives_within_half_a_second_across_the_arena() -> None:
 def test_acceleration_and_displacement_per_step_are_bounded(
     rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
 ) -> None:
-    mouse = Hand(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
+    mouse = Mouse(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
     mouse.apply(Grab(step=0, ball=0, at=at))
     dv = mouse.pull(where, v)
     assert MAX_PULL_ACCELERATION == 40_000
@@ -99,7 +99,7 @@ def test_the_pull_does_not_scale_with_gravity() -> None:
 @settings(deadline=None)
 @given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
 def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool) -> None:
-    mouse = Hand(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
+    mouse = Mouse(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))
     mouse.apply(Grab(step=0, ball=1, at=(400, 300) if move else at))
     if move:
         mouse.apply(Move(step=1, at=at))
@@ -108,7 +108,7 @@ def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool)
 
 
 def test_the_mouse_grabs_moves_and_releases() -> None:
-    mouse = Hand(scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100"))
+    mouse = Mouse(scene_of("radius = 20\ngrid = [2, 1]\nspacing = 100"))
 
     def held() -> int | None:
         return mouse.ball

@@ -10,9 +10,10 @@ from conftest import NO_KEY
 import sandbox
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab
+from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Range
 from sandbox.scene.files import bundled, load, parse
-from sandbox.scene.model import Arena, BallGroup, Expect, PymunkSettings, Scene, Wall
+from sandbox.scene.model import Arena, Expect, PymunkSettings, Scene, Wall
 from sandbox.scene.spawn import spawn
 
 BROKEN = """
@@ -157,4 +158,4 @@ def test_a_scene_survives_pickling_with_its_source() -> None:
     again: Scene = pickle.loads(pickle.dumps(scene))
     assert again == scene
     assert (again.source, again.name) == (scene.source, scene.name)
-    assert again.at(("balls", 0, "radius"), "is 10") == scene.at(("balls", 0, "radius"), "is 10")
+    assert again.at_key(("balls", 0, "radius"), "is 10") == scene.at_key(("balls", 0, "radius"), "is 10")

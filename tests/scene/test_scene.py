@@ -68,7 +68,7 @@ def errors(text: str) -> list[str]:
 )
 def test_every_way_to_place(group: str, size: int, says: dict[str, Any]) -> None:
     read = scene_of(f"radius = 10\n{group}").balls[0]
-    assert read.size == size
+    assert read.ball_count == size
     assert {key: _plain(getattr(read, key)) for key in says} == says
 
 
@@ -189,7 +189,7 @@ def test_defaults() -> None:
     assert (scene.rate, scene.seconds, scene.seed, scene.gravity, scene.expect) == (60, 20, 0, (0, 0), ())
     assert (scene.arena.elasticity, scene.arena.friction, scene.arena.background) == (1, 0, "white")
     ball, wall = scene.balls[0], scene.walls[0]
-    assert (ball.mass, ball.elasticity, ball.friction, ball.size) == (1, 1, 0, 1)
+    assert (ball.mass, ball.elasticity, ball.friction, ball.ball_count) == (1, 1, 0, 1)
     assert (wall.thickness, wall.elasticity, wall.friction) == (4, 1, 0)
     assert scene.pymunk.model_dump(exclude_none=True) == {"substeps": 1}
 
@@ -709,7 +709,7 @@ def test_no_permission(command: Command, tmp_path: Path, monkeypatch: pytest.Mon
         def forbid(path: str, _: int) -> None:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
-        monkeypatch.setattr("sandbox.errors._open_without_blocking", forbid)
+        monkeypatch.setattr("sandbox.files._open_without_blocking", forbid)
     assert command("check", file) == (2, "", f"{file}: cannot be read: Permission denied\n")
 
 

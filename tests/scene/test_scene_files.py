@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.errors import SandboxError
+from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import bundled, load, parse, write
-from sandbox.scene.model import BallGroup, Scene
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.state import State

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from sandbox.errors import SandboxError
 from sandbox.quantity import deepest_overlap
 from sandbox.scene import spawn as spawn_module
+from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Arena, BallGroup, Scene, Wall
+from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.state import Floats, State
 

@@ -26,7 +26,8 @@ from hypothesis import strategies as st
 
 from sandbox.cli.inputs import scene_and_inputs
 from sandbox.engines import registry
-from sandbox.errors import MAX_TEXT_FILE_BYTES, Refused, SandboxError
+from sandbox.errors import Refused, SandboxError
+from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs

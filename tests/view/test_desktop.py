@@ -19,8 +19,9 @@ from conftest import require
 from sandbox.run.edits import AddBall
 from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
 from sandbox.run.trajectory import simulate
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Scene, rgb
+from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.view.layout import Layout

@@ -10,7 +10,7 @@ from window_driver import button, colour_at, drag, given, hover, mouse, point, p
 from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Release
 from sandbox.run.trajectory import simulate
-from sandbox.scene.model import rgb
+from sandbox.scene.fields import rgb
 from sandbox.view.controls import Action
 from sandbox.view.toolbar import Slider
 from sandbox.view.window import Window

@@ -10,7 +10,7 @@ from window_driver import THREE_BALLS, colour_at, drag, given, hover, mouse, pix
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
-from sandbox.scene.model import rgb
+from sandbox.scene.fields import rgb
 from sandbox.state import State
 from sandbox.view.ball_card import ball_table
 from sandbox.view.mouse_tool import ball_at
@@ -39,7 +39,7 @@ def test_a_drag_in_either_pane_pulls_the_ball_in_every_engine(window: Window, pa
 def test_a_click_away_from_all_balls_grabs_nothing(window: Window) -> None:
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 400, 300))
     mouse(window, pygame.MOUSEBUTTONDOWN, (1, 1))
-    assert window.view.session.lockstep.hand.ball is None
+    assert window.view.session.lockstep.mouse.ball is None
     assert given(window) == []
 
 
@@ -47,17 +47,17 @@ def grab(window: Window) -> tuple[int, int]:
     """Grab the third ball in the second pane; return where."""
     at = point(window, 600, 100, pane=1)
     mouse(window, pygame.MOUSEBUTTONDOWN, at)
-    assert window.view.session.lockstep.hand.ball == 2
+    assert window.view.session.lockstep.mouse.ball == 2
     return at
 
 
 def test_losing_the_focus_or_the_button_releases_the_ball(window: Window) -> None:
     grab(window)
     window.on_event(Event(pygame.WINDOWFOCUSLOST))
-    assert window.view.session.lockstep.hand.ball is None
+    assert window.view.session.lockstep.mouse.ball is None
     at = grab(window)
     mouse(window, pygame.MOUSEMOTION, at, held=False)  # it came back with the button up
-    assert window.view.session.lockstep.hand.ball is None
+    assert window.view.session.lockstep.mouse.ball is None
     window.mouse.release()
     assert len(given(window)) == 4
 

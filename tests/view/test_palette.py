@@ -2,7 +2,7 @@
 
 from pygame import Color
 
-from sandbox.scene.model import rgb
+from sandbox.scene.fields import rgb
 from sandbox.view.palette import chart_background, palette
 
 

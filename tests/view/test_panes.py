@@ -11,8 +11,8 @@ from window_driver import colour_at, pixels, press, run
 
 from sandbox.analysis.comparison import compare
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
-from sandbox.scene.model import rgb
 from sandbox.view.debug_draw import turned_disc
 from sandbox.view.layout import Layout
 from sandbox.view.picture import draw_picture

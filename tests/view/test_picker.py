@@ -8,8 +8,8 @@ import pytest
 from pygame.event import Event
 from window_driver import SMALL_SCENE, drag, hover, press, run, step
 
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
-from sandbox.scene.model import rgb
 from sandbox.view.palette import RAISED
 from sandbox.view.scene_picker import ScenePicker
 from sandbox.view.window import Window

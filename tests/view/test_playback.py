@@ -8,7 +8,7 @@ import pytest
 from window_driver import click, colour_at, mouse, press, run, shown, slider, step
 
 from sandbox.run.trajectory import simulate
-from sandbox.scene.model import rgb
+from sandbox.scene.fields import rgb
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

@@ -18,7 +18,8 @@ from PIL import Image
 
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
-from sandbox.scene.model import Scene, rgb
+from sandbox.scene.fields import rgb
+from sandbox.scene.model import Scene
 from sandbox.view.film import FILMS, Film, Gif, WebP
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout

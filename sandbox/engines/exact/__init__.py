@@ -2,13 +2,13 @@
 
 Between impacts a disc flies on a parabola, so the time of the next impact is known in closed form (`impact`). Each disc
 has one event: its earliest predicted contact, or its crossing into the next cell of the `grid`, whichever comes first.
-The earliest event of all is next (`event_queue`). `kernel` is the event loop, and what happens at a contact; `engine`
-makes an engine of it; `records` is the layout in memory.
+The earliest event of all is next (`event_queue`). `prediction` finds the events of a disc, `contact` has the law of
+contact, `event_loop` processes the events in order, and `engine` runs it; `world` and `records` hold the data.
 
 Only the discs that an event concerns are moved (delayed states: B. D. Lubachevsky, J. Comput. Phys. 94 (1991) 255). A
 predicted contact with a disc that has since changed course is recognised when it comes up, by that disc's serial
-number, and predicted again. No contact is missed: of any two discs, the one predicted last saw the other's present
-course.
+number, and replaced by a new prediction. No contact is missed: of any two discs, the one predicted last used the
+other's present course.
 
 A contact costs the predictions of two discs, each against the discs of 3 x 3 cells, and O(log n) in the event queue.
 The clock is one double: after t seconds a contact is late or early by up to 1e-16 t, and 1e-16 t v px deep.

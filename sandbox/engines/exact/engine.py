@@ -1,4 +1,4 @@
-"""The exact engine: a scene in the kernel's arrays, its contacts, and its snapshots."""
+"""The exact engine: builds the arrays of the event loop from a scene, runs it, and collects its contacts."""
 
 import math
 from typing import Final
@@ -6,13 +6,16 @@ from typing import Final
 import numpy as np
 
 from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.exact.contact import HOP_TIME
+from sandbox.engines.exact.event_loop import advance, kick, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
-from sandbox.engines.exact.kernel import HOP_TIME, World, advance, kick, snapshot, start
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, aligned
+from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
 from sandbox.errors import Refused, SandboxError
-from sandbox.scene.model import Scene, Vector
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
@@ -27,7 +30,7 @@ class ExactEngine:
         self._steps = 0
         self._world = _world(scene, initial)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
-        self._log = np.empty(64, CONTACT)  # filled by the kernel
+        self._log = np.empty(64, CONTACT)  # filled by `advance`
         self._contacts = ContactLog()
         self.collisions = 0
         start(self._world)
@@ -52,7 +55,7 @@ class ExactEngine:
                 self._record(self._log[:count].copy())
             if count == len(self._log):
                 self._log = np.empty(2 * count, CONTACT)
-        if recording and self._world.falls:
+        if recording and self._world.has_gravity:
             self._record(self._resting_contacts())
 
     def _record(self, contacts: Contacts) -> None:
@@ -64,17 +67,17 @@ class ExactEngine:
             )
 
     def _resting_contacts(self) -> Contacts:
-        """Return a contact for each wall that carries a ball, with the impulse of this step, or since it carries it."""
+        """Return a contact for each ball that a wall carries, with its impulse in this step since its last contact."""
         event, body = self._world.event, self._world.body
         support = self._world.gravity - np.column_stack([body["ax"], body["ay"]])
         pull = np.hypot(*support.T)
-        resting = np.flatnonzero((event["wall"] >= 0) & (pull > 0))
+        resting = np.flatnonzero((event["carrier"] >= 0) & (pull > 0))
         contacts = np.zeros(len(resting), CONTACT)
         contacts["time"] = self._now
         contacts["first"] = event["ball"][resting]
-        contacts["second"] = ~self._world.piece["wall"][event["wall"][resting]]
+        contacts["second"] = ~self._world.piece["wall"][event["carrier"][resting]]
         contacts["normal"] = support[resting] / pull[resting, None]
-        duration = np.minimum(1 / self._rate, self._now - body["last"][resting])
+        duration = np.minimum(1 / self._rate, self._now - body["last_contact"][resting])
         contacts["impulse"] = body["mass"][resting] * pull[resting] * duration
         return contacts
 
@@ -108,17 +111,17 @@ def _world(scene: Scene, initial: State) -> World:
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
     disc["radius"], disc["next"] = bodies.radius[ball], NONE
-    event["cell"], event["ball"], event["wall"] = cell[ball], ball, NONE
+    event["cell"], event["ball"], event["carrier"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
-    body["mass"], body["elasticity"], body["last"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
-    body["met"] = -np.inf
+    body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
+    body["last_disc_contact"] = -np.inf
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * HOP_TIME / 2
     return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), hop_speed)
 
 
 def _has_friction(scene: Scene) -> bool:
-    """Return whether any two that can touch have friction, which is the product of their factors."""
+    """Return whether any two things that can touch have friction, which is the product of their factors."""
     rough = np.count_nonzero(scene.bodies.friction)
     walls = (scene.arena.friction, *(wall.friction for wall in scene.walls))
     return bool(rough > 1 or (rough == 1 and max(walls) > 0))

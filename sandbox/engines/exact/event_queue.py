@@ -21,7 +21,7 @@ NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])
 
 
 class EventQueue(NamedTuple):
-    """The next event of each disc, and the tree over them.
+    """The next event of each disc, and the tree over these events.
 
     disc: (n,) DISC; event: (n,) EVENT; node: NODE, times in s. Node 0 is the root, the children of node k are
     4 k + 1 to 4 k + 4, and the last n nodes are the discs' own.
@@ -33,9 +33,9 @@ class EventQueue(NamedTuple):
 
 
 def empty_queue(disc: NDArray[np.void], event: NDArray[np.void]) -> EventQueue:
-    """Return the queue of discs none of which has an event."""
+    """Return a queue in which no disc has an event yet."""
     n = len(disc)
-    disc["hit"], event["cross"], event["partner"] = np.inf, np.inf, NO_PARTNER
+    disc["hit"], event["crossing"], event["partner"] = np.inf, np.inf, NO_PARTNER
     inner = -(-(n - 1) // (CHILDREN - 1))
     # Siblings begin on a cache line; the nodes behind the last disc never win.
     node = aligned(CHILDREN * inner + CHILDREN, NODE)[CHILDREN - 1 :]
@@ -56,7 +56,7 @@ def rank(queue: EventQueue, i: int, partner: int) -> tuple[np.int64, np.int64]:
 
 @kernel
 def _rank_of_next(queue: EventQueue, i: int) -> tuple[np.int64, np.int64]:
-    crosses = queue.event[i].cross < queue.disc[i].hit
+    crosses = queue.event[i].crossing < queue.disc[i].hit
     return rank(queue, i, NO_PARTNER if crosses else np.int64(queue.event[i].partner))
 
 
@@ -72,7 +72,7 @@ def schedule(queue: EventQueue, i: int) -> None:
     """Update the tree for disc i's event: its next contact, or its crossing if that is earlier."""
     node = queue.node
     k = (len(node) - 1) // CHILDREN + i
-    node[k].time = min(queue.disc[i].hit, queue.event[i].cross)
+    node[k].time = min(queue.disc[i].hit, queue.event[i].crossing)
     while k > 0:
         k = (k - 1) // CHILDREN
         winner = node[CHILDREN * k + 1]

@@ -1,7 +1,7 @@
 """The grid: cells wider than any disc, so that a disc can meet only the discs of the 3 x 3 cells around it.
 
 Each cell lists its discs (a linked list, so that any number fits) and the pieces of wall that a disc centred in it can
-touch. A ring of empty cells around the arena spares cells at the border a test.
+touch. A ring of empty cells around the arena spares a test at the border.
 """
 
 import math
@@ -23,7 +23,7 @@ CELL_MARGIN: Final = 1e-9  # relative, of the cells' width and the walls' reach:
 
 CELL: Final = np.dtype(
     [
-        ("first", "i4"),  # disc in it, or NONE; each disc has the number of the next
+        ("first", "i4"),  # disc of its list, or NONE; each disc has the number of the next
         ("begin", "i4"),  # of its wall pieces; they end where those of the next cell begin
     ]
 )
@@ -32,7 +32,7 @@ CELL: Final = np.dtype(
 class Grid(NamedTuple):
     """The grid. Cell (column, row) has number row * stride + column; the arena's first is (1, 1).
 
-    width, height: of a cell, px; cell: CELL; piece: numbers of wall pieces, cell by cell.
+    width, height: of a cell, px; cell: CELL; piece: numbers of the wall pieces near each cell, cell by cell.
     """
 
     stride: int
@@ -43,7 +43,7 @@ class Grid(NamedTuple):
 
 
 def empty_grid(count: int, widest: float, size: Sequence[float], pieces: NDArray[np.void]) -> Grid:
-    """Make the grid for a number of discs, given the diameter of the widest and the size of the arena, px."""
+    """Return a grid without discs. count: of discs; widest: diameter of the largest, px; size: of the arena, px."""
     width = max(widest * (1 + CELL_MARGIN), math.sqrt(size[0] * size[1] * ITEMS_PER_CELL / (count + len(pieces))))
     columns, rows = (max(1, int(side / width)) for side in size)
     width, height = size[0] / columns, size[1] / rows
@@ -60,10 +60,13 @@ def empty_grid(count: int, widest: float, size: Sequence[float], pieces: NDArray
 
 
 def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> NDArray[np.int64]:
-    """Find the cells whose centres, at x per column and y per row (px), are at most so far from a piece (px)."""
+    """Return the numbers of the cells whose centres are at most `far` (px) from a piece.
+
+    x, y: px, the centres' coordinates, by column and by row.
+    """
     start = np.array([piece["x"], piece["y"]])
     end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
-    far = (far + piece["thick"]) * (1 + CELL_MARGIN)
+    far = (far + piece["half_thickness"]) * (1 + CELL_MARGIN)
     low, high = np.minimum(start, end) - far, np.maximum(start, end) + far
     columns, rows = (np.flatnonzero((c >= low[k]) & (c <= high[k])) for k, c in enumerate((x, y)))
     centre = np.stack(np.meshgrid(x[columns], y[rows]), axis=-1)

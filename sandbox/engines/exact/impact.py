@@ -57,7 +57,7 @@ def time_to_touch(
 def _time_to_touch_falling(
     rx: float, ry: float, vx: float, vy: float, ax: float, ay: float, reach: float, limit: float
 ) -> float:
-    """Find the first root of f(t) = |r + v t + a t²/2|² - reach² at which f falls.
+    """Return the first root of f(t) = |r + v t + a t²/2|² - reach² at which f falls.
 
     f is a quartic. The roots of f'' divide the time into intervals on which f' is monotone, and the roots of f' divide
     these into intervals on which f is monotone: such an interval has a root if f changes sign, and only one.
@@ -128,7 +128,8 @@ def time_to_face(
 ) -> float:
     """Return when a point comes within reach (px) of a straight face, from either side.
 
-    `along` is the point's coordinate along the face, 0 to length (px) beside it; `off` its signed distance from it.
+    `along` is the point's coordinate along the face, 0 to length (px) between its ends; `off` its signed distance from
+    the face's line.
     """
     side = 1.0 if off >= 0 else -1.0
     t = time_to_close(side * off - reach, side * v_off, side * a_off)

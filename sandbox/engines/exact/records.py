@@ -1,7 +1,7 @@
-"""Memory layout of the discs: one record for what others read of a disc, one for its events, one for its contacts.
+"""Memory layout of the discs: one record for what other discs' predictions read, one for events, one for contacts.
 
-At 100,000 discs the time goes into waiting for memory. So what others read of a disc is one cache line, and discs that
-are near each other are near in memory too.
+At 100,000 discs most of the time is spent waiting for memory. So the first record is one cache line, and discs that are
+near each other are near in memory too.
 """
 
 from typing import Final
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 CACHE_LINE: Final = 64  # bytes
 NONE: Final = -1  # no disc, no wall
-HELD: Final = -2  # instead of a wall: the disc is held where it is
+HELD: Final = -2  # instead of a carrier: the disc is held where it is
 
 DISC: Final = np.dtype(
     [
@@ -22,20 +22,20 @@ DISC: Final = np.dtype(
         ("t", "f8"),  # s, of x, y, vx and vy
         ("radius", "f8"),  # px
         ("hit", "f8"),  # s, time of its next contact
-        ("serial", "i4"),  # number of changes of its course
+        ("serial", "i4"),  # counts the changes of its course
         ("next", "i4"),  # disc in the same cell, or NONE
     ]
 )
 
 EVENT: Final = np.dtype(
     [
-        ("cross", "f8"),  # s, time at which it leaves its cell
-        ("way", "i4"),  # to the next cell: added to the cell's number
+        ("crossing", "f8"),  # s, time at which it leaves its cell, or is released if it is held
+        ("cell_offset", "i4"),  # from its cell's number to the next cell's; 0 if it is held
         ("cell", "i4"),
         ("partner", "i4"),  # of the next contact: a disc, or ~piece of wall
-        ("seen", "i4"),  # the partner's serial at the prediction
+        ("partner_serial", "i4"),  # at the prediction
         ("ball", "i4"),  # its number in the scene
-        ("wall", "i4"),  # the face that carries it, or NONE, or HELD
+        ("carrier", "i4"),  # piece of wall that carries it, or NONE, or HELD
     ]
 )
 
@@ -45,12 +45,12 @@ BODY: Final = np.dtype(
         ("ay", "f8"),
         ("mass", "f8"),  # kg
         ("elasticity", "f8"),
-        ("last", "f8"),  # s, time of the last contact
-        ("met", "f8"),  # s, time of the last contact with a disc
-        ("leans", "f8"),  # s, until when it counts as leaning on others
-        ("since", "f8"),  # s, start of the count of slow contacts
-        ("slow", "i8"),  # slow contacts since then
-        ("until", "f8"),  # s, time at which it is released if it is held
+        ("last_contact", "f8"),  # s, time of the last contact
+        ("last_disc_contact", "f8"),  # s, time of the last contact with a disc
+        ("leans_until", "f8"),  # s, until when it counts as leaning on others
+        ("slow_since", "f8"),  # s, start of the count of slow contacts
+        ("slow_contacts", "i8"),  # since then
+        ("held_until", "f8"),  # s, if it is held
         ("streak", "i8"),  # contacts in a row, each within CONTACT_TIME of the one before
     ]
 )

@@ -1,0 +1,102 @@
+"""Prediction of a disc's next event: a contact with a disc or a wall, or its crossing into another cell."""
+
+from typing import Final
+
+import numpy as np
+
+from sandbox.engines.compiled import Record, kernel
+from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
+from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
+from sandbox.engines.exact.records import HELD, NONE
+from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
+from sandbox.engines.walls import ARENA_COUNT
+
+FACE_MARGIN: Final = 1e-9  # px past its ends that a face carries a disc: above rounding, or it would carry it again
+
+
+@kernel
+def _propose_contact(world: World, i: int, time: float, partner: int, serial: int) -> None:
+    """Make a contact disc i's next one if it precedes the earliest predicted so far."""
+    disc, event, queue = world.disc[i], world.event[i], world.queue
+    if time < disc.hit or (time == disc.hit and rank(queue, i, partner) < rank(queue, i, event.partner)):
+        disc.hit, event.partner, event.partner_serial = time, partner, serial
+
+
+@kernel
+def predict_discs(world: World, i: int, m: Motion, now: float, corner: int, columns: int, rows: int) -> None:
+    """Predict disc i's contacts with the discs of a block of cells, given its first cell and its size in cells."""
+    disc, grid, event = world.disc, world.grid, world.event
+    for row in range(rows):
+        for cell in range(corner + row * grid.stride, corner + row * grid.stride + columns):
+            j = np.int64(grid.cell[cell].first)
+            while j >= 0:
+                o = motion(world, j, now)
+                rx, ry, vx, vy = o.x - m.x, o.y - m.y, o.vx - m.vx, o.vy - m.vy
+                if rx == 0 and ry == 0:
+                    rx = COINCIDENT if event[i].ball < event[j].ball else -COINCIDENT
+                ax, ay, reach = o.ax - m.ax, o.ay - m.ay, disc[i].radius + disc[j].radius
+                # After j's own next contact, j is predicted anew against all discs, i among them.
+                limit = min(disc[i].hit, disc[j].hit) - now
+                time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
+                if time < NEVER and i != j and time <= disc[j].hit:
+                    _propose_contact(world, i, time, j, disc[j].serial)
+                j = np.int64(disc[j].next)
+
+
+@kernel
+def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> float:
+    """Return when a disc touches a piece of wall or, if the piece carries the disc, when it slides off an end."""
+    rx, ry = m.x - piece.x, m.y - piece.y
+    if piece.length == 0:
+        return time_to_touch(rx, ry, m.vx, m.vy, m.ax, m.ay, radius + piece.half_thickness, NEVER)
+    tx, ty = piece.tx, piece.ty
+    off, v_off, a_off = ry * tx - rx * ty, m.vy * tx - m.vx * ty, m.ay * tx - m.ax * ty
+    if piece.wall < ARENA_COUNT:
+        return NEVER if carried else time_to_close(off - radius, v_off, a_off)
+    along, v_along, a_along = rx * tx + ry * ty, m.vx * tx + m.vy * ty, m.ax * tx + m.ay * ty
+    if carried:
+        return time_to_leave(along, v_along, a_along, -FACE_MARGIN, piece.length + FACE_MARGIN)[0]
+    return time_to_face(along, v_along, a_along, off, v_off, a_off, piece.length, radius + piece.half_thickness)
+
+
+@kernel
+def predict_walls(world: World, i: int, m: Motion, now: float) -> None:
+    """Predict disc i's contacts with the pieces of wall of its cell."""
+    event, grid, piece = world.event[i], world.grid, world.piece
+    if event.carrier == HELD:
+        return
+    for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
+        p = grid.piece[k]
+        # A disc that a face carries cannot touch the ends of that wall before it leaves the face.
+        if event.carrier not in (NONE, p) and piece[p].wall == piece[event.carrier].wall:
+            continue
+        time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
+        if time < NEVER:
+            _propose_contact(world, i, time, ~p, 0)
+
+
+@kernel
+def predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
+    """Predict when and where disc i leaves its cell or, if it is held, when it is released."""
+    grid, event = world.grid, world.event[i]
+    if event.carrier == HELD:
+        event.crossing, event.cell_offset = world.body[i].held_until, 0
+        return
+    row, column = divmod(np.int64(event.cell), grid.stride)
+    dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * grid.width, column * grid.width)
+    dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * grid.height, row * grid.height)
+    if dt_x < dt_y:
+        event.crossing, event.cell_offset = now + dt_x, way_x
+    else:
+        event.crossing, event.cell_offset = now + dt_y, way_y * grid.stride
+
+
+@kernel
+def predict(world: World, i: int, now: float) -> None:
+    """Predict disc i's next event, from all that it can meet."""
+    m = motion(world, i, now)
+    world.disc[i].hit, world.event[i].partner = NEVER, NO_PARTNER
+    predict_walls(world, i, m, now)
+    predict_discs(world, i, m, now, world.event[i].cell - world.grid.stride - 1, 3, 3)
+    predict_crossing(world, i, m, now)
+    schedule(world.queue, i)

@@ -1,0 +1,69 @@
+"""The data of the event loop, and how a disc moves between its events."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.engines.compiled import kernel
+from sandbox.engines.exact.event_queue import EventQueue
+from sandbox.engines.exact.grid import Grid
+from sandbox.engines.exact.records import NONE
+
+COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
+
+
+class World(NamedTuple):
+    """The data of the event loop. Discs are stored so that those near each other are near in memory too.
+
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is
+    not 0; hop_speed: px/s, at which discs that lean on each other part.
+    """
+
+    disc: NDArray[np.void]
+    event: NDArray[np.void]
+    body: NDArray[np.void]
+    piece: NDArray[np.void]
+    grid: Grid
+    queue: EventQueue
+    gravity: tuple[float, float]
+    has_gravity: bool
+    hop_speed: float
+
+
+class Motion(NamedTuple):
+    """Position, velocity and acceleration of a disc: px, px/s, px/s²."""
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    ax: float
+    ay: float
+
+
+@kernel
+def motion(world: World, i: int, now: float) -> Motion:
+    """Return where disc i is now, and how it moves, without moving it there."""
+    disc = world.disc[i]
+    dt = now - disc.t
+    if not world.has_gravity:
+        return Motion(disc.x + dt * disc.vx, disc.y + dt * disc.vy, disc.vx, disc.vy, 0.0, 0.0)
+    ax, ay = world.body[i].ax, world.body[i].ay
+    x, y = disc.x + dt * (disc.vx + 0.5 * dt * ax), disc.y + dt * (disc.vy + 0.5 * dt * ay)
+    return Motion(x, y, disc.vx + dt * ax, disc.vy + dt * ay, ax, ay)
+
+
+@kernel
+def move_to_now(world: World, i: int, now: float) -> None:
+    """Move disc i to its position now."""
+    disc, m = world.disc[i], motion(world, i, now)
+    disc.x, disc.y, disc.vx, disc.vy, disc.t = m.x, m.y, m.vx, m.vy, now
+
+
+@kernel
+def release(world: World, i: int) -> None:
+    """Let disc i fly freely, whatever carried or held it, and invalidate what was predicted with it."""
+    world.event[i].carrier = NONE
+    world.body[i].ax, world.body[i].ay = world.gravity
+    world.disc[i].serial += 1
