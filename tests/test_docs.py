@@ -164,7 +164,7 @@ def test_every_command_prints_what_stands_there(
 
 
 def check_picture(drawn: Path, kept: Path) -> None:
-    """Compare a picture, or the last frame of a film, with the one in the repository, or write it there."""
+    """Compare a picture, or the last frame of a video, with the one in the repository, or write it there."""
     if WRITE:
         shutil.copy(drawn, kept)
     with Image.open(drawn) as one, Image.open(kept) as other:

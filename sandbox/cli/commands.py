@@ -123,12 +123,12 @@ def record(
     size: SizeOption = DEFAULT_SIZE,
     show: Layers = (Layer.CHARTS,),
 ) -> None:
-    """Record a scene in real time as a film, or its end as a picture.
+    """Record a scene in real time as a video, or its end as a picture.
 
     A GIF has 50 frames a second, as its delays are in 1/100 s; WebP and MP4 have 60.
     """
-    from sandbox.view.record import check_recording
-    from sandbox.view.record import record as record_scene
+    from sandbox.view.offscreen import check_recording
+    from sandbox.view.offscreen import record as record_scene
 
     pixels = size.width, size.height
     check_outputs({"--out": out}, [scene, inputs])

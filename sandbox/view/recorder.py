@@ -3,8 +3,8 @@
 from pygame import Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.film import Film, Gif
 from sandbox.view.notice import Notice
+from sandbox.view.video import Gif, Video
 
 
 class Recorder:
@@ -12,33 +12,33 @@ class Recorder:
 
     def __init__(self, notice: Notice) -> None:
         self._notice = notice
-        self.film: Film | None = None  # that is being recorded
+        self.video: Video | None = None  # that is being recorded
 
     def toggle(self, path: str, size: tuple[int, int]) -> None:
         """Start recording into a file, in a size in px; or stop."""
-        if self.film:
+        if self.video:
             self.stop()
         else:
             with self._notice.reporting():
-                self.film = Gif(path, size)
+                self.video = Gif(path, size)
 
     def add_frame(self, screen: Surface) -> None:
         """Record the window as it is now, if it is being recorded; a change of its size ends the recording."""
-        film = self.film
-        if film and film.size != screen.get_size():
+        video = self.video
+        if video and video.size != screen.get_size():
             self.stop()
-        elif film:
+        elif video:
             try:
-                film.add(screen)
+                video.add(screen)
             except SandboxError as error:
-                film.discard()
-                self.film = None
+                video.discard()
+                self.video = None
                 self._notice.show(str(error))
 
     def stop(self) -> None:
         """Save the recording, if there is one."""
-        film, self.film = self.film, None
-        if film:
+        video, self.video = self.video, None
+        if video:
             with self._notice.reporting():
-                film.save()
-                self._notice.show(f"saved {film.path}")
+                video.save()
+                self._notice.show(f"saved {video.path}")

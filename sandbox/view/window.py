@@ -158,16 +158,16 @@ class Window:
                 self.on_event(event)
             self._outdated = self.scenes.reload_if_edited() or self._outdated
             idle = self.playback.paused and self.playback.shows_current_step and not events
-            rate = IDLE_RATE if idle else self.recorder.film.fps if self.recorder.film else FRAME_RATE
+            rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
             self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         self.recorder.stop()
         pygame.display.quit()
 
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
-        playback, film = self.playback, self.recorder.film
+        playback, video = self.playback, self.recorder.video
         if not playback.paused:
-            playback.advance(1 / film.fps if film else seconds)
+            playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
             playback.catch_up()
         if self._outdated or self._drawn != (self.view.moment.step, self.status):
@@ -214,7 +214,7 @@ class Window:
             case Action.PAUSE:
                 return self.playback.paused
             case Action.RECORD:
-                return self.recorder.film is not None
+                return self.recorder.video is not None
             case Action.ADD_BALL:
                 return self.mouse.adding
             case Action.HELP:

@@ -32,8 +32,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.sweep import in_order, open_journal, plan, write
 from sandbox.sweep.jobs import run_job
 from sandbox.sweep.journal import journal_path
-from sandbox.view.film import FILMS, Film
 from sandbox.view.picture import save_picture
+from sandbox.view.video import VIDEO_FORMATS, Video
 
 KILLS_PER_WRITER = sizes(8, slow=833)
 OLD = b"the old one"
@@ -47,8 +47,8 @@ pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 # Killed during a write
 
 
-def write_film(path: str) -> None:
-    with FILMS[Path(path).suffix](path, (64, 64)) as made:
+def write_video(path: str) -> None:
+    with VIDEO_FORMATS[Path(path).suffix](path, (64, 64)) as made:
         for k in range(3):
             surface = Surface((64, 64))
             surface.fill((90 * k, 9, 9))
@@ -63,10 +63,10 @@ def writers() -> Mapping[str, Write]:
     sweep = plan(scene, [0, 1], [60], ["article"])
     rows = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
     comparison = compare(scene, ["article"])
-    films = [ending for ending in FILMS if ending != ".mp4" or find_spec("av")]
+    videos = [ending for ending in VIDEO_FORMATS if ending != ".mp4" or find_spec("av")]
     return (
         {f"trace{ending}": partial(write_trace, run, f"trace{ending}") for ending in (".npz", ".csv", ".xyz")}
-        | {f"film{ending}": partial(write_film, f"film{ending}") for ending in films}
+        | {f"video{ending}": partial(write_video, f"video{ending}") for ending in videos}
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
@@ -237,23 +237,23 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
     assert {entry.name for entry in Path().iterdir()} == {"file", "folder.csv", "circle.csv"}
 
 
-@pytest.mark.parametrize("kind", FILMS.values(), ids=FILMS)
-def test_a_film_on_a_full_disk_is_reported_once(kind: type[Film]) -> None:
+@pytest.mark.parametrize("kind", VIDEO_FORMATS.values(), ids=VIDEO_FORMATS)
+def test_a_video_on_a_full_disk_is_reported_once(kind: type[Video]) -> None:
     """Discarding it flushes what is buffered, which fails again."""
-    if kind is FILMS[".mp4"]:
+    if kind is VIDEO_FORMATS[".mp4"]:
         pytest.importorskip("av")
     noise = np.random.default_rng(0).integers(0, 256, (100, 16, 16, 3))
 
     def make() -> None:
         surface = Surface((64, 64))
-        with kind("film", (64, 64)) as made:
+        with kind("video", (64, 64)) as made:
             for patch in noise:  # small frames, so that some are buffered when the disk is full
                 surface.blit(surfarray.make_surface(patch), (8, 8))
                 made.add(surface)
 
     def act() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
-        with pytest.raises(SandboxError, match=r"^film: cannot be written: File too large$"):
+        with pytest.raises(SandboxError, match=r"^video: cannot be written: File too large$"):
             make()
 
     assert exit_code_of(forked(act)) == 0

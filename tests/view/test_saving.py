@@ -69,10 +69,10 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     press(window, "p")
     press(window, "F9")
     [file] = tmp_path.iterdir()
-    with Image.open(file) as film:
-        assert (file.suffix, getattr(film, "n_frames", 0)) == (".gif", 25)
-        film.seek(24)
-        recorded = np.asarray(film.convert("RGB")).swapaxes(0, 1)
+    with Image.open(file) as video:
+        assert (file.suffix, getattr(video, "n_frames", 0)) == (".gif", 25)
+        video.seek(24)
+        recorded = np.asarray(video.convert("RGB")).swapaxes(0, 1)
     assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
     panes = slice(window.layout.top, window.layout.strip.y)
     assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.01
@@ -84,7 +84,7 @@ def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> 
     window.frame(1 / 60)
     window.screen = pygame.display.set_mode((700, 500))
     window.frame(1 / 60)
-    assert window.recorder.film is None
+    assert window.recorder.video is None
     [file] = tmp_path.iterdir()
-    with Image.open(file) as film:
-        assert film.size != (700, 500)
+    with Image.open(file) as video:
+        assert video.size != (700, 500)

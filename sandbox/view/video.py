@@ -1,4 +1,4 @@
-"""Films: frames written one after another to a GIF, WebP or MP4 file. Only the last frame is in memory.
+"""Videos: frames written one after another to a GIF, WebP or MP4 file. Only the last frame is in memory.
 
 GIF and WebP are assembled here from frames that Pillow encodes; after the first, a frame is only the rectangle that
 changed. Pillow's own writers keep all frames until the end. PyAV is an extra: of 2 s of newtons-cradle its GIF, with a
@@ -31,8 +31,8 @@ MAX_GIF_COLOURS: Final = 255  # of a frame, besides the transparent one
 TRANSPARENT: Final = 255  # index in a frame's palette
 
 
-class Film(ABC):
-    """A film being recorded, into a file without a name until it is saved; a film discarded leaves no file."""
+class Video(ABC):
+    """A video being recorded, into a file without a name until it is saved; a video discarded leaves no file."""
 
     fps: ClassVar[int]  # frames a second
 
@@ -58,7 +58,7 @@ class Film(ABC):
         self.frames, self._last = self.frames + 1, frame
 
     def save(self) -> None:
-        """End the film and move it to its path. Raises SandboxError if it cannot be written."""
+        """End the video and move it to its path. Raises SandboxError if it cannot be written."""
         with write_errors(self.path), self._file:
             self._close(self._file)
             self._file.seek(0)
@@ -66,7 +66,7 @@ class Film(ABC):
                 shutil.copyfileobj(self._file, file)
 
     def discard(self) -> None:
-        """Delete the film."""
+        """Delete the video."""
         with suppress(OSError):  # closing flushes, and the disk may be full
             self._file.close()
 
@@ -99,7 +99,7 @@ class Film(ABC):
         """Write what comes after the frames."""
 
 
-class Gif(Film):
+class Gif(Video):
     """GIF89a at 50 frames a second: its delays are multiples of 1/100 s, so 60 is impossible."""
 
     fps = 50
@@ -156,7 +156,7 @@ def _equal(a: Image.Image, b: Image.Image) -> Image.Image:
     return Image.fromarray((np.asarray(a) == np.asarray(b)).all(axis=2))
 
 
-class WebP(Film):
+class WebP(Video):
     """Animated WebP, lossless, at 60 frames a second.
 
     Chunks as in https://developers.google.com/speed/webp/docs/riff_container.
@@ -194,7 +194,7 @@ def _uint24(number: int) -> bytes:
     return number.to_bytes(3, "little")
 
 
-class Mp4(Film):
+class Mp4(Video):
     """H.264 at 60 frames a second, by PyAV."""
 
     fps = 60
@@ -224,4 +224,4 @@ class Mp4(Film):
         self._container.close()
 
 
-FILMS: Final[dict[str, type[Film]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}
+VIDEO_FORMATS: Final[dict[str, type[Video]]] = {".gif": Gif, ".webp": WebP, ".mp4": Mp4}

@@ -20,10 +20,10 @@ from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
-from sandbox.view.film import FILMS, Film, Gif, WebP
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
-from sandbox.view.record import record, steps_of_frames
+from sandbox.view.offscreen import record, steps_of_frames
+from sandbox.view.video import VIDEO_FORMATS, Gif, Video, WebP
 
 SIZE = (480, 300)
 COLOURS = ("#d55e00", "#0072b2")
@@ -43,7 +43,7 @@ def scene() -> Scene:
 
 
 def frames_of(path: str) -> tuple[Frames, float]:
-    """Decode a film: its frames, (height, width, 3), and its duration, s."""
+    """Decode a video: its frames, (height, width, 3), and its duration, s."""
     if path.endswith(".mp4"):
         av = pytest.importorskip("av")
         with av.open(path) as container:
@@ -51,11 +51,11 @@ def frames_of(path: str) -> tuple[Frames, float]:
             frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
             return frames, float(stream.duration * stream.time_base)
     frames, lasts = [], 0.0
-    with Image.open(path) as film:
-        for number in range(getattr(film, "n_frames", 1)):
-            film.seek(number)
-            frames.append(np.asarray(film.convert("RGB")))
-            lasts += film.info["duration"] / 1000
+    with Image.open(path) as video:
+        for number in range(getattr(video, "n_frames", 1)):
+            video.seek(number)
+            frames.append(np.asarray(video.convert("RGB")))
+            lasts += video.info["duration"] / 1000
     return frames, lasts
 
 
@@ -75,19 +75,19 @@ def check_frame(frame: np.ndarray, scene: Scene, step: int) -> None:
             assert centre(frame, layout.arenas[pane], colour) == pytest.approx(position[ball], abs=1 / layout.scale)
 
 
-@pytest.mark.parametrize("ending", FILMS)
+@pytest.mark.parametrize("ending", VIDEO_FORMATS)
 def test_ten_seconds_play_at_the_scene_s_pace_from_its_start_to_its_end(scene: Scene, ending: str) -> None:
     if ending == ".mp4":
         pytest.importorskip("av")
-    record(scene, None, f"film{ending}", SIZE, [Layer.CHARTS])
-    frames, lasts = frames_of(f"film{ending}")
+    record(scene, None, f"video{ending}", SIZE, [Layer.CHARTS])
+    frames, lasts = frames_of(f"video{ending}")
     fps = {".gif": 50, ".webp": 60, ".mp4": 60}[ending]
     assert len(frames) == 10 * fps + 1
     assert lasts == pytest.approx(10 + 1 / fps, abs=1e-3)
     check_frame(frames[0], scene, 0)
     check_frame(frames[fps], scene, 60)  # after one second
     check_frame(frames[-1], scene, 600)
-    assert [entry.name for entry in Path().iterdir()] == [f"film{ending}"]
+    assert [entry.name for entry in Path().iterdir()] == [f"video{ending}"]
 
 
 def test_a_picture_is_the_end(scene: Scene) -> None:
@@ -136,9 +136,9 @@ def surfaces(count: int) -> Iterator[pygame.Surface]:
 def test_webp_is_lossless_also_if_nothing_or_an_odd_place_changes() -> None:
     drawn = [*surfaces(9)]
     drawn.append(drawn[-1])
-    with WebP("f.webp", (97, 61)) as film:
+    with WebP("f.webp", (97, 61)) as video:
         for surface in drawn:
-            film.add(surface)
+            video.add(surface)
     frames, lasts = frames_of("f.webp")
     assert len(frames) == 10
     assert lasts == pytest.approx(10 / 60, abs=1e-3)
@@ -149,9 +149,9 @@ def test_webp_is_lossless_also_if_nothing_or_an_odd_place_changes() -> None:
 def test_gif_keeps_the_most_frequent_colours_of_a_frame_exactly() -> None:
     drawn = [*surfaces(9)]
     drawn.append(drawn[-1])
-    with Gif("f.gif", (97, 61)) as film:
+    with Gif("f.gif", (97, 61)) as video:
         for surface in drawn:
-            film.add(surface)
+            video.add(surface)
     with Image.open("f.gif") as gif:
         assert gif.info["loop"] == 0
         assert getattr(gif, "n_frames", 0) == 10
@@ -169,9 +169,9 @@ def test_a_gif_s_frame_uses_nothing_of_the_palette_before() -> None:
     for k in range(256):  # of each shade more than of the grey, so that this is not in the palette
         second.fill((130 + k % 2, k, 128), (k % 64, k // 64 * 8, 1, 8))
     second.fill("#808080", (0, 40, 1, 1))
-    with Gif("f.gif", (64, 64)) as film:
-        film.add(first)
-        film.add(second)
+    with Gif("f.gif", (64, 64)) as video:
+        video.add(first)
+        video.add(second)
     with Image.open("f.gif") as gif:
         gif.seek(1)
         assert gif.convert("RGB").getpixel((0, 40)) == pytest.approx((128, 128, 128), abs=8)
@@ -180,38 +180,38 @@ def test_a_gif_s_frame_uses_nothing_of_the_palette_before() -> None:
 def test_an_unchanged_frame_takes_few_bytes() -> None:
     sizes = []
     for again in (0, 10):
-        with WebP("f.webp", (97, 61)) as film:
+        with WebP("f.webp", (97, 61)) as video:
             surface = next(surfaces(1))
             for _ in range(1 + again):
-                film.add(surface)
+                video.add(surface)
         sizes.append(Path("f.webp").stat().st_size)
     assert sizes[1] - sizes[0] < 10 * 64
 
 
 @pytest.mark.parametrize("kind", [Gif, WebP])
-def test_a_discarded_film_leaves_the_old_file_and_nothing_else(kind: type[Film]) -> None:
+def test_a_discarded_video_leaves_the_old_file_and_nothing_else(kind: type[Video]) -> None:
     Path("old").write_text("old")
-    film = kind("old", (97, 61))
-    film.add(next(surfaces(1)))
-    film.discard()
+    video = kind("old", (97, 61))
+    video.add(next(surfaces(1)))
+    video.discard()
     assert Path("old").read_text() == "old"
     assert [entry.name for entry in Path().iterdir()] == ["old"]
 
 
 @pytest.mark.parametrize("kind", [Gif, WebP])
-def test_frames_are_not_kept_in_memory(kind: type[Film]) -> None:
-    with kind("film", (97, 61)) as film:
+def test_frames_are_not_kept_in_memory(kind: type[Video]) -> None:
+    with kind("video", (97, 61)) as video:
         for surface in surfaces(40):
-            film.add(surface)
+            video.add(surface)
         gc.collect()
         assert sum(isinstance(thing, Image.Image) for thing in gc.get_objects()) <= 2
 
 
 def test_the_command_records_without_a_display_and_prints_nothing(command: Command) -> None:
-    arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "film.gif")
+    arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "video.gif")
     assert command("record", *arguments) == (0, "", "")
-    with Image.open("film.gif") as film:
-        assert (film.size, getattr(film, "n_frames", 0)) == ((320, 200), 26)
+    with Image.open("video.gif") as video:
+        assert (video.size, getattr(video, "n_frames", 0)) == ((320, 200), 26)
 
 
 @pytest.mark.parametrize(
@@ -240,10 +240,10 @@ def test_an_error_is_one_message_and_leaves_no_file(command: Command, arguments:
 def test_mp4_needs_even_sides_and_av(monkeypatch: pytest.MonkeyPatch) -> None:
     if find_spec("av"):
         with pytest.raises(SandboxError, match=r"f\.mp4: MP4 must have an even width and height, got 321x200"):
-            FILMS[".mp4"]("f.mp4", (321, 200))
+            VIDEO_FORMATS[".mp4"]("f.mp4", (321, 200))
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(SandboxError, match=r'f\.mp4: needs av, which is not installed; pip install -e "\.\[video\]"'):
-        FILMS[".mp4"]("f.mp4", (320, 200))
+        VIDEO_FORMATS[".mp4"]("f.mp4", (320, 200))
     assert list(Path().iterdir()) == []
 
 
@@ -259,7 +259,7 @@ def is_writing(process: int) -> bool:
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_a_recording_that_is_killed_leaves_no_file(how: signal.Signals) -> None:
-    command = [sys.executable, "-m", "sandbox", "record", "gas-100", "--seconds", "600", "--out", "film.gif"]
+    command = [sys.executable, "-m", "sandbox", "record", "gas-100", "--seconds", "600", "--out", "video.gif"]
     with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
         try:
             while process.poll() is None and not is_writing(process.pid):

@@ -1,4 +1,4 @@
-"""Record the run of a scene as a film, or its end as a picture, without a window."""
+"""Record the run of a scene as a video, or its end as a picture, without a window."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
@@ -9,13 +9,13 @@ from pygame import Surface
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
-from sandbox.view.film import FILMS
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.picture import save_picture
 from sandbox.view.primitives import write
 from sandbox.view.session_view import SessionView
+from sandbox.view.video import VIDEO_FORMATS
 
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
@@ -70,7 +70,7 @@ def record(
     inputs: Sequence[Input] = (),
     track: Callable[[Sequence[int]], Iterable[int]] = iter,
 ) -> None:
-    """Run a scene for its seconds and write a film, or for .png its end, in the format of the path's ending.
+    """Run a scene for its seconds and write a video, or for .png its end, in the format of the path's ending.
 
     track: yields the frames' steps, and may show progress. Raises SandboxError if the path or the size is not valid.
     """
@@ -81,15 +81,15 @@ def record(
             camera.go_to(step)
         save_picture(camera.draw(), path)
         return
-    with FILMS[Path(path).suffix](path, size) as film:
-        for step in track(steps_of_frames(scene, film.fps)):
+    with VIDEO_FORMATS[Path(path).suffix](path, size) as video:
+        for step in track(steps_of_frames(scene, video.fps)):
             camera.go_to(step)
-            film.add(camera.draw())
+            video.add(camera.draw())
 
 
 def check_recording(path: str, size: tuple[int, int]) -> None:
     """Check the path's ending and the size (px) before anything runs. Raises SandboxError."""
-    endings = (".png", *FILMS)
+    endings = (".png", *VIDEO_FORMATS)
     if Path(path).suffix not in endings:
         raise SandboxError(f"{path}: must end in one of {', '.join(endings)}")
     if not all(MIN_SIDE <= side <= MAX_SIDE for side in size):
