@@ -118,11 +118,11 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot honour the
-    scene), and "exact" if it can honour the scene; against: the engine that the others are measured against, by
-    default "exact" if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then
-    with the fraction that is done. If inputs edit the scene, the comparison is of what follows the last edit.
-    Raises SandboxError if an engine is unknown, Refused if one cannot honour the scene.
+    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene),
+    and "exact" if it can run the scene; against: the engine that the others are measured against, by default "exact"
+    if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then with the fraction
+    that is done. If inputs edit the scene, the comparison covers what follows the last edit.
+    Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
     """
     if isinstance(engines, str):
         raise SandboxError(f"engines must be a list of names, got {engines!r}")
