@@ -88,7 +88,7 @@ def _time_to_touch_falling(
 
 @kernel
 def _roots_of_quadratic(c: float, b: float, a: float) -> tuple[float, float]:
-    """Return the real roots of c + b t + a t² in order, or (0, 0) if there are none; a > 0."""
+    """Return the two real roots of c + b t + a t² in ascending order, (0, 0) if they are complex or equal; a > 0."""
     discriminant = b * b - 4 * a * c
     if discriminant <= 0:
         return 0.0, 0.0
