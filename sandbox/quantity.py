@@ -8,8 +8,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from sandbox.compiled import entry, kernel
 from sandbox.state import Floats
 
 
@@ -52,21 +52,20 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
     """
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
-    overlap, first, second = _sweep(position[order], radius[order], axis)
+    overlap, first, second = _sweep(position[order], radius[order], float(radius.min()), axis)
     if overlap == 0:
         return 0.0, -1, -1
     first, second = sorted((int(order[first]), int(order[second])))
     return overlap, first, second
 
 
-@njit(cache=True)
-def _sweep(position, radius, axis):  # type: ignore[no-untyped-def]
+@entry
+def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tuple[float, int, int]:
     """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
     So not every pair is tested, even if one ball is larger than all others or thousands lie in a heap.
     """
     deepest, first, second = 0.0, -1, -1
-    smallest = radius.min()
     for i in range(len(position)):
         for direction in (1, -1):
             if direction < 0 and radius[i] == smallest:
@@ -101,8 +100,8 @@ def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]
     return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
 
 
-@njit(cache=True)
-def offset_to_segment(x, y, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
+@kernel
+def offset_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
     """Return the vector from (x, y) to the nearest point of a segment, px: `nearest_on_segment` for kernels."""
     along_x, along_y = x1 - x0, y1 - y0
     fraction = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)

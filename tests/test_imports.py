@@ -27,7 +27,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
     "PIL": ("scene", "view"),
-    "llvmlite": ("engines.compiled",),
+    "llvmlite": ("compiled",),
     "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
     "pyb2d3": ("engines.box2d",),
     "distributed": ("sweep.workers",),

@@ -37,6 +37,6 @@ def test_only_code_that_kernels_use_changes_the_digest(tmp_path: Path, file: str
 
 
 def test_numba_keeps_kernels_in_the_folder_of_these_sources() -> None:
-    folder, kernel = str(kernel_cache.folder()), cast("Any", article.frame)
+    folder, kernel = str(kernel_cache.folder()), cast("Any", article.frames)
     assert os.environ["NUMBA_CACHE_DIR"] == folder
     assert kernel.stats.cache_path.startswith(folder)

@@ -21,10 +21,10 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
+from sandbox.compiled import Record, kernel
 from sandbox.state import Floats
 
 Integers = NDArray[np.int64]
@@ -79,14 +79,14 @@ class Block(NamedTuple):
     timing: Integers
 
 
-@njit(cache=True)
-def _root(square):  # type: ignore[no-untyped-def]
+@kernel
+def _root(square: float) -> float:
     """Return the square root of a number; 0 if rounding has made it slightly negative."""
     return math.sqrt(max(square, 0.0))
 
 
-@njit(cache=True)
-def _first_touch(x, y, wx, wy, reach):  # type: ignore[no-untyped-def]
+@kernel
+def _first_touch(x: float, y: float, wx: float, wy: float, reach: float) -> tuple[float, float, float]:
     """Return how long ago (s) two bodies were `reach` px apart, and the unit normal then.
 
     (x, y): px from the first to the second; (wx, wy): px/s at which they approach. The time is negative if they have
@@ -101,15 +101,15 @@ def _first_touch(x, y, wx, wy, reach):  # type: ignore[no-untyped-def]
     return ago, nx / distance, ny / distance
 
 
-@njit(cache=True)
-def _first_touch_of_face(depth, speed, acceleration):  # type: ignore[no-untyped-def]
+@kernel
+def _first_touch_of_face(depth: float, speed: float, acceleration: float) -> tuple[float, float]:
     """Return how long ago a ball, now `depth` deep in a face, touched it, and its speed then (px, px/s, px/s²)."""
     then = _root(speed * speed - 2 * acceleration * depth)
     return 2 * depth / (speed + then), then
 
 
-@njit(cache=True)
-def enter(block, cause, energy, momentum, displacement):  # type: ignore[no-untyped-def]
+@kernel
+def enter(block: Block, cause: int, energy: float, momentum: float, displacement: float) -> None:
     """Add a change to the sums of its cause."""
     block.energy[cause] += energy
     block.momentum[cause] += momentum
@@ -118,8 +118,8 @@ def enter(block, cause, energy, momentum, displacement):  # type: ignore[no-unty
         block.contacts[cause] += 1
 
 
-@njit(cache=True)
-def _pair_constants(constants, contact):  # type: ignore[no-untyped-def]
+@kernel
+def _pair_constants(constants: SceneConstants, contact: Record) -> tuple[float, float, float, float]:
     """Return elasticity, both inverse masses, and the distance at which the two touch."""
     i, j = contact.first, contact.second
     if j >= 0:
@@ -129,8 +129,10 @@ def _pair_constants(constants, contact):  # type: ignore[no-untyped-def]
     return e, 1 / constants.mass[i], 0.0, reach
 
 
-@njit(cache=True)
-def _trace_back(constants, contact, finding, reach):  # type: ignore[no-untyped-def]
+@kernel
+def _trace_back(
+    constants: SceneConstants, contact: Record, finding: Record, reach: float
+) -> tuple[float, float, float, float]:
     """Trace a contact back to first touch; return its delay, and the speed of approach and the normal at that time.
 
     Bodies that overlapped before the last contact of either did not come to overlap in this flight; their contact
@@ -151,8 +153,8 @@ def _trace_back(constants, contact, finding, reach):  # type: ignore[no-untyped-
     return delay, max(wx * tx + wy * ty, 0.0), tx, ty
 
 
-@njit(cache=True)
-def attribute_single(constants, block, k, contact):  # type: ignore[no-untyped-def]
+@kernel
+def attribute_single(constants: SceneConstants, block: Block, k: int, contact: Record) -> None:
     """Attribute what a contact that was resolved by itself did to energy and momentum."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
@@ -200,8 +202,8 @@ def attribute_single(constants, block, k, contact):  # type: ignore[no-untyped-d
     finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
 
 
-@njit(cache=True)
-def attribute_simultaneous(constants, block, k, contact):  # type: ignore[no-untyped-def]
+@kernel
+def attribute_simultaneous(constants: SceneConstants, block: Block, k: int, contact: Record) -> None:
     """Attribute what one of several contacts that share balls and were resolved together did."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
@@ -237,8 +239,10 @@ def attribute_simultaneous(constants, block, k, contact):  # type: ignore[no-unt
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * impulse * tx, delay * impulse * ty
 
 
-@njit(cache=True)
-def attribute_displacement(constants, block, k, contact, unexplained, last):  # type: ignore[no-untyped-def]
+@kernel
+def attribute_displacement(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Floats, last: Integers
+) -> None:
     """Attribute how a contact displaced its balls.
 
     unexplained: (n, 2) px, each ball's displacement that has no cause yet; last: (n,) each ball's last contact.

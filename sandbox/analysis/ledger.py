@@ -10,9 +10,9 @@ the replay leaves unexplained is entered too, so the lines of the ledger always 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sandbox.analysis.attribution import (
     FINDING,
@@ -27,7 +27,8 @@ from sandbox.analysis.attribution import (
     enter,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps
+from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
+from sandbox.compiled import Record, entry, kernel
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Contacts, Floats
 
@@ -43,34 +44,83 @@ class Entry:
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 
 
-@njit(cache=True)
-def _fly(constants, velocity, flown, clock, ball, now):  # type: ignore[no-untyped-def]
+class Scratch(NamedTuple):
+    """What the replay of a step needs of each ball.
+
+    explained: (n, 2) px/s, the velocity that the contacts so far lead to; flown: (n, 2) px since the step began, then
+    the displacement that has no cause yet; clock: (n,) s in the step, when the ball was moved last; last: (n,) its last
+    contact in the step, or -1; uses: (n,) its contacts among those resolved together, 0 between them.
+    """
+
+    explained: Floats
+    flown: Floats
+    clock: Floats
+    last: Integers
+    uses: Integers
+
+
+@kernel
+def _fly(constants: SceneConstants, scratch: Scratch, ball: int, now: float) -> None:
     """Let a ball fly on its parabola to a time in the step (s)."""
-    dt = now - clock[ball]
+    velocity, dt = scratch.explained, now - scratch.clock[ball]
     for axis in range(2):
-        flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.gravity[axis] / 2)
+        scratch.flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.gravity[axis] / 2)
         velocity[ball, axis] += dt * constants.gravity[axis]
-    clock[ball] = now
+    scratch.clock[ball] = now
 
 
-@njit(cache=True)
-def _approach_speed(contact, velocity):  # type: ignore[no-untyped-def]
+@kernel
+def _approach_speed(contact: Record, velocity: Floats) -> float:
     """Return the speed at which the two bodies of a contact approach along its normal. velocity: (2, 2), of both."""
-    along_x = (velocity[0, 0] - velocity[1, 0]) * contact.normal[0]
-    return along_x + (velocity[0, 1] - velocity[1, 1]) * contact.normal[1]
+    along_x: float = (velocity[0, 0] - velocity[1, 0]) * contact.normal[0]
+    along_y: float = (velocity[0, 1] - velocity[1, 1]) * contact.normal[1]
+    return along_x + along_y
 
 
-@njit(cache=True)
-def _copy_velocities(contact, velocity, both):  # type: ignore[no-untyped-def]
+@kernel
+def _copy_velocities(contact: Record, velocity: Floats, both: Floats) -> None:
     """Copy the velocities of the two bodies of a contact; a wall's is 0."""
     for axis in range(2):
         both[0, axis] = velocity[contact.first, axis]
         both[1, axis] = velocity[contact.second, axis] if contact.second >= 0 else 0.0
 
 
-@njit(cache=True)
-def _apply_contacts(constants, block, velocity, contacts, begin, end, uses):  # type: ignore[no-untyped-def]
-    """Change velocities by contacts that were resolved together, and attribute each. uses: (n,) zeros, restored."""
+@kernel
+def _fly_to_contacts(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    contacts: Contacts,
+    begin: int,
+    end: int,
+    within: Floats,
+    touched: Floats,
+) -> None:
+    """Let the balls of contacts that were resolved together fly there."""
+    for k in range(begin, end):
+        i, j = contacts[k].first, contacts[k].second
+        scratch.last[i] = k
+        _fly(constants, scratch, i, within[k])
+        since = touched[i]
+        if j >= 0:
+            scratch.last[j] = k
+            _fly(constants, scratch, j, within[k])
+            since = max(since, touched[j])
+        block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
+
+
+@kernel
+def _apply_contacts(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    contacts: Contacts,
+    begin: int,
+    end: int,
+    touched: Floats,
+) -> None:
+    """Change velocities by contacts that were resolved together, and attribute each."""
+    velocity, uses = scratch.explained, scratch.uses
     for k in range(begin, end):
         contact, finding = contacts[k], block.findings[k]
         _copy_velocities(contact, velocity, finding.before)
@@ -94,25 +144,28 @@ def _apply_contacts(constants, block, velocity, contacts, begin, end, uses):  # 
         else:
             attribute_single(constants, block, k, contact)
     for k in range(begin, end):
-        uses[contacts[k].first] = 0
-        if contacts[k].second >= 0:
-            uses[contacts[k].second] = 0
+        contact = contacts[k]
+        uses[contact.first], touched[contact.first] = 0, contact.time
+        if contact.second >= 0:
+            uses[contact.second], touched[contact.second] = 0, contact.time
 
 
-@njit(cache=True)
-def _enter_unexplained(constants, block, ball, velocity, explained, displacement, touched, scale):  # type: ignore[no-untyped-def]
+@kernel
+def _enter_unexplained(
+    constants: SceneConstants, block: Block, scratch: Scratch, ball: int, velocity: Floats, scale: float
+) -> None:
     """Enter what no contact of the step explains of a ball's change.
 
-    velocity: (2,) px/s at the end of the step, and explained: the velocity that the contacts lead to; displacement:
-    (2,) px that no contact explains; scale: px/s, the magnitude of the ball's speed before.
+    velocity: (2,) px/s at the end of the step; scale: px/s, the magnitude of the ball's speed before.
     """
+    explained, displacement = scratch.explained[ball], scratch.flown[ball]
     dx, dy = velocity[0] - explained[0], velocity[1] - explained[1]
     error = math.hypot(dx, dy)
     energy = constants.mass[ball] * (dx * (velocity[0] + explained[0]) + dy * (velocity[1] + explained[1])) / 2
     if error <= NEGLIGIBLE * (abs(velocity[0]) + abs(velocity[1]) + scale):
         enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
     else:
-        cause = Cause.FRICTION if constants.has_friction and touched else Cause.UNTOLD
+        cause = Cause.FRICTION if constants.has_friction and scratch.last[ball] >= 0 else Cause.UNTOLD
         enter(block, cause, energy, constants.mass[ball] * error, 0.0)
     moved = math.hypot(displacement[0], displacement[1])
     energy = -constants.mass[ball] * (constants.gravity[0] * displacement[0] + constants.gravity[1] * displacement[1])
@@ -122,25 +175,31 @@ def _enter_unexplained(constants, block, ball, velocity, explained, displacement
         enter(block, Cause.PUSHED, energy, 0.0, moved)
 
 
-@njit(cache=True)
-def _attribute_displacements(constants, block, step, position, flown, off_parabola, contacts, begin, last):  # type: ignore[no-untyped-def]
-    """Attribute where the contacts of a step put the balls.
-
-    flown: (n, 2) px of flight in, the displacement that stays unexplained out.
-    """
-    fall = constants.gravity[0] * off_parabola[0] + constants.gravity[1] * off_parabola[1]
-    for ball in range(len(flown)):
+@kernel
+def _begin_step(scratch: Scratch, velocity: Floats) -> None:
+    """Begin a step with the velocities (n, 2) px/s before it."""
+    for ball in range(len(velocity)):
+        scratch.clock[ball], scratch.last[ball] = 0.0, -1
         for axis in range(2):
-            moved = position[step, ball, axis] - position[step - 1, ball, axis]
-            flown[ball, axis] = moved - flown[ball, axis] - off_parabola[axis]
-        enter(block, Cause.GRAVITY, -constants.mass[ball] * fall, 0.0, 0.0)
-    for k in range(len(contacts)):
-        attribute_displacement(constants, block, begin + k, contacts[k], flown, last)
+            scratch.explained[ball, axis], scratch.flown[ball, axis] = velocity[ball, axis], 0.0
 
 
-@njit(cache=True)
-def _replay(constants, block, position, velocity, pulled, pull, off_parabola, contacts, step_of, within, touched):  # type: ignore[no-untyped-def]
-    """Replay a block of steps, and enter everything that changes.
+@entry
+def _replay(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    position: Floats,
+    velocity: Floats,
+    pulled: Integers,
+    pull: Floats,
+    off_parabola: Floats,
+    contacts: Contacts,
+    step_of: Integers,
+    within: Floats,
+    touched: Floats,
+) -> int:
+    """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
     position, velocity: (steps + 1, n, 2) px, px/s; pulled: (steps + 1,), the ball that the mouse pulled in each step,
     or -1, and pull: (steps + 1, 2) px/s, by how much; off_parabola: (2,) px between the engine's flight in a step and
@@ -148,17 +207,16 @@ def _replay(constants, block, position, velocity, pulled, pull, off_parabola, co
     when each ball last had a contact.
     """
     n, at = position.shape[1], 0
-    uses, last = np.zeros(n, np.int64), np.empty(n, np.int64)
-    explained, flown, clock = np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
     step_pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
+    fall = constants.gravity[0] * off_parabola[0] + constants.gravity[1] * off_parabola[1]
     for step in range(1, len(position)):
-        explained[:], flown[:], clock[:], last[:] = velocity[step - 1], 0.0, 0.0, -1
+        _begin_step(scratch, velocity[step - 1])
         ball = pulled[step]
         if ball >= 0:
             for axis in range(2):
-                mean = explained[ball, axis] + pull[step, axis] / 2
+                mean = scratch.explained[ball, axis] + pull[step, axis] / 2
                 enter(block, Cause.HAND, constants.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
-                explained[ball, axis] += pull[step, axis]
+                scratch.explained[ball, axis] += pull[step, axis]
 
         # Velocities: contact by contact, or all contacts of a time if they are resolved together.
         begin = at
@@ -166,31 +224,23 @@ def _replay(constants, block, position, velocity, pulled, pull, off_parabola, co
             end = at + 1
             while constants.together and end < len(contacts) and step_of[end] == step and within[end] == within[at]:
                 end += 1
-            for k in range(at, end):
-                i, j = contacts[k].first, contacts[k].second
-                last[i] = k
-                _fly(constants, explained, flown, clock, i, within[k])
-                since = touched[i]
-                if j >= 0:
-                    last[j] = k
-                    _fly(constants, explained, flown, clock, j, within[k])
-                    since = max(since, touched[j])
-                block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
-            _apply_contacts(constants, block, explained, contacts, at, end, uses)
-            for k in range(at, end):
-                touched[contacts[k].first] = contacts[k].time
-                if contacts[k].second >= 0:
-                    touched[contacts[k].second] = contacts[k].time
+            _fly_to_contacts(constants, block, scratch, contacts, at, end, within, touched)
+            _apply_contacts(constants, block, scratch, contacts, at, end, touched)
             at = end
 
+        # Positions: what the contacts of the step displaced.
         for ball in range(n):
-            _fly(constants, explained, flown, clock, ball, constants.dt)
-        _attribute_displacements(constants, block, step, position, flown, off_parabola, contacts[begin:at], begin, last)
+            _fly(constants, scratch, ball, constants.dt)
         for ball in range(n):
-            scale = np.abs(velocity[step - 1, ball]).sum() + step_pull
-            _enter_unexplained(
-                constants, block, ball, velocity[step, ball], explained[ball], flown[ball], last[ball] >= 0, scale
-            )
+            for axis in range(2):
+                moved = position[step, ball, axis] - position[step - 1, ball, axis]
+                scratch.flown[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
+            enter(block, Cause.GRAVITY, -constants.mass[ball] * fall, 0.0, 0.0)
+        for k in range(begin, at):
+            attribute_displacement(constants, block, k, contacts[k], scratch.flown, scratch.last)
+        for ball in range(n):
+            scale = abs(velocity[step - 1, ball, 0]) + abs(velocity[step - 1, ball, 1]) + step_pull
+            _enter_unexplained(constants, block, scratch, ball, velocity[step, ball], scale)
     return at
 
 
@@ -214,11 +264,14 @@ class Ledger:
             together,
             friction > 0,
         )
+        n = len(bodies)
+        vectors, integers = (np.empty((n, 2)), np.empty((n, 2))), (np.empty(n, np.int64), np.zeros(n, np.int64))
+        self._scratch = Scratch(*vectors, np.empty(n), *integers)
         self._off_parabola: Floats | None = None
         self._findings: list[Findings] = []
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
         self._touched = np.full(len(bodies), -np.inf)
-        self._deepening = [np.empty(0, np.int64), np.empty(0, np.int64)]
+        self._deepening = no_deepening()
         self.missed: list[Passage] = []
         self.max_overlap = 0.0
         self._steps = 0
@@ -245,6 +298,7 @@ class Ledger:
         replayed = _replay(
             constants,
             block,
+            self._scratch,
             position,
             velocity,
             pulled,
@@ -269,10 +323,10 @@ class Ledger:
         reported[contacts["second"] < 0] = -1
         order = np.lexsort((reported, step_of))
         bounds = np.searchsorted(step_of, np.arange(len(position) + 1))
-        deepest, passed, *self._deepening = find_overlaps(
-            position, velocity, self._constants.radius, reported[order], bounds, *self._deepening
+        deepest, passed, self._deepening = find_overlaps(
+            position, velocity, self._constants.radius, reported[order], bounds, self._deepening
         )
-        self.max_overlap = max(self.max_overlap, float(deepest))
+        self.max_overlap = max(self.max_overlap, deepest)
         self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
 
     def _check_inner_walls(self, position: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> None:

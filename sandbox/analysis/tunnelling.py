@@ -1,12 +1,18 @@
 """Balls that pass into each other or through a wall without a contact."""
 
 import math
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
+from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.compiled import entry, kernel
+from sandbox.state import Bools, Contacts, Floats, Integers
+
+FIRST_ROOM: Final = 64  # pairs, or crossings, that a kernel has room for at first
+DEEPENING: Final = np.dtype([("key", "i8"), ("counted", "?")])  # n first + second, and whether it is counted already
+Deepening = NDArray[np.void]
 
 
 class Passage(NamedTuple):
@@ -18,77 +24,147 @@ class Passage(NamedTuple):
     flown: float  # px, by the first in that step
 
 
-@njit(cache=True)
-def _depth(position, reach, i, j):  # type: ignore[no-untyped-def]
+def no_deepening() -> Deepening:
+    """Return an empty array of pairs that went deeper into each other."""
+    return np.empty(0, DEEPENING)
+
+
+@kernel
+def _depth(position: Floats, reach: float, i: int, j: int) -> float:
     return reach - math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
 
 
-@njit(cache=True)
-def _approaches(position, velocity, i, j):  # type: ignore[no-untyped-def]
+@kernel
+def _approaches(position: Floats, velocity: Floats, i: int, j: int) -> bool:
     x, y = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
-    return (velocity[i, 0] - velocity[j, 0]) * x + (velocity[i, 1] - velocity[j, 1]) * y > 0
+    closing: float = (velocity[i, 0] - velocity[j, 0]) * x + (velocity[i, 1] - velocity[j, 1]) * y
+    return closing > 0
 
 
-@njit(cache=True)
-def find_overlaps(position, velocity, radius, reported, bounds, deepening, counted):  # type: ignore[no-untyped-def]
+@kernel
+def _goes_deeper(position: Floats, velocity: Floats, step: int, i: int, j: int, reach: float, depth: float) -> bool:
+    """Return whether balls that overlap by a depth (px) after a step overlapped less before it, and approach still."""
+    slight = NEGLIGIBLE * reach
+    if step == 0 or depth <= slight or not _approaches(position[step], velocity[step], i, j):
+        return False
+    before = _depth(position[step - 1], reach, i, j)
+    return bool(slight < before < depth - slight and _approaches(position[step - 1], velocity[step - 1], i, j))
+
+
+@kernel
+def _is_reported(reported: Integers, begin: int, end: int, key: int) -> bool:
+    """Return whether a key is among those from `begin` to `end`, which are sorted."""
+    while begin < end:
+        middle = (begin + end) // 2
+        if reported[middle] == key:
+            return True
+        if reported[middle] < key:
+            begin = middle + 1
+        else:
+            end = middle
+    return False
+
+
+@kernel
+def _was_deepening(earlier: Deepening, count: int, key: int) -> tuple[bool, bool]:
+    """Return whether a pair is among the first `count`, and whether it is counted already."""
+    for k in range(count):
+        if earlier[k].key == key:
+            return True, earlier[k].counted
+    return False, False
+
+
+@entry
+def _find_overlaps(
+    position: Floats,
+    velocity: Floats,
+    radius: Floats,
+    widest: float,
+    axis: int,
+    order: Integers,
+    reported: Integers,
+    bounds: Integers,
+    earlier: Deepening,
+    deepening: Deepening,
+    found: Integers,
+) -> tuple[float, int, int]:
+    """Find overlaps, see `find_overlaps`. Returns the deepest, and the numbers of pairs found and still deepening.
+
+    widest: px, the largest diameter; order: (steps, n) the balls along the axis; earlier: deepening before the block;
+    deepening: (2, room), which the steps use in turn, the last one the row of its number modulo 2; found: (room, 2).
+    Stops at a pair that there is no room for, and returns more pairs found than there is room for.
+    """
+    n, room, deepest, passages, earlier_count = len(radius), len(found), 0.0, 0, len(earlier)
+    for step in range(len(position)):
+        here, now, count = position[step], deepening[step % 2], 0
+        for a in range(n):
+            for b in range(a + 1, n):
+                p, q = order[step, a], order[step, b]
+                if here[q, axis] - here[p, axis] >= widest:
+                    break
+                if abs(here[q, 1 - axis] - here[p, 1 - axis]) >= widest:
+                    continue
+                i, j = min(p, q), max(p, q)
+                reach, key = radius[i] + radius[j], i * n + j
+                depth = _depth(here, reach, i, j)
+                deepest = max(deepest, depth)
+                if not _goes_deeper(position, velocity, step, i, j, reach, depth):
+                    continue
+                if _is_reported(reported, bounds[step], bounds[step + 1], key):
+                    continue
+                if max(count, passages) == room:
+                    return deepest, room + 1, count
+                again, counted = _was_deepening(earlier, earlier_count, key)
+                if again and not counted:
+                    found[passages, 0], found[passages, 1] = step, key
+                    passages += 1
+                now[count].key, now[count].counted = key, again
+                count += 1
+        if step > 0:
+            earlier, earlier_count = now, count
+    return deepest, passages, earlier_count
+
+
+def find_overlaps(
+    position: Floats, velocity: Floats, radius: Floats, reported: Integers, bounds: Integers, deepening: Deepening
+) -> tuple[float, Integers, Deepening]:
     """Find the deepest overlap, and the pairs that went deeper into each other for two steps without a contact.
 
     Sweep and prune along the axis on which the balls are spread further. reported: keys of the contacts, n first +
-    second, sorted within each step; those of a step begin at bounds[step]. deepening: keys of the pairs that went
-    deeper without a contact in the step before the block; counted: those of them that are counted already.
-    Returns the deepest overlap (px); the step and key of each pair found, (passages, 2); and deepening and counted
-    after the last step.
+    second, sorted within each step; those of a step begin at bounds[step]. deepening: the pairs that went deeper
+    without a contact in the step before the block.
+    Returns the deepest overlap (px); the step and key of each pair found, (passages, 2); and deepening after the last
+    step.
     """
-    n, widest, deepest = len(radius), 2 * radius.max(), 0.0
-    spread_x, spread_y = np.ptp(position[0, :, 0]), np.ptp(position[0, :, 1])
-    axis = 0 if spread_x >= spread_y else 1
-    found = [(0, 0)]
-    for step in range(len(position)):
-        here, before = position[step], position[max(step - 1, 0)]
-        order = np.argsort(here[:, axis])
-        along, across = here[order, axis], here[order, 1 - axis]
-        now, again = [np.int64(-1)], [np.int64(-1)]
-        for a in range(n):
-            for b in range(a + 1, n):
-                if along[b] - along[a] >= widest:
-                    break
-                if abs(across[b] - across[a]) >= widest:
-                    continue
-                i, j = min(order[a], order[b]), max(order[a], order[b])
-                reach = radius[i] + radius[j]
-                depth = _depth(here, reach, i, j)
-                deepest, slight = max(deepest, depth), NEGLIGIBLE * reach
-                if depth <= slight or not _approaches(here, velocity[step], i, j):
-                    continue
-                earlier = _depth(before, reach, i, j)
-                if not slight < earlier < depth - slight or not _approaches(before, velocity[step - 1], i, j):
-                    continue
-                key = i * n + j
-                at = bounds[step] + np.searchsorted(reported[bounds[step] : bounds[step + 1]], key)
-                if at < bounds[step + 1] and reported[at] == key:
-                    continue
-                now.append(key)
-                if np.any(deepening == key):
-                    again.append(key)
-                    if not np.any(counted == key):
-                        found.append((step, key))
-        if step > 0:
-            deepening, counted = np.array(now)[1:], np.array(again)[1:]
-    return deepest, np.array(found)[1:], deepening, counted
+    axis = int(np.ptp(position[0], axis=0).argmax())
+    order = np.argsort(position[:, :, axis], axis=1, kind="stable")
+    room = FIRST_ROOM
+    while True:
+        pairs, found = np.empty((2, room), DEEPENING), np.empty((room, 2), np.int64)
+        deepest, passages, count = _find_overlaps(
+            position, velocity, radius, 2 * float(radius.max()), axis, order, reported, bounds, deepening, pairs, found
+        )
+        if passages <= room:
+            last = pairs[(len(position) - 1) % 2, :count] if len(position) > 1 else deepening
+            return deepest, found[:passages], last
+        room *= 2
 
 
-@njit(cache=True)
-def find_crossings(position, ends, arena_walls, contacts, early, bounds):  # type: ignore[no-untyped-def]
-    """Find where balls cross the centre line of an inner wall: step, ball and ~wall of each, (crossings, 3).
-
-    ends: (m, 4) px, of the inner walls, which are numbered after the arena's; early: whether a contact is reported
-    before its step ends; bounds: of the contacts of each step. A ball that has a contact with that wall in the step is
-    left out, and so is one with an early contact with anything, which may have led it round the wall.
-    """
-    found = [(0, 0, 0)]
+@entry
+def _find_crossings(
+    position: Floats,
+    ends: Floats,
+    arena_walls: int,
+    contacts: Contacts,
+    early: Bools,
+    bounds: Integers,
+    found: Integers,
+) -> int:
+    """Write the crossings, see `find_crossings`, while there is room: (room, 3); return their number."""
+    count = 0
     for step in range(1, len(position)):
         for ball in range(position.shape[1]):
-            x, y = position[step - 1, ball]
+            x, y = position[step - 1, ball, 0], position[step - 1, ball, 1]
             dx, dy = position[step, ball, 0] - x, position[step, ball, 1] - y
             for w in range(len(ends)):
                 ax, ay = ends[w, 2] - ends[w, 0], ends[w, 3] - ends[w, 1]
@@ -103,5 +179,22 @@ def find_crossings(position, ends, arena_walls, contacts, early, bounds):  # typ
                     of_ball = contacts[k].first == ball or contacts[k].second == ball
                     left_out = left_out or (of_ball and (early[k] or contacts[k].second == ~(arena_walls + w)))
                 if not left_out:
-                    found.append((step, ball, ~(arena_walls + w)))
-    return np.array(found)[1:]
+                    if count < len(found):
+                        found[count, 0], found[count, 1], found[count, 2] = step, ball, ~(arena_walls + w)
+                    count += 1
+    return count
+
+
+def find_crossings(
+    position: Floats, ends: Floats, arena_walls: int, contacts: Contacts, early: Bools, bounds: Integers
+) -> Integers:
+    """Find where balls cross the centre line of an inner wall: step, ball and ~wall of each, (crossings, 3).
+
+    ends: (m, 4) px, of the inner walls, which are numbered after the arena's; early: whether a contact is reported
+    before its step ends; bounds: of the contacts of each step. A ball that has a contact with that wall in the step is
+    left out, and so is one with an early contact with anything, which may have led it round the wall.
+    """
+    found = np.empty((FIRST_ROOM, 3), np.int64)
+    while (count := _find_crossings(position, ends, arena_walls, contacts, early, bounds, found)) > len(found):
+        found = np.empty((count, 3), np.int64)
+    return found[:count]

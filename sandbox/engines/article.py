@@ -8,59 +8,108 @@ import math
 from typing import Final
 
 import numpy as np
-from numba import njit
 
-from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
-from sandbox.engines.stepped import SteppedEngine, log_contact
+from sandbox.compiled import entry, kernel
+from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
 from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
-from sandbox.state import State
+from sandbox.state import Contacts, Floats, State
 
-SQUARE: Final = 2.0  # exponent, passed to `frame` as an argument: a compiler turns a constant one into a product
+SQUARE: Final = 2.0  # exponent, passed to `frames` as an argument: a compiler turns a constant one into a product
 MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
-@njit(cache=True)
-def frame(position, velocity, radius, width, height, square, log):  # type: ignore[no-untyped-def]
-    """Play one frame of the article, in place.
+@entry
+def frames(
+    start: tuple[Floats, Floats],
+    frames_before: int,
+    rate: int,
+    position: Floats,
+    velocity: Floats,
+    radius: float,
+    width: float,
+    height: float,
+    square: float,
+    grid: Grid | None,
+    log: Contacts,
+) -> tuple[int, int]:
+    """Play frames of the article, see `SteppedEngine.run`.
 
-    position: (n, 2) px; velocity: (n, 2) px per frame; log: of contacts, with the impulse per mass (px per frame).
-    Returns the log and the number of contacts, see `log_contact`.
-
-    `dx**2` goes through the C library's pow, as in Python, and does not always round as dx*dx does.
+    position: (frames, n, 2) px; velocity: (frames, n, 2) px per frame; log: of contacts, with the impulse per mass (px
+    per frame). Returns the number of frames played, and of contacts logged in them.
     """
-    n, count = len(position), 0
+    count = 0
+    for k in range(len(position)):
+        here, now = begin_step(k, start, position, velocity), (frames_before + k + 1) / rate
+        before = count
+        count = _move(*here, radius, width, height, log, count, now)
+        count = _collide(*here, radius, square, grid, log, count, now)
+        if count > len(log):
+            return k, before
+    return len(position), count
 
-    # Update positions, and bounce off the walls.
-    for i in range(n):
+
+@kernel
+def _move(
+    position: Floats,
+    velocity: Floats,
+    radius: float,
+    width: float,
+    height: float,
+    log: Contacts,
+    count: int,
+    now: float,
+) -> int:
+    """Update positions, and bounce off the walls; return the number of contacts in the log."""
+    for i in range(len(position)):
         position[i, 0] += velocity[i, 0]
         position[i, 1] += velocity[i, 1]
         x, y = position[i, 0], position[i, 1]
         if x <= radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = radius
-            log, count = log_contact(log, count, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
+            count = log_contact(log, count, now, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
         elif x >= width - radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = width - radius
-            log, count = log_contact(log, count, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
+            count = log_contact(log, count, now, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
         if y <= radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = radius
-            log, count = log_contact(log, count, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
+            count = log_contact(log, count, now, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
         elif y >= height - radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = height - radius
-            log, count = log_contact(log, count, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
+            count = log_contact(log, count, now, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
+    return count
 
-    # Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
-    grid = neighbours(position, 2 * radius * MAX_TOUCHING, width, height)
+
+@kernel
+def _collide(
+    position: Floats,
+    velocity: Floats,
+    radius: float,
+    square: float,
+    grid: Grid | None,
+    log: Contacts,
+    count: int,
+    now: float,
+) -> int:
+    """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
+
+    Returns the number of contacts in the log. `dx**2` goes through the C library's pow, as in Python, and does not
+    always round as dx*dx does.
+    """
+    n = len(position)
+    fill(grid, position)
     for i in range(n):
         begin_turn(grid, position, i)
+        j = i
         while True:
-            j = next_neighbour(grid)
-            if j == NONE_LEFT:
+            j = next_neighbour(grid, j, n)
+            if j == n:
                 break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
@@ -89,8 +138,8 @@ def frame(position, velocity, radius, width, height, square, log):  # type: igno
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
                 note_push(grid, position, i, j)
-                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, overlap)
-    return log, count
+                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, overlap)
+    return count
 
 
 class ArticleEngine(SteppedEngine):
@@ -102,8 +151,9 @@ class ArticleEngine(SteppedEngine):
     def __init__(self, scene: Scene, initial: State) -> None:
         self.check(scene)
         super().__init__(scene, initial, unit=scene.rate, impulse_unit=scene.rate * float(scene.bodies.mass[0]))
-        self._size = scene.arena.size
-        self._radius = float(scene.bodies.radius[0])
+        radius, (width, height) = float(scene.bodies.radius[0]), scene.arena.size
+        grid = new_grid(len(scene.bodies), 2 * radius * MAX_TOUCHING, scene.arena.size)
+        self._constants = radius, float(width), float(height), SQUARE, grid
 
     @staticmethod
     def check(scene: Scene) -> None:
@@ -115,10 +165,11 @@ class ArticleEngine(SteppedEngine):
             other = "pymunk" if "friction" in unsupported else "impulse"
             raise Refused(f"article: {parts} not part of the article's rule; use --engines {other}")
 
-    def advance(self) -> int:
-        """Play one frame."""
-        self.log, count = frame(self.position, self.velocity, self._radius, *self._size, SQUARE, self.log)
-        return count
+    def run(
+        self, start: tuple[Floats, Floats], steps_before: int, position: Floats, velocity: Floats, log: Contacts
+    ) -> tuple[int, int]:
+        """Play frames."""
+        return frames(start, steps_before, self._rate, position, velocity, *self._constants, log)
 
 
 def _unsupported(scene: Scene) -> list[str]:

@@ -6,21 +6,37 @@ reflects the overshoot, as if the ball had bounced in time. Contacts are still f
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from sandbox.engines.neighbours import NONE_LEFT, begin_turn, neighbours, next_neighbour, note_push
-from sandbox.engines.stepped import SteppedEngine, log_contact
-from sandbox.engines.walls import ARENA_COUNT, BOTTOM, RIGHT
+from sandbox.compiled import entry, kernel
+from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
+from sandbox.engines.walls import ARENA_COUNT, RIGHT
 from sandbox.errors import Refused
 from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
-from sandbox.state import Floats, State
+from sandbox.state import Contacts, Floats, State
 
 
-@njit(cache=True)
-def normal_to_wall(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
+class Constants(NamedTuple):
+    """What does not change from step to step.
+
+    radius, mass, elasticity: (n,) px, kg, 1; gravity: (2,) px/s²; walls: (m, 6), see `_walls_of`; dt: s; rate: 1/s.
+    """
+
+    radius: Floats
+    mass: Floats
+    elasticity: Floats
+    gravity: Floats
+    walls: Floats
+    dt: float
+    rate: int
+
+
+@kernel
+def normal_to_wall(x: float, y: float, wall: Floats, of_arena: bool) -> tuple[float, float, float]:
     """Return the unit vector from a point to a wall, and how deep the point is in the wall (px, negative outside).
 
     wall: its row, see `_walls_of`.
@@ -33,15 +49,43 @@ def normal_to_wall(x, y, wall, of_arena):  # type: ignore[no-untyped-def]
     return nx, ny, wall[4] - distance
 
 
-@njit(cache=True)
-def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest, dt, log):  # type: ignore[no-untyped-def]
-    """Do one step, in place.
+@entry
+def steps(
+    start: tuple[Floats, Floats],
+    steps_before: int,
+    position: Floats,
+    velocity: Floats,
+    constants: Constants,
+    grid: Grid | None,
+    log: Contacts,
+) -> tuple[int, int]:
+    """Do steps, see `SteppedEngine.run`. position, velocity: (steps, n, 2) px, px/s; log: of contacts.
 
-    position: (n, 2) px; velocity: (n, 2) px/s; radius, mass, elasticity: (n,); gravity: (2,) px/s²; walls: (m, 6),
-    see `_walls_of`; widest: diameter of the largest ball, px; dt: s; log: of contacts. Returns the log and the number
-    of contacts, see `log_contact`.
+    Returns the number of steps done, and of contacts logged in them.
     """
-    n, count = len(position), 0
+    count = 0
+    for k in range(len(position)):
+        here = begin_step(k, start, position, velocity)
+        before = count
+        count = _step(*here, constants, grid, log, count, (steps_before + k + 1) / constants.rate)
+        if count > len(log):
+            return k, before
+    return len(position), count
+
+
+@kernel
+def _step(
+    position: Floats,
+    velocity: Floats,
+    constants: Constants,
+    grid: Grid | None,
+    log: Contacts,
+    count: int,
+    now: float,
+) -> int:
+    """Do one step, in place; return the number of contacts in the log."""
+    n, radius, mass, elasticity = len(position), constants.radius, constants.mass, constants.elasticity
+    gravity, walls, dt = constants.gravity, constants.walls, constants.dt
 
     # Update positions on the parabola of gravity, and bounce off the walls.
     for i in range(n):
@@ -62,15 +106,16 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
-                log, count = log_contact(log, count, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
+                count = log_contact(log, count, now, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
 
     # Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
-    grid = neighbours(position, widest, walls[RIGHT, 2], walls[BOTTOM, 2])
+    fill(grid, position)
     for i in range(n):
         begin_turn(grid, position, i)
+        j = i
         while True:
-            j = next_neighbour(grid)
-            if j == NONE_LEFT:
+            j = next_neighbour(grid, j, n)
+            if j == n:
                 break
             dx = position[i, 0] - position[j, 0]
             dy = position[i, 1] - position[j, 1]
@@ -95,8 +140,8 @@ def advance(position, velocity, radius, mass, elasticity, gravity, walls, widest
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
                 note_push(grid, position, i, j)
-                log, count = log_contact(log, count, i, j, -nx, -ny, -impulse, reach - distance)
-    return log, count
+                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, reach - distance)
+    return count
 
 
 class ImpulseEngine(SteppedEngine):
@@ -106,14 +151,15 @@ class ImpulseEngine(SteppedEngine):
         self.check(scene)
         super().__init__(scene, initial)
         bodies = scene.bodies
-        self._constants = (
+        self._grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
+        self._constants = Constants(
             bodies.radius,
             bodies.mass,
             bodies.elasticity,
             np.array(scene.gravity, float),
             _walls_of(scene),
-            2 * float(bodies.radius.max()),
             1 / scene.rate,
+            scene.rate,
         )
 
     @staticmethod
@@ -122,10 +168,11 @@ class ImpulseEngine(SteppedEngine):
         if scene.bodies.friction.max() > 0:
             raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
 
-    def advance(self) -> int:
-        """Do one step."""
-        self.log, count = advance(self.position, self.velocity, *self._constants, self.log)
-        return count
+    def run(
+        self, start: tuple[Floats, Floats], steps_before: int, position: Floats, velocity: Floats, log: Contacts
+    ) -> tuple[int, int]:
+        """Do steps."""
+        return steps(start, steps_before, position, velocity, self._constants, self._grid, log)
 
 
 def _walls_of(scene: Scene) -> Floats:

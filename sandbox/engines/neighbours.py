@@ -14,30 +14,28 @@ which puts no two of them further apart. All distances are the larger of those a
 """
 
 import math
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from sandbox.engines.compiled import kernel
+from sandbox.compiled import kernel
 from sandbox.state import Floats
 
 MIN_BALLS: Final = 20  # for a grid; with fewer, testing every pair takes less time
 SLACK: Final = 0.1  # as a fraction of the reach; less means looking more often, more means testing balls further away
 SIGHT_MARGIN: Final = 1e-9  # relative, of `sight` and of the cells' width: far above rounding
 BALLS_PER_CELL: Final = 0.3  # on average, if the reach is small enough to leave the choice
-NONE_LEFT: Final = -1  # no further neighbour
 
 
-class Neighbours(NamedTuple):
+class Grid(NamedTuple):
     """The grid, and the neighbours of the ball whose turn it is. Cell (column, row) is (row + 1) * stride + column + 1.
 
     last_column, last_row: of the arena's cells; per_x, per_y: cells per px; sight: reach + slack, px; slack: px.
     first: a ball of each cell; next: (n,) another of the same cell, or n; cell: (n,) the cell of each ball.
     near: (n,) the balls in sight, in order, seen from home: (1, 2) px. cursor: (2,) the place in near of the next ball
     to return, and of the last + 1.
-    Without a grid, first is empty, and near is all balls.
     """
 
     stride: int
@@ -55,29 +53,38 @@ class Neighbours(NamedTuple):
     cursor: NDArray[np.int64]
 
 
-@njit(cache=True)
-def neighbours(position, reach, width, height):  # type: ignore[no-untyped-def]
-    """Return a grid of all balls. position: (n, 2) px; reach: px between centres that may touch; width, height: px."""
-    n = len(position)
-    cursor = np.zeros(2, np.int64)
+def new_grid(n: int, reach: float, size: Sequence[float]) -> Grid | None:
+    """Return a grid without balls, or None for so few that every pair is tested.
+
+    n: the number of balls; reach: px between centres that may touch; size: width and height of the arena, px.
+    """
     if n < MIN_BALLS:
-        none, every = np.empty(0, np.int32), np.arange(n).astype(np.int32)
-        return Neighbours(0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, none, none, none, every, position, cursor)
+        return None
+    width, height = size
     slack = reach * SLACK
     sight = (reach + slack) * (1 + SIGHT_MARGIN)
     side, most = max(sight * (1 + SIGHT_MARGIN), math.sqrt(width * height * BALLS_PER_CELL / n)), n / BALLS_PER_CELL
     columns, rows = max(1, int(min(width / side, most))), max(1, int(min(height / side, most)))
-    first = np.full((columns + 2) * (rows + 2), n, np.int32)
     shape = (columns + 2, columns - 1.0, rows - 1.0, columns / width, rows / height, sight, slack)
+    first = np.empty((columns + 2) * (rows + 2), np.int32)
     lists = (first, np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32))
-    grid = Neighbours(*shape, *lists, np.empty((1, 2)), cursor)
-    for i in range(n - 1, -1, -1):  # backwards, so that each cell lists its balls in order, which leaves little to sort
-        enter(grid, i, cell_at(grid, position[i, 0], position[i, 1]))
-    return grid
+    return Grid(*shape, *lists, np.empty((1, 2)), np.zeros(2, np.int64))
 
 
 @kernel
-def cell_at(grid: Neighbours, x: float, y: float) -> int:
+def fill(grid: Grid | None, position: Floats) -> None:
+    """Enter every ball in the grid. position: (n, 2) px."""
+    if grid is None:
+        return
+    n = len(position)
+    for cell in range(len(grid.first)):
+        grid.first[cell] = n
+    for i in range(n - 1, -1, -1):  # backwards, so that each cell lists its balls in order, which leaves little to sort
+        _enter(grid, i, _cell_at(grid, position[i, 0], position[i, 1]))
+
+
+@kernel
+def _cell_at(grid: Grid, x: float, y: float) -> int:
     """Return the number of the cell at a point; for a point outside the arena, the nearest cell at its edge."""
     column = min(max(0.0, x * grid.per_x), grid.last_column)  # in this order, which makes 0 of NaN
     row = min(max(0.0, y * grid.per_y), grid.last_row)
@@ -85,7 +92,7 @@ def cell_at(grid: Neighbours, x: float, y: float) -> int:
 
 
 @kernel
-def enter(grid: Neighbours, i: int, cell: int) -> None:
+def _enter(grid: Grid, i: int, cell: int) -> None:
     """List ball i first in a cell."""
     grid.cell[i] = cell
     grid.next[i] = grid.first[cell]
@@ -93,7 +100,7 @@ def enter(grid: Neighbours, i: int, cell: int) -> None:
 
 
 @kernel
-def leave(grid: Neighbours, i: int) -> None:
+def _leave(grid: Grid, i: int) -> None:
     """Remove ball i from its cell's list."""
     j = grid.first[grid.cell[i]]
     if j == i:
@@ -105,12 +112,12 @@ def leave(grid: Neighbours, i: int) -> None:
 
 
 @kernel
-def look_around(grid: Neighbours, position: Floats, i: int, last: int) -> None:
+def _look_around(grid: Grid, position: Floats, i: int, last: int) -> None:
     """List the balls after `last` that ball i can touch, in order, in `near`."""
     n, near = len(position), grid.near
     x, y = position[i, 0], position[i, 1]
     grid.home[0, 0], grid.home[0, 1] = x, y
-    cell, count = cell_at(grid, x, y), 0
+    cell, count = _cell_at(grid, x, y), 0
     for row in range(-1, 2):
         corner = cell + row * grid.stride - 1
         for here in range(corner, corner + 3):
@@ -130,33 +137,34 @@ def look_around(grid: Neighbours, position: Floats, i: int, last: int) -> None:
 
 
 @kernel
-def begin_turn(grid: Neighbours, position: Floats, i: int) -> None:
+def begin_turn(grid: Grid | None, position: Floats, i: int) -> None:
     """Begin ball i's turn: find the balls after i that it can touch."""
-    if len(grid.first) == 0:
-        grid.cursor[0], grid.cursor[1] = i + 1, len(position)
-    else:
-        leave(grid, i)
-        look_around(grid, position, i, i)
+    if grid is None:
+        return
+    _leave(grid, i)
+    _look_around(grid, position, i, i)
 
 
 @kernel
-def next_neighbour(grid: Neighbours) -> int:
-    """Return the next ball that the ball whose turn it is can touch, or NONE_LEFT."""
+def next_neighbour(grid: Grid | None, j: int, n: int) -> int:
+    """Return the next ball after j that the ball whose turn it is can touch, or n if none is left."""
+    if grid is None:
+        return j + 1
     place = grid.cursor[0]
     if place == grid.cursor[1]:
-        return NONE_LEFT
+        return n
     grid.cursor[0] = place + 1
     return int(grid.near[np.uint32(place)])  # an unsigned index needs no test for counting from the end
 
 
 @kernel
-def note_push(grid: Neighbours, position: Floats, i: int, j: int) -> None:
+def note_push(grid: Grid | None, position: Floats, i: int, j: int) -> None:
     """Update the grid after i and j were pushed apart, in i's turn; look again if i has gone far."""
-    if len(grid.first) == 0:
+    if grid is None:
         return
-    cell = cell_at(grid, position[j, 0], position[j, 1])
+    cell = _cell_at(grid, position[j, 0], position[j, 1])
     if cell != grid.cell[j]:
-        leave(grid, j)
-        enter(grid, j, cell)
+        _leave(grid, j)
+        _enter(grid, j, cell)
     if max(abs(position[i, 0] - grid.home[0, 0]), abs(position[i, 1] - grid.home[0, 1])) >= grid.slack:
-        look_around(grid, position, i, j)
+        _look_around(grid, position, i, j)

@@ -11,12 +11,12 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sandbox.compiled import entry, kernel
 from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Bools, Floats
 
 LEVELS: Final = 50  # up to a radius of 2**30 px
 LOWEST_EXPONENT: Final = -19  # the largest radius of level 0 is 2**-19 px; it holds all smaller ones too
@@ -40,27 +40,27 @@ class Packing(NamedTuple):
     entry: NDArray[np.int32]
 
 
-@njit(cache=True)
-def _level(radius):  # type: ignore[no-untyped-def]
+@kernel
+def _level(radius: float) -> int:
     """Return the level of balls of a radius (px)."""
     return max(0, math.ceil(math.log2(radius)) - LOWEST_EXPONENT)
 
 
-@njit(cache=True)
-def _cell_width(level):  # type: ignore[no-untyped-def]
+@kernel
+def _cell_width(level: int) -> float:
     """Return the width of a level's cells, px: its largest diameter."""
     return 2.0 ** (level + LOWEST_EXPONENT + 1)
 
 
-@njit(cache=True)
-def _list_of(packing, level, smaller, column, row):  # type: ignore[no-untyped-def]
+@kernel
+def _list_of(packing: Packing, level: int, smaller: bool, column: float, row: float) -> int:
     """Return the number of a cell's list: of the balls of its level, or of the smaller ones."""
     mixed = (int(column) * 73_856_093) ^ (int(row) * 19_349_663) ^ ((2 * level + smaller) * 83_492_791)  # Teschner 2003
     return (mixed ^ (mixed >> 17)) & (len(packing.first) - 1)
 
 
-@njit(cache=True)
-def _place(packing, x, y, radius):  # type: ignore[no-untyped-def]
+@kernel
+def _place(packing: Packing, x: float, y: float, radius: float) -> None:
     k, own = packing.total[0], _level(radius)
     packing.ball[k, 0], packing.ball[k, 1], packing.ball[k, 2] = x, y, radius
     for level in range(own, LEVELS):
@@ -74,8 +74,8 @@ def _place(packing, x, y, radius):  # type: ignore[no-untyped-def]
     packing.total[0] += 1
 
 
-@njit(cache=True)
-def keep_first(packing, count):  # type: ignore[no-untyped-def]
+@entry
+def keep_first(packing: Packing, count: int) -> None:
     """Keep the first `count` balls and remove those placed later."""
     while packing.total[0] > count:
         packing.total[0] -= 1
@@ -89,8 +89,8 @@ def keep_first(packing, count):  # type: ignore[no-untyped-def]
                 packing.first[number] = packing.entry[packing.total[1], 1]
 
 
-@njit(cache=True)
-def _is_free(packing, level, smaller, x, y, radius):  # type: ignore[no-untyped-def]
+@kernel
+def _is_free(packing: Packing, level: int, smaller: bool, x: float, y: float, radius: float) -> bool:
     """Return whether a ball would overlap no ball of a level, or no smaller one listed there."""
     width = _cell_width(level)
     reach = radius + width / 2
@@ -105,8 +105,8 @@ def _is_free(packing, level, smaller, x, y, radius):  # type: ignore[no-untyped-
     return True
 
 
-@njit(cache=True)
-def _has_room(packing, x, y, radius):  # type: ignore[no-untyped-def]
+@kernel
+def _has_room(packing: Packing, x: float, y: float, radius: float) -> bool:
     own = _level(radius)
     for level in range(own, LEVELS):
         if packing.population[level] > 0 and not _is_free(packing, level, False, x, y, radius):
@@ -121,15 +121,17 @@ def _has_room(packing, x, y, radius):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
-def place_all(packing, place, radius):  # type: ignore[no-untyped-def]
+@entry
+def place_all(packing: Packing, place: Floats, radius: float) -> None:
     """Place balls of a radius (px), whether there is room or not. place: (n, 2) px."""
     for k in range(len(place)):
         _place(packing, place[k, 0], place[k, 1], radius)
 
 
-@njit(cache=True)
-def place_some(packing, place, radius, wanted, missed, max_missed):  # type: ignore[no-untyped-def]
+@entry
+def place_some(
+    packing: Packing, place: Floats, radius: float, wanted: int, missed: int, max_missed: int
+) -> tuple[int, int]:
     """Place balls of a radius (px) where there is room, in order, until `wanted` are placed. place: (n, 2) px.
 
     Gives up after `max_missed` places in a row without room; `missed` of them came before the first one here.
@@ -145,12 +147,17 @@ def place_some(packing, place, radius, wanted, missed, max_missed):  # type: ign
     return tried, missed
 
 
-@njit(cache=True)
-def have_room(packing, place, radius):  # type: ignore[no-untyped-def]
-    """Return whether there is room for a ball of a radius (px) at each place: (n, 2) px -> (n,)."""
-    room = np.empty(len(place), np.bool_)
+@entry
+def _mark_room(packing: Packing, place: Floats, radius: float, room: Bools) -> None:
+    """Write whether there is room for a ball of a radius (px) at each place: (n, 2) px -> (n,)."""
     for k in range(len(place)):
         room[k] = _has_room(packing, place[k, 0], place[k, 1], radius)
+
+
+def have_room(packing: Packing, place: Floats, radius: float) -> Bools:
+    """Return whether there is room for a ball of a radius (px) at each place: (n, 2) px -> (n,)."""
+    room = np.empty(len(place), bool)
+    _mark_room(packing, place, radius, room)
     return room
 
 

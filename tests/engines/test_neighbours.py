@@ -1,8 +1,7 @@
 """The broad phase finds the same contacts as a test of all pairs i < j in order, to the bit."""
 
 import math
-from collections.abc import Callable
-from types import FunctionType
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,25 +9,12 @@ import pytest
 from conftest import sizes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba import njit
 
 from sandbox.engines import article, impulse, neighbours
+from sandbox.engines.neighbours import Grid, new_grid
 from sandbox.state import CONTACT, Floats
 
 Kernel = Callable[..., Any]
-
-
-def of_all_pairs(kernel: Any) -> Kernel:
-    """Compile an engine's kernel without a grid for any number of balls: it then tests every pair."""
-
-    def compiled(function: Any, **names: object) -> Kernel:
-        function = function.py_func
-        return njit(FunctionType(function.__code__, function.__globals__ | names))
-
-    return compiled(kernel, neighbours=compiled(neighbours.neighbours, MIN_BALLS=10**9))
-
-
-ARTICLE, IMPULSE = of_all_pairs(article.frame), of_all_pairs(impulse.advance)
 
 
 def packed_balls(seed: int, n: int, eta: float, heaped: float) -> tuple[np.random.Generator, Floats, Floats, float]:
@@ -59,21 +45,34 @@ CASES = {
 }
 
 
-def assert_equal_to_the_bit(plain: Kernel, quick: Kernel, state: list[Floats], frames: int, *constants: object) -> None:
-    expected, found = [array.copy() for array in state], [array.copy() for array in state]
-    log, other = np.zeros(64, CONTACT), np.zeros(64, CONTACT)
-    for _ in range(frames):
-        log, count = plain(*expected, *constants, log)
-        other, met = quick(*found, *constants, other)
-        assert [array.tobytes() for array in found] == [array.tobytes() for array in expected]
-        log["time"] = other["time"] = 0  # which a kernel leaves to its engine
-        assert other[:met].tobytes() == log[:count].tobytes()
+def assert_equal_to_the_bit(steps: Kernel, state: list[Floats], frames: int, grid: Grid | None) -> Floats:
+    """Assert that steps(grid, ...) does the same with a grid as without one; return the positions after each step."""
+    expected, found = np.empty((2, 2, frames, *state[0].shape))
+    start, room = tuple(state), (len(state[0]) + 5) ** 2 * frames
+    plain, quick = np.zeros(room, CONTACT), np.zeros(room, CONTACT)
+    done, count = steps(None, start, *expected, plain)
+    assert steps(grid, start, *found, quick) == (done, count) == (frames, count)
+    assert found.tobytes() == expected.tobytes()
+    assert quick[:count].tobytes() == plain[:count].tobytes()
+    positions: Floats = found[0]
+    return positions
+
+
+def article_frames(size: Sequence[float]) -> Kernel:
+    def steps(grid: Grid | None, start: Any, position: Floats, velocity: Floats, log: Any) -> Any:
+        return article.frames(start, 0, 60, position, velocity, 5.0, *map(float, size), article.SQUARE, grid, log)
+
+    return steps
+
+
+def article_grid(n: int, size: Sequence[float]) -> Grid | None:
+    return new_grid(n, 10 * article.MAX_TOUCHING, size)
 
 
 def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pace: float, frames: int) -> None:
     rng, position, size, _ = packed_balls(seed, n, eta, heaped)
     state = [position, rng.normal(0, pace, (n, 2))]
-    assert_equal_to_the_bit(ARTICLE, article.frame, state, frames, 5.0, *size.tolist(), article.SQUARE)
+    assert_equal_to_the_bit(article_frames(size.tolist()), state, frames, article_grid(n, size.tolist()))
 
 
 def impulse_equals_brute_force(
@@ -85,9 +84,13 @@ def impulse_equals_brute_force(
     w, h = size
     arena = [(-1, 0, 0, 0, 0, 1), (0, -1, 0, 0, 0, 1), (1, 0, w, 0, 0, 0.9), (0, 1, h, 0, 0, 1)]
     walls = np.array([*arena, (0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h, 2, 0.8)], float)
-    constants = (radius, mass, elasticity, rng.normal(0, 900, 2), walls, 2 * float(radius.max()), 1 / 60)
+    constants = impulse.Constants(radius, mass, elasticity, rng.normal(0, 900, 2), walls, 1 / 60, 60)
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
-    assert_equal_to_the_bit(IMPULSE, impulse.advance, state, frames, *constants)
+
+    def steps(grid: Grid | None, start: Any, position: Floats, velocity: Floats, log: Any) -> Any:
+        return impulse.steps(start, 0, position, velocity, constants, grid, log)
+
+    assert_equal_to_the_bit(steps, state, frames, new_grid(n, 2 * float(radius.max()), size.tolist()))
 
 
 @pytest.mark.parametrize("cases", sizes(100, slow=10_000))
@@ -106,11 +109,8 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
     rng = np.random.default_rng(1)
     position = np.column_stack([300 - 5.0 * np.arange(n) + rng.normal(0, 1, n), 100 + rng.normal(0, 2, n)])
     state = [np.maximum(position, 5), np.column_stack([np.linspace(-4, 4, n), np.zeros(n)])]
-    before = state[0].copy()
-    assert_equal_to_the_bit(ARTICLE, article.frame, state, 6, 5.0, 400.0, 200.0, article.SQUARE)
-    quick: Kernel = article.frame
-    quick(*state, 5.0, 400.0, 200.0, article.SQUARE, np.zeros(64, CONTACT))
-    pushed = np.abs(state[0] - before - state[1]).max(axis=1)
+    positions = assert_equal_to_the_bit(article_frames((400, 200)), state, 6, article_grid(n, (400, 200)))
+    pushed = np.abs(positions[0] - state[0] - state[1]).max(axis=1)
     assert pushed.max() > 10 * 2 * neighbours.SLACK  # so it had to look again
 
 
@@ -118,13 +118,12 @@ def test_a_ball_pushed_through_a_heap_meets_what_was_out_of_sight_at_first() -> 
 def test_a_ball_at_nan_or_infinity_is_in_a_cell_of_the_grid(place: float) -> None:
     position = np.full((30, 2), 50.0)
     position[7] = place
-    state = [position, np.zeros((30, 2))]
-    assert_equal_to_the_bit(ARTICLE, article.frame, state, 2, 5.0, 400.0, 200.0, article.SQUARE)
+    assert_equal_to_the_bit(article_frames((400, 200)), [position, np.zeros((30, 2))], 2, article_grid(30, (400, 200)))
 
 
 @pytest.mark.parametrize("size", [(1e9, 50.0), (50.0, 1e9), (1e9, 1e9)])
 def test_the_number_of_cells_is_bounded_by_the_number_of_balls(size: tuple[float, float]) -> None:
     """In a channel of 1e9 px, cells as wide as a ball would be 1e8."""
-    position = np.random.default_rng(0).uniform(0, 50, (100, 2))
-    found: neighbours.Neighbours = neighbours.neighbours(position, 10.0, *size)
-    assert len(found.first) < 2000
+    grid = new_grid(100, 10.0, size)
+    assert grid is not None
+    assert len(grid.first) < 2000

@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines.compiled import Record, kernel
+from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.records import HELD, NONE
 from sandbox.engines.exact.world import COINCIDENT, World, move_to_now, release
 from sandbox.engines.walls import ARENA_COUNT

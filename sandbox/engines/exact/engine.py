@@ -7,7 +7,7 @@ import numpy as np
 
 from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.exact.contact import HOP_TIME
-from sandbox.engines.exact.event_loop import advance, kick, snapshot, start
+from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, aligned
@@ -16,9 +16,10 @@ from sandbox.engines.walls import pieces_of
 from sandbox.errors import Refused, SandboxError
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, State
+from sandbox.state import CONTACT, Contacts, Floats, State
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
+LOG_ROWS: Final = 64  # of a new engine's log, besides one for each ball
 
 
 class ExactEngine:
@@ -30,7 +31,7 @@ class ExactEngine:
         self._steps = 0
         self._world = _world(scene, initial)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
-        self._log = np.empty(64, CONTACT)  # filled by `advance`
+        self._log = np.empty(LOG_ROWS + len(scene.bodies), CONTACT)  # filled by `run`
         self._contacts = ContactLog()
         self.collisions = 0
         start(self._world)
@@ -46,40 +47,28 @@ class ExactEngine:
 
         Raises SandboxError if contacts are recorded and exceed MAX_LOGGED_CONTACTS.
         """
-        self._steps += 1
-        recording = self._contacts.recording
-        while self._world.queue.node[0]["time"] <= self._now:
-            count, collisions = advance(self._world, self._now, self._log, recording)
+        shape = (1, len(self._disc_of_ball), 2)
+        self.advance(1, np.empty(shape), np.empty(shape))
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        """Do some steps, and write the state after each: (steps, n, 2) px, px/s. Raises SandboxError as `step` does."""
+        done, recording = 0, self._contacts.recording
+        while done < steps:
+            rows = position[done:], velocity[done:]
+            more, count, collisions = run(self._world, self._steps, self._rate, *rows, self._log, recording)
+            done += more
+            self._steps += more
             self.collisions += collisions
-            if recording:
-                self._record(self._log[:count].copy())
-            if count == len(self._log):
-                self._log = np.empty(2 * count, CONTACT)
-        if recording and self._world.has_gravity:
-            self._record(self._resting_contacts())
-
-    def _record(self, contacts: Contacts) -> None:
-        self._contacts.add(contacts)
-        if self._contacts.count > MAX_LOGGED_CONTACTS:
-            raise SandboxError(
-                f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {self._now:.4g} s, the limit; a shorter run "
-                "has fewer, and so have slower balls, or balls of more similar masses"
-            )
-
-    def _resting_contacts(self) -> Contacts:
-        """Return a contact for each ball that a wall carries, with its impulse in this step since its last contact."""
-        event, body = self._world.event, self._world.body
-        support = self._world.gravity - np.column_stack([body["ax"], body["ay"]])
-        pull = np.hypot(*support.T)
-        resting = np.flatnonzero((event["carrier"] >= 0) & (pull > 0))
-        contacts = np.zeros(len(resting), CONTACT)
-        contacts["time"] = self._now
-        contacts["first"] = event["ball"][resting]
-        contacts["second"] = ~self._world.piece["wall"][event["carrier"][resting]]
-        contacts["normal"] = support[resting] / pull[resting, None]
-        duration = np.minimum(1 / self._rate, self._now - body["last_contact"][resting])
-        contacts["impulse"] = body["mass"][resting] * pull[resting] * duration
-        return contacts
+            if count:
+                self._contacts.add(self._log[:count].copy())
+            if self._contacts.count > MAX_LOGGED_CONTACTS:
+                time = (self._steps + (done < steps)) / self._rate
+                raise SandboxError(
+                    f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; a shorter run "
+                    "has fewer, and so have slower balls, or balls of more similar masses"
+                )
+            if len(self._log) - count < len(self._disc_of_ball):
+                self._log = np.empty(2 * len(self._log), CONTACT)
 
     @property
     def _now(self) -> float:

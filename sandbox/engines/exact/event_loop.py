@@ -1,13 +1,14 @@
-"""The event loop, and the functions that Python calls: `start`, `advance`, `kick`, `snapshot`.
+"""The event loop, and the functions that Python calls: `start`, `run`, `kick`, `snapshot`.
 
-`advance` processes the earliest event, predicts the next one of each disc concerned, and so on until the time is up.
+`run` processes the earliest event, predicts the next one of each disc concerned, and so on until the time is up.
 """
 
+import math
 from typing import Final
 
 import numpy as np
 
-from sandbox.engines.compiled import Record, entry, kernel, prefetch
+from sandbox.compiled import Record, entry, kernel, prefetch
 from sandbox.engines.exact.contact import bounce, collide
 from sandbox.engines.exact.event_queue import runner_up, schedule
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
@@ -15,7 +16,7 @@ from sandbox.engines.exact.prediction import predict, predict_crossing, predict_
 from sandbox.engines.exact.world import World, motion, move_to_now, release
 from sandbox.state import Contacts, Floats
 
-MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `advance`: about a second's, so that Ctrl-C can end an endless step
+MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `run`: about a second's, so that Ctrl-C can end an endless step
 
 
 @kernel
@@ -64,18 +65,19 @@ def _write_row(row: Record, time: float, first: int, second: int, contact: tuple
     row.normal[0], row.normal[1], row.impulse, row.depth = contact
 
 
-@entry
-def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[int, int]:
-    """Process events, in place, up to a time (s), or until the log is full, or for MAX_EVENTS_PER_CALL.
+@kernel
+def _process_events(
+    world: World, until: float, log: Contacts, count: int, max_events: int, collect: bool
+) -> tuple[int, int, int]:
+    """Process events up to a time (s), or until the log is full, or up to a number of events.
 
-    log: (capacity,) CONTACT, which gets a row per contact if `collect`. Returns the number of rows filled, and the
-    number of contacts between discs.
+    Returns the number of rows filled in the log, of contacts between discs, and of events left.
     """
     disc, event, root = world.disc, world.event, world.queue.node[0]
-    count = collisions = events = 0
-    while root.time <= until and count < len(log) and events < MAX_EVENTS_PER_CALL:
-        now, i = root.time, root.disc
-        events += 1
+    collisions = 0
+    while root.time <= until and count < len(log) and max_events > 0:
+        now, i = root.time, np.int64(root.disc)
+        max_events -= 1
         _prefetch_event(world, runner_up(world.queue))
         partner = np.int64(event[i].partner)
         if event[i].crossing < disc[i].hit:
@@ -84,7 +86,7 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
             contact = bounce(world, i, ~partner, now)
             predict(world, i, now)
             if collect and contact[2] > 0:
-                _write_row(log[count], now, event[i].ball, ~world.piece[~partner].wall, contact)
+                _write_row(log[count], now, np.int64(event[i].ball), ~world.piece[~partner].wall, contact)
                 count += 1
         elif disc[partner].serial != event[i].partner_serial:
             predict(world, i, now)
@@ -97,18 +99,64 @@ def advance(world: World, until: float, log: Contacts, collect: bool) -> tuple[i
             predict(world, j, now)
             collisions += 1
             if collect:
-                _write_row(log[count], now, event[i].ball, event[j].ball, contact)
+                _write_row(log[count], now, np.int64(event[i].ball), np.int64(event[j].ball), contact)
                 count += 1
-    return count, collisions
+    return count, collisions, max_events
+
+
+@kernel
+def _log_resting_contacts(world: World, now: float, dt: float, log: Contacts, count: int) -> int:
+    """Log a contact for each disc that a wall carries, with its impulse in this step since its last contact.
+
+    dt: s, of a step. Returns the number of rows filled.
+    """
+    for i in range(len(world.disc)):
+        event, body = world.event[i], world.body[i]
+        x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
+        pull = math.hypot(x, y)
+        if event.carrier >= 0 and pull > 0:
+            impulse = body.mass * pull * min(dt, now - body.last_contact)
+            contact = (x / pull, y / pull, impulse, 0.0)
+            _write_row(log[count], now, np.int64(event.ball), ~world.piece[event.carrier].wall, contact)
+            count += 1
+    return count
+
+
+@kernel
+def _write_state(world: World, now: float, position: Floats, velocity: Floats) -> None:
+    for i in range(len(world.disc)):
+        m, ball = motion(world, i, now), world.event[i].ball
+        position[ball, 0], position[ball, 1] = m.x, m.y
+        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+
+
+@entry
+def run(
+    world: World, steps_before: int, rate: int, position: Floats, velocity: Floats, log: Contacts, collect: bool
+) -> tuple[int, int, int]:
+    """Process the events of some steps, and write the state after each: (steps, n, 2) px, px/s, in scene order.
+
+    Stops early if the log is full, or after MAX_EVENTS_PER_CALL; the next call continues from there. log: (capacity,)
+    CONTACT, with more rows than discs, which gets a row per contact if `collect`. Returns the number of steps
+    completed, of rows filled, and of contacts between discs.
+    """
+    count, collisions, events_left = 0, 0, MAX_EVENTS_PER_CALL
+    for step in range(len(position)):
+        now = (steps_before + step + 1) / rate
+        count, more, events_left = _process_events(world, now, log, count, events_left, collect)
+        collisions += more
+        if world.queue.node[0].time <= now or len(log) - count < len(world.disc):
+            return step, count, collisions
+        if collect and world.has_gravity:
+            count = _log_resting_contacts(world, now, 1 / rate, log, count)
+        _write_state(world, now, position[step], velocity[step])
+    return len(position), count, collisions
 
 
 @entry
 def snapshot(world: World, now: float, position: Floats, velocity: Floats) -> None:
     """Write the position and velocity of each ball now, in scene order: (n, 2) px, px/s."""
-    for i in range(len(world.disc)):
-        m, ball = motion(world, i, now), world.event[i].ball
-        position[ball, 0], position[ball, 1] = m.x, m.y
-        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+    _write_state(world, now, position, velocity)
 
 
 @entry

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.compiled import Record, kernel
+from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.records import aligned
 
 NO_PARTNER: Final = 2**31 - 1  # ranks behind every partner

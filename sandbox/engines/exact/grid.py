@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.compiled import Record, kernel, prefetch
+from sandbox.compiled import Record, kernel, prefetch
 from sandbox.engines.exact.records import NONE
 from sandbox.quantity import segment_distance
 from sandbox.state import Floats

@@ -11,7 +11,7 @@ roots are computed in the form without cancellation.
 import math
 from typing import Final
 
-from sandbox.engines.compiled import kernel
+from sandbox.compiled import kernel
 
 NEVER: Final = math.inf
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines.compiled import Record, kernel
+from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.exact.records import HELD, NONE
@@ -18,7 +18,7 @@ FACE_MARGIN: Final = 1e-9  # px past its ends that a face carries a disc: above 
 def _propose_contact(world: World, i: int, time: float, partner: int, serial: int) -> None:
     """Make a contact disc i's next one if it precedes the earliest predicted so far."""
     disc, event, queue = world.disc[i], world.event[i], world.queue
-    if time < disc.hit or (time == disc.hit and rank(queue, i, partner) < rank(queue, i, event.partner)):
+    if time < disc.hit or (time == disc.hit and rank(queue, i, partner) < rank(queue, i, np.int64(event.partner))):
         disc.hit, event.partner, event.partner_serial = time, partner, serial
 
 
@@ -39,7 +39,7 @@ def predict_discs(world: World, i: int, m: Motion, now: float, corner: int, colu
                 limit = min(disc[i].hit, disc[j].hit) - now
                 time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
                 if time < NEVER and i != j and time <= disc[j].hit:
-                    _propose_contact(world, i, time, j, disc[j].serial)
+                    _propose_contact(world, i, time, j, np.int64(disc[j].serial))
                 j = np.int64(disc[j].next)
 
 

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.compiled import kernel
+from sandbox.compiled import kernel
 from sandbox.engines.exact.event_queue import EventQueue
 from sandbox.engines.exact.grid import Grid
 from sandbox.engines.exact.records import NONE

@@ -1,8 +1,8 @@
-"""How numba compiles kernels that make no arrays: the event loop's, and the broad phase's.
+"""How numba compiles kernels.
 
 Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
-arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of
-the event loop's. Without reference counts, a kernel cannot make an array.
+arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of the event loop's,
+and time to compile. Without reference counts, a kernel cannot make an array: Python passes all that it needs.
 
 `kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk. The cache
 checks the entry's own file only: after an edit to a kernel in another file, delete the cache (in `__pycache__`, or in
@@ -15,13 +15,15 @@ from typing import Any, Final, cast
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
 
 _OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
 
-kernel: Final = njit(**_OPTIONS)
-entry: Final = njit(cache=True, **_OPTIONS)
+_Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]  # numba ships no types
+
+kernel: Final[_Decorator] = register_jitable(**_OPTIONS)
+entry: Final[_Decorator] = njit(cache=True, **_OPTIONS)
 
 Record = Any  # an element of a structured array; in a kernel, its fields are attributes, which write to the array
 

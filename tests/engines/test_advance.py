@@ -1,0 +1,69 @@
+"""Engines that do many steps at once do the same as one step at a time, to the bit."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sandbox.engines import create
+from sandbox.engines.exact import engine as exact
+from sandbox.engines.stepped import SteppedEngine
+from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn
+from sandbox.state import Contacts, Floats
+
+SCENES = {
+    "article": ["article", "gas-100"],
+    "impulse": ["article", "funnel", "gas-100"],
+    "exact": ["funnel", "gas-100"],
+}
+
+
+def play(name: str, scene: str, blocks: list[int], kick: int) -> tuple[Floats, Floats, Contacts]:
+    """Run an engine in blocks of steps, with a kick before the block of that number."""
+    loaded = load(scene)
+    engine = create(name, loaded, spawn(loaded))
+    engine.contacts()
+    parts = []
+    for number, steps in enumerate(blocks):
+        if number == kick:
+            engine.kick(1, (40.0, -300.0))
+        shape = (steps, len(loaded.bodies), 2)
+        position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
+        engine.advance(steps, position, velocity)  # type: ignore[attr-defined]
+        state = engine.state()
+        assert state.position.tobytes() == position[-1].tobytes()
+        assert state.velocity.tobytes() == velocity[-1].tobytes()
+        parts.append((position, velocity, engine.contacts()))
+    position, velocity, contacts = map(np.concatenate, zip(*parts, strict=True))
+    return position, velocity, contacts
+
+
+@pytest.mark.parametrize(("name", "scene"), [(name, scene) for name, scenes in SCENES.items() for scene in scenes])
+@settings(max_examples=5, deadline=None)
+@given(blocks=st.lists(st.integers(1, 150), min_size=2, max_size=4), rows=st.sampled_from([1, 2, 64]), data=st.data())
+def test_a_block_of_steps_is_so_many_single_steps(
+    name: str, scene: str, blocks: list[int], rows: int, data: st.DataObject
+) -> None:
+    """rows: of the contact log at first, so that it is full now and then."""
+    kick = data.draw(st.integers(0, len(blocks) - 1))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sandbox.engines.stepped.LOG_ROWS", rows)
+        patch.setattr(exact, "LOG_ROWS", rows)
+        whole = play(name, scene, blocks, kick)
+    singles = [1] * sum(blocks)
+    one_by_one = play(name, scene, singles, sum(blocks[:kick]))
+    for part, single in zip(whole, one_by_one, strict=True):
+        assert part.tobytes() == single.tobytes()
+
+
+def test_contacts_are_not_collected_before_they_are_asked_for() -> None:
+    scene = load("gas-100")
+    engine = create("article", scene, spawn(scene))
+    assert isinstance(engine, SteppedEngine)
+    position = np.empty((60, 100, 2))
+    engine.advance(60, position, np.empty_like(position))
+    assert len(engine.contacts()) == 0
+    engine.advance(60, position, np.empty_like(position))
+    time = engine.contacts()["time"]
+    assert 1 < time.min() <= time.max() == 2
