@@ -4,26 +4,125 @@ Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero 
 arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of the event loop's,
 and time to compile. Without reference counts, a kernel cannot make an array: Python passes all that it needs.
 
-`kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk. The cache
-checks the entry's own file only: after an edit to a kernel in another file, delete the cache (in `__pycache__`, or in
-NUMBA_CACHE_DIR). The tests do so by themselves.
+`kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk; a
+`portable_entry` gives the same bits in Python. The cache checks the entry's own file only: after an edit to a kernel in
+another file, delete the cache (in `__pycache__`, or in NUMBA_CACHE_DIR). The tests do so by themselves.
+
+Compiling takes seconds, once. A program with something to show in that time has it done by a `Compiler`.
 """
 
-from collections.abc import Callable
-from typing import Any, Final, cast
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, Final, Protocol, cast
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
+from numba.core.caching import FunctionCache
 from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
 
 _OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
+MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel gets, to run in Python meanwhile
+
+
+class Compiler(Protocol):
+    """Fills the cache with machine code while the program goes on."""
+
+    def start(self) -> None:
+        """Start to compile all that is missing, if that has not begun."""
+
+    def wait(self) -> None:
+        """Return when all is compiled."""
+
+
+class NotCompiledYet(Exception):
+    """A kernel is not in the cache, and is not to be waited for."""
+
+
+_compiler: Compiler | None = None
+_waits = True  # whether a kernel that is not in the cache is waited for
+
+
+@contextmanager
+def compiling_by(compiler: Compiler) -> Iterator[None]:
+    """Have kernels that are not in the cache compiled by a compiler, in this block, not here."""
+    global _compiler  # noqa: PLW0603
+    _compiler, before = compiler, _compiler
+    try:
+        yield
+    finally:
+        _compiler = before
+
+
+@contextmanager
+def without_waiting() -> Iterator[None]:
+    """Raise NotCompiledYet in this block where a kernel would have to be waited for."""
+    global _waits  # noqa: PLW0603
+    _waits, before = False, _waits
+    try:
+        yield
+    finally:
+        _waits = before
+
+
+class _Cache(FunctionCache):
+    """Numba's cache of one function, which asks the compiler for what it lacks.
+
+    Numba's own initialises the compiler before it loads machine code, which takes 0.3 s and is not needed.
+    """
+
+    def load_overload(self, signature: object, context: object) -> object:
+        found = self._load(signature, context)
+        if found is None and _compiler:
+            _compiler.start()
+            if not _waits:
+                raise NotCompiledYet
+            _compiler.wait()
+            found = self._load(signature, context)
+        return found
+
+    def _load(self, signature: object, context: object) -> object:
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
+
 
 _Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]  # numba ships no types
 
 kernel: Final[_Decorator] = register_jitable(**_OPTIONS)
-entry: Final[_Decorator] = njit(cache=True, **_OPTIONS)
+
+
+def entry(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel that Python calls, when it is first called."""
+    compiled = njit(**_OPTIONS)(function)
+    compiled._cache = _Cache(function)  # type: ignore[no-untyped-call]
+    return cast("Callable[..., Any]", compiled)
+
+
+def portable_entry(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a kernel that Python calls; while a compiler is at work, run small calls of it in Python."""
+    compiled = entry(function)
+
+    @wraps(function)
+    def call(*args: Any) -> Any:
+        if _compiler is None or _numbers_in(args) > MAX_IN_PYTHON:
+            return compiled(*args)
+        try:
+            with without_waiting():
+                return compiled(*args)
+        except NotCompiledYet:
+            return function(*args)
+
+    return call
+
+
+def _numbers_in(value: object) -> int:
+    """Return how many numbers the arrays in (nested) tuples have."""
+    if isinstance(value, tuple):
+        return sum(map(_numbers_in, value))
+    return value.size if isinstance(value, np.ndarray) else 0
+
 
 Record = Any  # an element of a structured array; in a kernel, its fields are attributes, which write to the array
 

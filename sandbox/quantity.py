@@ -4,12 +4,11 @@ position and velocity are (..., n, 2) in px and px/s, where the leading axes may
 radius are (n,) in kg and px; gravity is in px/s², and size is the arena's width and height, px.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from sandbox.compiled import entry, kernel
+from sandbox.compiled import kernel, portable_entry
 from sandbox.state import Floats
 
 
@@ -59,7 +58,7 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
     return overlap, first, second
 
 
-@entry
+@portable_entry
 def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tuple[float, int, int]:
     """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
@@ -75,7 +74,7 @@ def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tupl
                 if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i] - deepest:
                     break
                 if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
-                    distance = math.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
+                    distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
                     overlap = radius[i] + radius[j] - distance
                     if overlap > deepest:
                         deepest, first, second = overlap, i, j

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.compiled import entry, kernel
+from sandbox.compiled import kernel, portable_entry
 from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
 from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
@@ -21,7 +21,7 @@ SQUARE: Final = 2.0  # exponent, passed to `frames` as an argument: a compiler t
 MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
-@entry
+@portable_entry
 def frames(
     start: tuple[Floats, Floats],
     frames_before: int,

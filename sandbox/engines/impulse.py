@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sandbox.compiled import entry, kernel
+from sandbox.compiled import kernel, portable_entry
 from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
 from sandbox.engines.walls import ARENA_COUNT, RIGHT
@@ -49,7 +49,7 @@ def normal_to_wall(x: float, y: float, wall: Floats, of_arena: bool) -> tuple[fl
     return nx, ny, wall[4] - distance
 
 
-@entry
+@portable_entry
 def steps(
     start: tuple[Floats, Floats],
     steps_before: int,

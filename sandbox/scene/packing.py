@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.compiled import entry, kernel
+from sandbox.compiled import kernel, portable_entry
 from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats
@@ -74,7 +74,7 @@ def _place(packing: Packing, x: float, y: float, radius: float) -> None:
     packing.total[0] += 1
 
 
-@entry
+@portable_entry
 def keep_first(packing: Packing, count: int) -> None:
     """Keep the first `count` balls and remove those placed later."""
     while packing.total[0] > count:
@@ -99,7 +99,7 @@ def _is_free(packing: Packing, level: int, smaller: bool, x: float, y: float, ra
             e = packing.first[_list_of(packing, level, smaller, column, row)]
             while e != END_OF_LIST:
                 k = packing.entry[e, 0]
-                if math.hypot(packing.ball[k, 0] - x, packing.ball[k, 1] - y) < radius + packing.ball[k, 2]:
+                if np.hypot(packing.ball[k, 0] - x, packing.ball[k, 1] - y) < radius + packing.ball[k, 2]:
                     return False
                 e = packing.entry[e, 1]
     return True
@@ -116,19 +116,19 @@ def _has_room(packing: Packing, x: float, y: float, radius: float) -> bool:
     for w in range(len(packing.wall)):
         x0, y0, x1, y1, half_thickness = packing.wall[w]
         dx, dy = offset_to_segment(x, y, x0, y0, x1, y1)
-        if math.hypot(dx, dy) < radius + half_thickness:
+        if np.hypot(dx, dy) < radius + half_thickness:
             return False
     return True
 
 
-@entry
+@portable_entry
 def place_all(packing: Packing, place: Floats, radius: float) -> None:
     """Place balls of a radius (px), whether there is room or not. place: (n, 2) px."""
     for k in range(len(place)):
         _place(packing, place[k, 0], place[k, 1], radius)
 
 
-@entry
+@portable_entry
 def place_some(
     packing: Packing, place: Floats, radius: float, wanted: int, missed: int, max_missed: int
 ) -> tuple[int, int]:
@@ -147,7 +147,7 @@ def place_some(
     return tried, missed
 
 
-@entry
+@portable_entry
 def _mark_room(packing: Packing, place: Floats, radius: float, room: Bools) -> None:
     """Write whether there is room for a ball of a radius (px) at each place: (n, 2) px -> (n,)."""
     for k in range(len(place)):
