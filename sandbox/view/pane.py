@@ -12,11 +12,12 @@ from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.discs import Discs
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
-from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
+from sandbox.view.primitives import capsule, dashes, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
 TITLE_GAP: Final = "    "  # between the parts of a title
@@ -25,6 +26,7 @@ TITLE_GAP: Final = "    "  # between the parts of a title
 class Pane:
     """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
+    scene: Scene
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
@@ -47,6 +49,8 @@ class Pane:
             self.recent_contacts.add(one.contacts[self.name], one.states[self.name])
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
+        if afresh or moment.scene is not self.scene:
+            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
@@ -89,7 +93,8 @@ class Pane:
         if self.debug_draw:
             self.debug_draw.draw(inside, scale)
         else:
-            draw_scene(inside, self.scene, self.state, scale)
+            draw_walls(inside, self.scene, scale)
+            self._discs.draw(inside, self.state.position, scale)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -114,14 +119,12 @@ class Pane:
         write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
-def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:
-    """Draw a scene's walls and balls. scale: px of the surface for one px of the scene."""
+def draw_walls(surface: Surface, scene: Scene, scale: float) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene."""
     ink = contrast(scene.arena.background)
     for wall in scene.walls:
         start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
         capsule(surface, ink, start, end, wall.thickness / 2 * scale)
-    radius = scale * scene.bodies.radius
-    blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
 
 
 def draw_panes(surface: Surface, layout: Layout, panes: Sequence[Pane], showing: Collection[Layer] = ()) -> None:

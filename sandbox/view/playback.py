@@ -1,5 +1,6 @@
 """How time passes in a run: forward and back, slower and faster, and undoing what was done in it."""
 
+import gc
 import math
 from collections.abc import Callable
 from time import perf_counter
@@ -29,8 +30,15 @@ class Playback:
         self.play(view)
 
     def play(self, view: SessionView) -> None:
-        """Play another session."""
+        """Play another session.
+
+        The garbage collector leaves its objects alone: it would go through those of Pymunk and numba again and again,
+        for longer than a frame. The former session's are collected here.
+        """
         self.view = view
+        gc.unfreeze()
+        gc.collect()
+        gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
 
     @property

@@ -1,7 +1,7 @@
-"""What the window is drawn with: text, smooth discs, thick segments, arrows, dashes, cards."""
+"""What the window is drawn with: text, thick segments, arrows, dashes, cards."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, cycle, pairwise
 from typing import Final
@@ -10,16 +10,12 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.scene.fields import rgb
-from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
-MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
-DISC_SCALE: Final = 4  # discs are drawn larger and scaled down, which smooths their edges
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 
@@ -60,23 +56,6 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
     line = lettering(text, colour, height)
     surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, place.width, place.height))
     return place.x + min(line.get_width(), place.width)
-
-
-@lru_cache(maxsize=1024)
-def disc(radius: float, colour: str) -> Surface:
-    """Draw a smooth disc on a clear surface of its size. radius: px of the screen."""
-    side = 2 * (max(1, round(radius)) + 1)
-    large = Surface((DISC_SCALE * side, DISC_SCALE * side), pygame.SRCALPHA)
-    centre = DISC_SCALE * side / 2
-    pygame.draw.circle(large, rgb(colour), (centre, centre), DISC_SCALE * max(radius, 1.0))
-    return pygame.transform.smoothscale(large, (side, side))
-
-
-def blit_discs(surface: Surface, pictures: Iterable[Surface], centre: Floats, radius: Floats) -> None:
-    """Draw pictures of discs at their places. centre: (n, 2), radius: (n,), px of the surface."""
-    half = np.maximum(1, np.rint(radius)) + 1
-    corners = np.clip(np.rint(centre) - half[:, None], -MAX_BLIT_OFFSET, MAX_BLIT_OFFSET).astype(int)
-    surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
