@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-import pygame
 import pymunk
 from pygame import Surface
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
@@ -12,7 +11,7 @@ from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.view.discs import Discs
-from sandbox.view.primitives import MAX_PYGAME_SHAPE, capsule
+from sandbox.view.primitives import capsule, thin_lines
 
 POINT_LENGTH: Final = 2.0  # px of the space, by which pymunk lengthens the line between a contact's two points
 
@@ -66,11 +65,8 @@ class DebugDraw(DrawOptions):
         get_space_arbiters(self._space, _POINT_FIELDS, self._buffer)
         found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
         normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
-        ends = scale * np.stack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal], axis=1)
-        colour = self.collision_point_color.as_int()
-        numbers = iter(np.rint(np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE)).ravel().tolist())
-        for x0, y0, x1, y1 in zip(numbers, numbers, numbers, numbers, strict=True):  # makes no list for each
-            pygame.draw.aaline(self.surface, colour, (x0, y0), (x1, y1))
+        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal])
+        thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
 
     def draw_fat_segment(
         self,

@@ -33,8 +33,8 @@ class Pane:
 
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
-        self.energy_at_start = scene_energy(moment.scene, moment.states[name])
         self.show([moment], engine, live=True)
+        self.energy_at_start = self.energy
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
@@ -54,6 +54,7 @@ class Pane:
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
+        self.energy = scene_energy(self.scene, self.state)
         if isinstance(engine, PymunkEngine):
             drawn = engine if live else PymunkEngine(self.scene, self.state)
             if drawn is not self._drawn:
@@ -62,8 +63,7 @@ class Pane:
     @property
     def title(self) -> str:
         """The engine, its energy as a share of the start, and its number of contacts."""
-        now = scene_energy(self.scene, self.state)
-        left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
+        left = f"{self.energy / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
         return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
 
     def draw(

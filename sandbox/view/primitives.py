@@ -10,8 +10,10 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
+from sandbox.view.pixels import MANY, has_byte_channels, pixels_of, place_of, stamp_lines
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
@@ -93,6 +95,15 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
     left, right = np.clip(np.rint(left), 0, width), np.clip(np.rint(right) + 1, 0, width)
     for row in np.flatnonzero(right > left).tolist():
         surface.fill(colour, (int(left[row]), row, int(right[row] - left[row]), 1))
+
+
+def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
+    """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
+    if len(ends) >= MANY and has_byte_channels(surface):
+        stamp_lines(*pixels_of(surface), place_of(surface), ends, surface.map_rgb(colour))
+        return
+    for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE).tolist():
+        pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))
 
 
 def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:
