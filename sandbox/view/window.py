@@ -1,6 +1,5 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -301,6 +300,6 @@ class Window:
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go"
-        pace = "paused" if playback.paused else "fastest" if playback.speed == math.inf else f"{playback.speed:g} x"
+        pace = "paused" if playback.paused else playback.pace.text(playback.speed)
         line = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {self.view.moment.time:.2f} s"
         return self.notice.text or f"{line}    {pace}    F1 help"
