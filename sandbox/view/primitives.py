@@ -17,6 +17,7 @@ from sandbox.view.pixels import MANY, has_byte_channels, pixels_of, place_of, st
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
+GAP: Final = "    "  # between the parts of a line of text
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
@@ -31,16 +32,21 @@ def font(height: int) -> pygame.font.Font:
 
 @lru_cache(maxsize=1024)
 def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
-    width = text_width(text, height)
+    width = _width(text, height)
     if not width:
         return Surface((0, height))
     large = font(TEXT_SCALE * height).render(drawable(text), True, colour)
     return pygame.transform.smoothscale(large, (width, round(large.get_height() / TEXT_SCALE)))
 
 
+@lru_cache(maxsize=1024)
+def _width(text: str, height: int) -> int:
+    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
+
+
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
-    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
+    return sum(_width(part, height) for part in text.split(GAP)) + text.count(GAP) * _width(GAP, height)
 
 
 def drawable(text: str) -> str:
@@ -54,10 +60,17 @@ def lettering(text: str, colour: Color, height: int) -> Surface:
 
 
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
-    """Write a line of text at half of a place's height, cut off at its right edge; return its right end."""
-    line = lettering(text, colour, height)
-    surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, place.width, place.height))
-    return place.x + min(line.get_width(), place.width)
+    """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
+
+    Its parts are drawn one by one: most of them are the same in every frame, and found in the cache.
+    """
+    x = place.x
+    for part in text.split(GAP):
+        line = lettering(part, colour, height)
+        room = max(0, place.right - x)
+        surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
+        x += line.get_width() + text_width(GAP, height)
+    return min(x - text_width(GAP, height), place.right)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

@@ -24,6 +24,7 @@ from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.pixels import fill
 from sandbox.view.playback import SPEEDS, Playback
 from sandbox.view.primitives import write
 from sandbox.view.recorder import Recorder
@@ -265,7 +266,8 @@ class Window:
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
-        surface.fill(FRAME)
+        for part in layout.frame:
+            fill(surface.subsurface(part), FRAME)
         self.view.draw(surface, layout, self.showing)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)

@@ -1,6 +1,7 @@
 """The status line shows how fast time really passes, by a clock that the tests move."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from window_driver import press
@@ -50,7 +51,7 @@ def test_a_slow_machine_shows_the_speed_reached_after_a_second(window: Window, c
 
 def test_the_number_changes_no_more_than_once_a_second(window: Window, clock: Clock) -> None:
     shown = [text for k in range(200) for text in play(window, clock, 1, 0.05, share=(k % 7) / 7)]
-    assert sum(a != b for a, b in zip(shown, shown[1:], strict=False)) <= 10
+    assert sum(a != b for a, b in pairwise(shown)) <= 10
 
 
 def test_slow_motion_is_not_mistaken_for_a_slow_machine(window: Window, clock: Clock) -> None:
@@ -58,9 +59,7 @@ def test_slow_motion_is_not_mistaken_for_a_slow_machine(window: Window, clock: C
     assert set(play(window, clock, 600, 1 / 60)) == {"0.01 x"}
 
 
-def test_the_fastest_speed_shows_what_is_reached(
-    window: Window, clock: Clock, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_fastest_speed_shows_what_is_reached(window: Window, clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # one step a frame
     window.playback.set_speed(math.inf)
     assert play(window, clock, 100, 1 / 240)[0] == "fastest"
