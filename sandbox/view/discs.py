@@ -11,11 +11,10 @@ from pygame import Surface
 
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.pixels import MANY, has_byte_channels, pixels_of, place_of, stamp_discs
+from sandbox.view.pixels import MANY, NODES, WEIGHTS, has_byte_channels, pixels_of, place_of, stamp_discs
 
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
 MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
-DISC_SCALE: Final = 4  # pictures are drawn larger and scaled down, which smooths their edges
 TURNS: Final = 64  # directions that a line in a picture can have, so at most 3 degrees off
 
 
@@ -66,10 +65,23 @@ class Discs:
 def disc(radius: float, colour: str) -> Surface:
     """Draw a smooth disc on a clear surface of its size. radius: px of the screen, at least MIN_RADIUS."""
     side = 2 * (round(radius) + 1)
-    large = Surface((DISC_SCALE * side, DISC_SCALE * side), pygame.SRCALPHA)
-    centre = DISC_SCALE * side / 2
-    pygame.draw.circle(large, rgb(colour), (centre, centre), DISC_SCALE * radius)
-    return pygame.transform.smoothscale(large, (side, side))
+    picture = Surface((side, side), pygame.SRCALPHA)
+    picture.fill((*rgb(colour), 0))
+    pygame.surfarray.pixels_alpha(picture)[:] = np.rint(255 * _coverage(radius, side))
+    return picture
+
+
+def _coverage(radius: float, side: int) -> Floats:
+    """Return the share of each pixel that a disc in the middle of a square covers, as the kernel computes it."""
+    low = np.arange(side) - side / 2
+    top, height = np.maximum(low, -radius), np.minimum(low + 1, radius) - np.maximum(low, -radius)
+    left, covered = low[:, None], np.zeros((side, side))
+    for node, weight in zip(NODES, WEIGHTS, strict=True):
+        off = top + node * height
+        chord = np.sqrt(np.maximum((radius - off) * (radius + off), 0.0))
+        overlap = np.minimum(chord, left + 1) - np.maximum(-chord, left)
+        covered += weight * np.maximum(height, 0.0) * np.maximum(overlap, 0.0)
+    return covered
 
 
 @lru_cache(maxsize=4096)
