@@ -13,6 +13,7 @@ from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
+MAX_BOOKED: Final = 5_000  # balls times steps that are entered in a ledger at once, so that no frame takes much longer
 RECENT_STEPS: Final = 2 * CHECK_STEPS  # since the last contact, after which a search finds nothing new
 
 
@@ -54,6 +55,9 @@ class Monitor:
                 engine.add(states[name], contacts[name], self._lockstep)
                 if len(contacts[name]):
                     self._last_contact = self._steps
+            if self._steps % self._steps_at_once == 0:
+                for engine in self._followed.values():
+                    engine.enter()
             if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
                 self._find_differences()
 
@@ -65,6 +69,10 @@ class Monitor:
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
         self._steps = 0  # since the segment began
         self._last_contact = 0  # its step, counted likewise
+        few = max(1, MAX_BOOKED // len(lockstep.scene.bodies))
+        self._steps_at_once = max(
+            steps for steps in range(1, CHECK_STEPS + 1) if CHECK_STEPS % steps == 0 and steps <= few
+        )
         self._followed: dict[str, _FollowedEngine] = {name: _FollowedEngine(name, lockstep) for name in followed}
 
     def _find_differences(self) -> None:
@@ -88,21 +96,34 @@ class _FollowedEngine:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
         self._ledger = Ledger(lockstep.scene, together=runner.together)
-        self._before = runner.state()
         self._contacts = [no_contacts()]
+        self._begin_block(runner.state())
+
+    def _begin_block(self, state: State) -> None:
+        """Begin a block of steps that are entered in the ledger together."""
+        self._states = [state]
+        self._block = [no_contacts()]
+        self._pulled, self._pulls = [-1], [(0.0, 0.0)]
 
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
         """Add a step."""
         if len(contacts):
             contacts = contacts.copy()
             contacts["time"] -= self._since
+            self._block.append(contacts)
+        self._states.append(state)
+        self._pulled.append(-1 if lockstep.pulled is None else lockstep.pulled)
+        self._pulls.append(lockstep.pulls.get(self._name, (0.0, 0.0)))
+
+    def enter(self) -> None:
+        """Enter the steps added since the last call in the ledger."""
+        position = np.stack([state.position for state in self._states])
+        velocity = np.stack([state.velocity for state in self._states])
+        contacts = np.concatenate(self._block)
+        self._ledger.add(position, velocity, contacts, np.array(self._pulled), np.array(self._pulls))
+        if len(contacts):
             self._contacts.append(contacts)
-        position = np.stack([self._before.position, state.position])
-        velocity = np.stack([self._before.velocity, state.velocity])
-        pulled = -1 if lockstep.pulled is None else lockstep.pulled
-        pull = lockstep.pulls.get(self._name, (0.0, 0.0))
-        self._ledger.add(position, velocity, contacts, np.array([-1, pulled]), np.array([(0.0, 0.0), pull]))
-        self._before = state
+        self._begin_block(self._states[-1])
 
     def record(self) -> Record:
         """Return all contacts so far with what the ledger found about them."""

@@ -1,38 +1,42 @@
 """A live `pymunk.Space`, drawn by pymunk's own `pygame_util` debug-draw."""
 
-import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
-import pygame
 import pymunk
 from pygame import Surface
-from pymunk.batch import BodyFields, Buffer, get_space_bodies
+from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.view.primitives import blit_discs, capsule, disc
+from sandbox.view.discs import Discs
+from sandbox.view.primitives import capsule, thin_lines
 
-ANGLES: Final = 64  # directions that a disc's line can have, so at most 3 degrees off
+POINT_LENGTH: Final = 2.0  # px of the space, by which pymunk lengthens the line between a contact's two points
+
+_POINT_FIELDS: Final = (
+    ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
+)
 
 
 class DebugDraw(DrawOptions):
-    """Pymunk's drawing of a space, except for its shapes.
+    """Pymunk's drawing of a space, except for its shapes and collision points.
 
-    Pymunk calls Python for each shape, which takes half a frame for a thousand discs. Here discs are cached pictures,
-    placed by one read of all bodies, and show their angle as pymunk's do. Walls have their thickness at any slope; the
-    arena's, which are very large, are left out.
+    Pymunk calls Python for each of these, which takes half a frame for a thousand discs. Here all bodies and all
+    contacts are read at once; they look as pymunk draws them. Walls have their thickness at any slope; the arena's,
+    which are very large, are left out.
     """
 
     def __init__(self, space: pymunk.Space, colours: Sequence[str]) -> None:
         super().__init__(Surface((1, 1)))
-        self.flags = DrawOptions.DRAW_CONSTRAINTS | DrawOptions.DRAW_COLLISION_POINTS
+        self.flags = DrawOptions.DRAW_CONSTRAINTS
         self._space = space
         self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
-        self._radius = np.array([shape.radius for shape in space.shapes if isinstance(shape, pymunk.Circle)])
-        self._colours = colours
+        radius = np.array([shape.radius for shape in space.shapes if isinstance(shape, pymunk.Circle)])
+        red, green, blue, _ = self.shape_outline_color.as_int()
+        self._discs = Discs(radius, colours, line=(red, green, blue))
+        self._balls = len(radius)
         self._buffer = Buffer()
 
     def draw(self, surface: Surface, scale: float) -> None:
@@ -44,16 +48,25 @@ class DebugDraw(DrawOptions):
             self.draw_fat_segment(scale * wall.a, scale * wall.b, scale * wall.radius, colour, colour)
         self._draw_discs(scale)
         self._space.debug_draw(self)
+        self._draw_collision_points(scale)
 
     def _draw_discs(self, scale: float) -> None:
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
-        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._radius)]
-        turns = np.rint(rows[:, 2] / math.tau * ANGLES).astype(int) % ANGLES
-        line = self.shape_outline_color.as_int()
-        radius = scale * self._radius
-        pictures = map(turned_disc, radius.tolist(), self._colours, turns.tolist(), [line] * len(radius))
-        blit_discs(self.surface, pictures, scale * rows[:, :2], radius)
+        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: self._balls]
+        self._discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy())
+
+    def _draw_collision_points(self, scale: float) -> None:
+        """Draw each contact as a line through its two points; a contact that has ended, but is still listed, has none.
+
+        The shapes are discs and segments, so a contact has one point on each body.
+        """
+        self._buffer.clear()
+        get_space_arbiters(self._space, _POINT_FIELDS, self._buffer)
+        found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
+        normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
+        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal])
+        thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
 
     def draw_fat_segment(
         self,
@@ -69,13 +82,3 @@ class DebugDraw(DrawOptions):
             if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
                 return
         capsule(self.surface, fill_color.as_int(), a, b, radius)
-
-
-@lru_cache(maxsize=4096)
-def turned_disc(radius: float, colour: str, turn: int, line: tuple[int, int, int, int]) -> Surface:
-    """Draw a disc with the line that shows its angle, as pymunk does. turn: one of ANGLES."""
-    picture = disc(radius, colour).copy()
-    half, angle = picture.get_width() // 2, turn * math.tau / ANGLES
-    edge = half + round((radius - 1) * math.cos(angle)), half + round((radius - 1) * math.sin(angle))
-    pygame.draw.line(picture, line, (half, half), edge, 2 if radius > 20 else 1)
-    return picture

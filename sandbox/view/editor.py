@@ -42,7 +42,7 @@ class Editor:
     def selected(self) -> int | None:
         """The number of the selected ball, if it is there at the current step."""
         balls = self._moment.balls
-        return balls.index(self._selected) if self._selected in balls else None
+        return balls.index(self._selected) if self._selected is not None and self._selected in balls else None
 
     def select(self, ball: int | None, *, by_key: bool = False) -> None:
         """Select a ball, or none."""

@@ -107,6 +107,14 @@ class Layout:
             rects.append(Rect(round(x), round(y), *size))
         return rects
 
+    @cached_property
+    def frame(self) -> list[Rect]:
+        """What the arenas and the charts leave of the window."""
+        left = [Rect((0, 0), self.window)]
+        for covered in (*self.arenas, self.strip):
+            left = [part for rect in left for part in _without(rect, covered)]
+        return left
+
     def title(self, pane: int) -> Rect:
         """Return the place of a pane's title, right above its arena."""
         arena = self.arenas[pane]
@@ -125,6 +133,20 @@ class Layout:
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
+
+
+def _without(rect: Rect, covered: Rect) -> list[Rect]:
+    """Cut what another covers off a rectangle: return the rest, in up to four parts."""
+    inner = rect.clip(covered)
+    if not inner:
+        return [rect]
+    parts = [
+        Rect(rect.x, rect.y, rect.width, inner.y - rect.y),
+        Rect(rect.x, inner.y, inner.x - rect.x, inner.height),
+        Rect(inner.right, inner.y, rect.right - inner.right, inner.height),
+        Rect(rect.x, inner.bottom, rect.width, rect.bottom - inner.bottom),
+    ]
+    return [part for part in parts if part]
 
 
 layout_of = lru_cache(maxsize=16)(Layout)  # a window asks for its layout at every event, and it seldom changes

@@ -1,7 +1,6 @@
 """One engine's pane: its balls and walls, the layers, and a title."""
 
 from collections.abc import Collection, Sequence
-from typing import Final
 
 from pygame import Rect, Surface
 
@@ -12,27 +11,28 @@ from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.discs import Discs
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
-from sandbox.view.primitives import blit_discs, capsule, dashes, disc, text_width, write
+from sandbox.view.pixels import fill
+from sandbox.view.primitives import GAP, capsule, dashes, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
-
-TITLE_GAP: Final = "    "  # between the parts of a title
 
 
 class Pane:
     """One engine on the screen. Pymunk's debug-draw draws its own engine; other engines are drawn from the scene."""
 
+    scene: Scene
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
 
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
-        self.energy_at_start = scene_energy(moment.scene, moment.states[name])
         self.show([moment], engine, live=True)
+        self.energy_at_start = self.energy
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
@@ -47,9 +47,12 @@ class Pane:
             self.recent_contacts.add(one.contacts[self.name], one.states[self.name])
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
+        if afresh or moment.scene is not self.scene:
+            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
+        self.energy = scene_energy(self.scene, self.state)
         if isinstance(engine, PymunkEngine):
             drawn = engine if live else PymunkEngine(self.scene, self.state)
             if drawn is not self._drawn:
@@ -58,9 +61,8 @@ class Pane:
     @property
     def title(self) -> str:
         """The engine, its energy as a share of the start, and its number of contacts."""
-        now = scene_energy(self.scene, self.state)
-        left = f"{now / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
+        left = f"{self.energy / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
+        return f"{self.name}{GAP}energy {left}{GAP}contacts {self.contacts}"
 
     def draw(
         self,
@@ -82,14 +84,15 @@ class Pane:
             scale=scale,
             text_height=layout.text_height,
         )
-        inside.fill(overlay.palette.ground)
+        fill(inside, overlay.palette.ground)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
             self.debug_draw.draw(inside, scale)
         else:
-            draw_scene(inside, self.scene, self.state, scale)
+            draw_walls(inside, self.scene, scale)
+            self._discs.draw(inside, self.state.position, scale)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -108,20 +111,18 @@ class Pane:
             for start, end in dashes(0, sample.width, line.dash, width):
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
-        parts = self.title.split(TITLE_GAP)
-        while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
+        parts = self.title.split(GAP)
+        while len(parts) > 1 and text_width(GAP.join(parts), height) > place.width:
             parts.pop()
-        write(surface, TITLE_GAP.join(parts), place, INK, height)
+        write(surface, GAP.join(parts), place, INK, height)
 
 
-def draw_scene(surface: Surface, scene: Scene, state: State, scale: float) -> None:
-    """Draw a scene's walls and balls. scale: px of the surface for one px of the scene."""
+def draw_walls(surface: Surface, scene: Scene, scale: float) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene."""
     ink = contrast(scene.arena.background)
     for wall in scene.walls:
         start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
         capsule(surface, ink, start, end, wall.thickness / 2 * scale)
-    radius = scale * scene.bodies.radius
-    blit_discs(surface, map(disc, radius.tolist(), scene.colors), scale * state.position, radius)
 
 
 def draw_panes(surface: Surface, layout: Layout, panes: Sequence[Pane], showing: Collection[Layer] = ()) -> None:

@@ -1,5 +1,6 @@
 """How time passes in a run: forward and back, slower and faster, and undoing what was done in it."""
 
+import gc
 import math
 from collections.abc import Callable
 from time import perf_counter
@@ -8,6 +9,7 @@ from typing import Final
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
 from sandbox.view.notice import Notice
+from sandbox.view.pace import Pace
 from sandbox.view.session_view import SessionView
 
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
@@ -26,11 +28,20 @@ class Playback:
         self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
+        self.pace = Pace()
         self.play(view)
 
     def play(self, view: SessionView) -> None:
-        """Play another session."""
+        """Play another session.
+
+        The garbage collector leaves its objects alone: it would go through those of Pymunk and numba again and again,
+        for longer than a frame. The former session's are collected here.
+        """
         self.view = view
+        self.pace.restart()
+        gc.unfreeze()
+        gc.collect()
+        gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
 
     @property
@@ -48,6 +59,7 @@ class Playback:
     def advance(self, seconds: float) -> None:
         """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
         if self.catch_up():
+            self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
             self._due += seconds * self.speed * self.view.moment.scene.rate
@@ -60,6 +72,7 @@ class Playback:
                 self._due = min(self._due, 1.0)
                 break
         self.view.update()
+        self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
 
     def catch_up(self) -> bool:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
@@ -89,6 +102,7 @@ class Playback:
     def seek(self, step: int) -> None:
         """Go to a step between the start and the latest step reached."""
         self._release()
+        self.pace.restart()
         self.session.seek(step)
         self._due = 0.0
         self.view.update()
@@ -113,12 +127,14 @@ class Playback:
         self.settle()
         self._due = 1.0
         self.advance(0.0)
+        self.pace.restart()
 
     # Speed
 
     def pause(self) -> None:
         """Pause or resume."""
         self.paused = not self.paused
+        self.pace.restart()
 
     def faster(self) -> None:
         """Go to the next higher speed."""
@@ -131,6 +147,7 @@ class Playback:
     def set_speed(self, speed: float) -> None:
         """Set how many seconds of the scene pass in a second on the screen."""
         self.speed = speed
+        self.pace.restart()
 
     # Undoing
 
@@ -145,6 +162,7 @@ class Playback:
 
     def _show_change(self, changed: bool, otherwise: str) -> None:
         if changed:
+            self.pace.restart()
             self._due = 0.0
             self.settle()
             self.view.forget_future()

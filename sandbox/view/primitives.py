@@ -1,7 +1,7 @@
-"""What the window is drawn with: text, smooth discs, thick segments, arrows, dashes, cards."""
+"""What the window is drawn with: text, thick segments, arrows, dashes, cards."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, cycle, pairwise
 from typing import Final
@@ -10,16 +10,15 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.scene.fields import rgb
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
+from sandbox.view.pixels import MANY, has_byte_channels, pixels_of, place_of, stamp_lines
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
-MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
+GAP: Final = "    "  # between the parts of a line of text
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
-DISC_SCALE: Final = 4  # discs are drawn larger and scaled down, which smooths their edges
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 
@@ -33,16 +32,21 @@ def font(height: int) -> pygame.font.Font:
 
 @lru_cache(maxsize=1024)
 def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
-    width = text_width(text, height)
+    width = _width(text, height)
     if not width:
         return Surface((0, height))
     large = font(TEXT_SCALE * height).render(drawable(text), True, colour)
     return pygame.transform.smoothscale(large, (width, round(large.get_height() / TEXT_SCALE)))
 
 
+@lru_cache(maxsize=1024)
+def _width(text: str, height: int) -> int:
+    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
+
+
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
-    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
+    return sum(_width(part, height) for part in text.split(GAP)) + text.count(GAP) * _width(GAP, height)
 
 
 def drawable(text: str) -> str:
@@ -56,27 +60,17 @@ def lettering(text: str, colour: Color, height: int) -> Surface:
 
 
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
-    """Write a line of text at half of a place's height, cut off at its right edge; return its right end."""
-    line = lettering(text, colour, height)
-    surface.blit(line, (place.x, place.centery - line.get_height() // 2), (0, 0, place.width, place.height))
-    return place.x + min(line.get_width(), place.width)
+    """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
 
-
-@lru_cache(maxsize=1024)
-def disc(radius: float, colour: str) -> Surface:
-    """Draw a smooth disc on a clear surface of its size. radius: px of the screen."""
-    side = 2 * (max(1, round(radius)) + 1)
-    large = Surface((DISC_SCALE * side, DISC_SCALE * side), pygame.SRCALPHA)
-    centre = DISC_SCALE * side / 2
-    pygame.draw.circle(large, rgb(colour), (centre, centre), DISC_SCALE * max(radius, 1.0))
-    return pygame.transform.smoothscale(large, (side, side))
-
-
-def blit_discs(surface: Surface, pictures: Iterable[Surface], centre: Floats, radius: Floats) -> None:
-    """Draw pictures of discs at their places. centre: (n, 2), radius: (n,), px of the surface."""
-    half = np.maximum(1, np.rint(radius)) + 1
-    corners = np.clip(np.rint(centre) - half[:, None], -MAX_BLIT_OFFSET, MAX_BLIT_OFFSET).astype(int)
-    surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)
+    Its parts are drawn one by one: most of them are the same in every frame, and found in the cache.
+    """
+    x = place.x
+    for part in text.split(GAP):
+        line = lettering(part, colour, height)
+        room = max(0, place.right - x)
+        surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
+        x += line.get_width() + text_width(GAP, height)
+    return min(x - text_width(GAP, height), place.right)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
@@ -114,6 +108,15 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
     left, right = np.clip(np.rint(left), 0, width), np.clip(np.rint(right) + 1, 0, width)
     for row in np.flatnonzero(right > left).tolist():
         surface.fill(colour, (int(left[row]), row, int(right[row] - left[row]), 1))
+
+
+def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
+    """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
+    if len(ends) >= MANY and has_byte_channels(surface):
+        stamp_lines(*pixels_of(surface), place_of(surface), ends, surface.map_rgb(colour))
+        return
+    for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE).tolist():
+        pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))
 
 
 def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) -> None:

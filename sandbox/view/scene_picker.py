@@ -17,8 +17,9 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
+from sandbox.view.discs import Discs
 from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
-from sandbox.view.pane import draw_scene
+from sandbox.view.pane import draw_walls
 from sandbox.view.primitives import panel, text_width, write
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
@@ -230,4 +231,5 @@ def _draw_start(surface: Surface, scene: Scene) -> None:
     arena.center = surface.get_rect().center
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(rgb(scene.arena.background))
-    draw_scene(inside, scene, state, scale)
+    draw_walls(inside, scene, scale)
+    Discs(scene.bodies.radius, scene.colors).draw(inside, state.position, scale)

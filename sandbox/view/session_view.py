@@ -13,11 +13,10 @@ from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
 from sandbox.view.chart_data import ChartData
 from sandbox.view.charts import Charts
-from sandbox.view.debug_draw import turned_disc
+from sandbox.view.discs import forget_pictures
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.pane import Pane, draw_panes
-from sandbox.view.primitives import disc
 
 MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jump in time
 
@@ -62,8 +61,7 @@ class SessionView:
     def draw(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
         """Draw panes and charts."""
         if layout.scale != self._disc_scale:  # discs of another size are not drawn again
-            disc.cache_clear()
-            turned_disc.cache_clear()
+            forget_pictures()
             self._disc_scale = layout.scale
         draw_panes(surface, layout, self.panes, showing)
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Protocol
 
 import pygame
@@ -36,6 +37,10 @@ class Widget(Protocol):
     def tip(self) -> str:
         """The text below it while the mouse or the keyboard is on it."""
 
+    @property
+    def look(self) -> object:
+        """What is drawn; something else if the widget must be drawn again."""
+
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw it. hot: the mouse or the keyboard is on it."""
 
@@ -67,6 +72,11 @@ class Button:
     def tip(self) -> str:
         """The text below it while the mouse or the keyboard is on it."""
         return f"{self.control.does}  ({self.control.key_names})"
+
+    @property
+    def look(self) -> object:
+        """Whether it is on."""
+        return self.is_on(self.control)
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw the icon; while it is on, dark on a light ground."""
@@ -118,6 +128,11 @@ class Slider:
     def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
         return "fastest" if value == math.inf else f"{value:g}{self.unit}"
+
+    @property
+    def look(self) -> object:
+        """The value shown."""
+        return self.value(), self.dragged
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
         """Draw its name and value over a track with a knob."""
@@ -182,8 +197,10 @@ class Toolbar:
         self.over: int | None = None  # the widget under the mouse
         self.held: int | None = None  # the widget that the mouse holds down
         self.focus: int | None = None  # the widget that the keyboard is on
+        self._drawn = Surface((0, 0))
+        self._drawn_as: object = None  # the places and looks in that picture
 
-    @property
+    @cached_property
     def widths(self) -> tuple[tuple[float, ...], ...]:
         """The widgets' widths, in heights of the toolbar, by group."""
         groups: list[tuple[Group, list[float]]] = []
@@ -231,9 +248,14 @@ class Toolbar:
         return self.widgets[self.focus].key(event.key)
 
     def draw(self, surface: Surface, places: Sequence[Rect]) -> None:
-        """Draw all widgets."""
-        for index, (widget, place) in enumerate(zip(self.widgets, places, strict=True)):
-            widget.draw(surface, place, hot=index in (self.over, self.focus))
+        """Draw all widgets; again only if one looks different."""
+        wanted = places, self.over, self.focus, [widget.look for widget in self.widgets]
+        if wanted != self._drawn_as:
+            self._drawn, self._drawn_as = Surface((surface.get_width(), places[-1].bottom)), wanted
+            self._drawn.fill(FRAME)
+            for index, (widget, place) in enumerate(zip(self.widgets, places, strict=True)):
+                widget.draw(self._drawn, place, hot=index in (self.over, self.focus))
+        surface.blit(self._drawn, (0, 0))
 
     def draw_tip(self, surface: Surface, places: Sequence[Rect], text_height: int) -> None:
         """Draw the tip of the widget that the mouse or the keyboard is on."""

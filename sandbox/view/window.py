@@ -1,6 +1,5 @@
 """The window: several engines run a scene side by side, and the mouse drags their balls."""
 
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -25,6 +24,7 @@ from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.pixels import fill
 from sandbox.view.playback import SPEEDS, Playback
 from sandbox.view.primitives import write
 from sandbox.view.recorder import Recorder
@@ -266,7 +266,8 @@ class Window:
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
-        surface.fill(FRAME)
+        for part in layout.frame:
+            fill(surface.subsurface(part), FRAME)
         self.view.draw(surface, layout, self.showing)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
@@ -301,6 +302,6 @@ class Window:
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go"
-        pace = "paused" if playback.paused else "fastest" if playback.speed == math.inf else f"{playback.speed:g} x"
+        pace = "paused" if playback.paused else playback.pace.text(playback.speed)
         line = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {self.view.moment.time:.2f} s"
         return self.notice.text or f"{line}    {pace}    F1 help"

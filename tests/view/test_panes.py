@@ -13,10 +13,9 @@ from sandbox.analysis.comparison import compare
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
-from sandbox.view.debug_draw import turned_disc
+from sandbox.view.discs import disc, turned_disc
 from sandbox.view.layout import Layout
 from sandbox.view.picture import draw_picture
-from sandbox.view.primitives import disc
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")

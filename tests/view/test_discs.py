@@ -1,0 +1,159 @@
+"""Many discs and lines are drawn by kernels, and look as few of them do."""
+
+import math
+
+import numpy as np
+import pygame
+import pymunk
+import pytest
+from numpy.typing import NDArray
+from pygame import Surface
+from pymunk.pygame_util import DrawOptions
+from window_driver import pixels
+
+from sandbox.bench.engines import gas
+from sandbox.engines import create
+from sandbox.engines.pymunk import PymunkEngine
+from sandbox.scene.fields import rgb
+from sandbox.scene.spawn import spawn
+from sandbox.state import Floats
+from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.discs import Discs
+from sandbox.view.pixels import MANY
+
+RED = "#d55e00"
+GROUNDS = [(255, 255, 255), (0, 0, 0), (20, 24, 29), (128, 128, 128), (0, 114, 178)]
+
+
+def drawn(
+    surface: Surface, centres: Floats, radius: float, colour: str = RED, angle: float | None = None
+) -> NDArray[np.int64]:
+    """Draw discs, so many that the kernel does it: the others are far away. Return the pixels: (width, height, 3)."""
+    many = np.full((MANY, 2), -1e4)
+    many[: len(centres)] = centres
+    line = None if angle is None else (0, 0, 0)
+    discs = Discs(np.full(MANY, radius), [colour] * MANY, line)
+    discs.draw(surface, many, 1.0, None if angle is None else np.full(MANY, angle))
+    return pixels(surface).astype(np.int64)
+
+
+def coverage(centre: tuple[float, float], radius: float) -> Floats:
+    """Return the share of each pixel that a white disc covers on black: (width, height)."""
+    return drawn(Surface((100, 80)), np.array([centre]), radius, "white")[..., 0] / 255
+
+
+@pytest.mark.parametrize("radius", [1.0, 1.3, 2.0, 3.5, 7.25, 20.0])
+def test_a_disc_has_its_area_at_its_place(radius: float) -> None:
+    for x, y in np.random.default_rng(1).uniform(40, 41, (20, 2)).tolist():
+        share = coverage((x, y), radius)
+        assert share.sum() == pytest.approx(math.pi * radius**2, rel=0.01)
+        across, down = np.mgrid[0:100, 0:80] + 0.5
+        assert (share * across).sum() / share.sum() == pytest.approx(x, abs=0.05)
+        assert (share * down).sum() / share.sum() == pytest.approx(y, abs=0.05)
+        distance = np.hypot(across - x, down - y)
+        assert not share[distance > radius + 0.71].any()  # half a pixel's diagonal
+        assert (share[distance < radius - 0.71] == 1).all()
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("colour", [RED, "white", "black", "#0072b2"])
+def test_edges_have_no_fringe_on_any_background(ground: tuple[int, int, int], colour: str) -> None:
+    surface = Surface((100, 80))
+    surface.fill(ground)
+    seen = drawn(surface, np.array([(40.3, 40.8)]), 6.4, colour)
+    share = coverage((40.3, 40.8), 6.4)[..., None]
+    expected = share * rgb(colour) + (1 - share) * ground
+    assert np.abs(seen - expected).max() <= 1.5
+
+
+def test_a_disc_at_the_edge_of_a_pane_stays_in_it() -> None:
+    centres = np.array([(0, 10), (30, 10), (15, 0), (15, 20), (-30, -30), (29.6, 19.7), (12.2, 8.9)], float)
+    window = Surface((100, 80))
+    window.fill("white")
+    drawn(window.subsurface((40, 30, 30, 20)), centres, 5.5)
+    alone = Surface((30, 20))
+    alone.fill("white")
+    assert np.array_equal(pixels(window.subsurface((40, 30, 30, 20))), drawn(alone, centres, 5.5))
+    window.fill("white", (40, 30, 30, 20))
+    assert (pixels(window) == 255).all()
+
+
+@pytest.mark.parametrize("far", [1e9, -1e9, 1e300, math.inf, -math.inf, math.nan])
+def test_a_disc_far_away_or_nowhere_is_not_drawn(far: float) -> None:
+    for centre in ((far, 40.0), (40.0, far), (far, far)):
+        assert not drawn(Surface((100, 80)), np.array([centre]), 5.0).any()
+
+
+def test_a_disc_larger_than_the_surface_fills_it() -> None:
+    for radius in (1e3, 1e9, 1e300):
+        assert (drawn(Surface((100, 80)), np.array([(40.0, 40.0)]), radius, "white") == 255).all()
+
+
+@pytest.mark.parametrize("radius", [1.2, 3.0, 5.0, 8.5, 25.0])
+@pytest.mark.parametrize("turn", [None, 0, 5, 16, 40])
+def test_few_discs_look_like_many(radius: float, turn: int | None) -> None:
+    angle = None if turn is None else turn * math.tau / 64
+    few, many = Surface((100, 80)), Surface((100, 80))
+    for surface in (few, many):
+        surface.fill("white")
+    line = None if angle is None else (0, 0, 0)
+    place = np.array([(40.0, 40.0)])
+    Discs(np.array([radius]), [RED], line).draw(few, place, 1.0, None if angle is None else np.array([angle]))
+    difference = pixels(few).astype(float) - drawn(many, place, radius, angle=angle)
+    if angle is None:
+        assert np.abs(difference).max() <= 2
+    else:  # the line of a picture has whole pixels
+        assert np.abs(difference).sum() / (3 * 255) < 1.2 * radius
+        beyond = np.hypot(*(np.mgrid[0:100, 0:80] - 39.5)) > radius
+        assert np.abs(difference[beyond]).max() <= 2
+
+
+@pytest.mark.parametrize("degrees", range(0, 360, 30))
+def test_the_line_shows_the_angle(degrees: int) -> None:
+    angle = math.radians(degrees)
+    surface = Surface((100, 80))
+    surface.fill("white")
+    dark = 1 - drawn(surface, np.array([(40.4, 40.2)]), 12.0, "white", angle)[..., 0] / 255
+    across, down = np.mgrid[0:100, 0:80] + 0.5
+    middle = (dark * across).sum() / dark.sum(), (dark * down).sum() / dark.sum()
+    assert middle == pytest.approx((40.4 + 5.5 * math.cos(angle), 40.2 + 5.5 * math.sin(angle)), abs=0.2)
+    assert dark.sum() == pytest.approx(11.0, rel=0.12)
+
+
+@pytest.mark.parametrize("balls", [30, 1500])
+@pytest.mark.parametrize("scale", [0.3, 1.0, 2.5])
+def test_collision_points_are_those_of_stock_debug_draw(
+    balls: int, scale: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also while contacts that have ended are still listed by Pymunk."""
+    scene = gas(balls, 0.6, 400)
+    engine = create("pymunk", scene, spawn(scene))
+    assert isinstance(engine, PymunkEngine)
+    for _ in range(20):
+        engine.step()
+    side = math.ceil(scene.arena.size[0] * scale)
+    ours, stock = Surface((side, side)), Surface((side, side))
+    DebugDraw(engine.space, scene.colors).draw(ours, scale)
+    monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda self, scale: None)
+    DebugDraw(engine.space, scene.colors).draw(stock, scale)
+    assert not np.array_equal(pixels(ours), pixels(stock))
+    options = DrawOptions(stock)
+    options.flags = DrawOptions.DRAW_COLLISION_POINTS
+    options.transform = pymunk.Transform.scaling(scale)
+    engine.space.debug_draw(options)
+    difference = np.abs(pixels(ours).astype(int) - pixels(stock)).max(axis=2)
+    # Where lines cross, the order matters, and Pymunk's batch has another.
+    assert (difference > 3).mean() < 0.002
+
+
+def test_a_surface_can_be_drawn_on_again_after_a_kernel() -> None:
+    surface = Surface((100, 80))
+    drawn(surface, np.array([(40.0, 40.0)]), 5.0)
+    surface.blit(Surface((10, 10)), (0, 0))
+    assert not surface.get_locked()
+
+
+def test_a_surface_without_a_byte_for_each_colour_is_drawn_on_too() -> None:
+    surface = Surface((100, 80), depth=16)
+    surface.fill("white")
+    assert pygame.Color(*drawn(surface, np.array([(40.0, 40.0)]), 5.0)[40, 40].tolist()) != pygame.Color("white")
