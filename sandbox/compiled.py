@@ -30,11 +30,11 @@ MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel get
 class Compiler(Protocol):
     """Fills the cache with machine code while the program goes on."""
 
-    def start(self) -> None:
-        """Start to compile all that is missing, if that has not begun."""
+    def note_missing(self, module: str) -> None:
+        """Note that a kernel of a module is not compiled, while what it does can be done without it, or later."""
 
-    def wait(self) -> None:
-        """Return when all is compiled."""
+    def wait(self, module: str) -> None:
+        """Return when the kernels of a module are compiled."""
 
 
 class NotCompiledYet(Exception):
@@ -45,15 +45,10 @@ _compiler: Compiler | None = None
 _waits = True  # whether a kernel that is not in the cache is waited for
 
 
-@contextmanager
-def compiling_by(compiler: Compiler) -> Iterator[None]:
-    """Have kernels that are not in the cache compiled by a compiler, in this block, not here."""
+def compile_by(compiler: Compiler | None) -> None:
+    """From now on, have kernels that are not in the cache compiled by a compiler; by None, where they are called."""
     global _compiler  # noqa: PLW0603
-    _compiler, before = compiler, _compiler
-    try:
-        yield
-    finally:
-        _compiler = before
+    _compiler = compiler
 
 
 @contextmanager
@@ -76,10 +71,10 @@ class _Cache(FunctionCache):
     def load_overload(self, signature: object, context: object) -> object:
         found = self._load(signature, context)
         if found is None and _compiler:
-            _compiler.start()
             if not _waits:
+                _compiler.note_missing(self._py_func.__module__)
                 raise NotCompiledYet
-            _compiler.wait()
+            _compiler.wait(self._py_func.__module__)
             found = self._load(signature, context)
         return found
 

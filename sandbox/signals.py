@@ -45,6 +45,22 @@ def signals_deferred() -> Iterator[None]:
             _terminate(_deferred.pop())
 
 
+@contextmanager
+def sigint_blocked() -> Iterator[None]:
+    """Block SIGINT in processes started here, even while they import: their parent handles Ctrl-C and stops them."""
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker  # noqa: PLC0415  # most commands start no process
+
+    resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _terminate(number: int, _frame: FrameType | None = None) -> None:
     if _deferrals:
         _deferred.append(number)

@@ -37,7 +37,7 @@ from sandbox.cli.options import (
     complete_scene,
     settings_by_key,
 )
-from sandbox.cli.progress import announce_compiling, compare_with_bar, displayed, frames_bar, sweep_with_bar
+from sandbox.cli.progress import compare_with_bar, displayed, frames_bar, show_compiling, sweep_with_bar
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
 from sandbox.text import console, printable
@@ -234,7 +234,7 @@ def verify(
     from sandbox.scene.files import bundled, load
 
     check_outputs({"--json": json_file}, scenes or ())
-    announce_compiling()
+    show_compiling()
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
     board = score_engines(chosen, engines or list(registry()))
     if not board:
@@ -277,7 +277,7 @@ def sweep(
     if workers and scheduler:
         raise SandboxError("--workers and --scheduler exclude each other")
     check_outputs({"--out": out, "--report": report}, [scene])
-    announce_compiling()
+    show_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     planned = plan(
         chosen,
@@ -314,7 +314,7 @@ def check(
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
-    announce_compiling()
+    show_compiling()
     errors = []
     for name in scenes:
         try:
@@ -360,7 +360,7 @@ def bench(
     from sandbox.cli.tables import print_figures
 
     check_outputs({"--json": json_file})
-    announce_compiling()
+    show_compiling()
     found = []
     for title, figures in measure(only):
         with displayed(console(stderr=True).status(title)):

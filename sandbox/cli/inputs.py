@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sandbox.cli.progress import announce_compiling
+from sandbox.cli.progress import show_compiling
 from sandbox.errors import shown
 from sandbox.text import printable
 
@@ -20,7 +20,7 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
-    announce_compiling()
+    show_compiling()
     chosen = load(scene)
     recorded = load_inputs(inputs, chosen) if inputs else []
     for given in recorded:

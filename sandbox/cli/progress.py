@@ -1,9 +1,8 @@
-"""What a command shows on a terminal while it runs: progress bars, and a notice while numba compiles."""
+"""What a command shows on a terminal while it runs: progress bars, also while kernels are compiled."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
     from sandbox.sweep import Journal, Sweep
+    from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
 
@@ -102,19 +102,44 @@ def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str
     return failures
 
 
-@cache
-def announce_compiling() -> None:
-    """Print a notice, once in a process, if numba has to compile; it does so once and caches the result on disk."""
-    from numba.core import event
+class _TerminalCompiler:
+    """Compiles what is missing in other processes, and shows on a terminal how far that is while it is waited for."""
 
-    class Listener(event.Listener):
-        announced = False
+    def __init__(self) -> None:
+        self._compilation: Compilation | None = None
 
-        def on_start(self, _event: event.Event) -> None:
-            if not Listener.announced:
+    def note_missing(self, module: str) -> None:
+        """Do nothing: a command that gets by without compiling ends sooner without it."""
+
+    def wait(self, module: str) -> None:
+        """Show the progress until the kernels of a module are compiled."""
+        from rich.progress import BarColumn, Progress, TextColumn
+
+        from sandbox.sweep.workers import core_count
+        from sandbox.view.compilation import COMPUTATION, Compilation
+
+        terminal = console(stderr=True)
+        if not self._compilation:
+            self._compilation = Compilation(COMPUTATION, core_count())
+            if not terminal.is_terminal:
                 print("Compiling the engines; this happens once.", file=sys.stderr)
-            Listener.announced = True
+        compilation = self._compilation
+        compilation.start(module)
+        bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            console=terminal,
+            transient=True,
+            disable=not terminal.is_terminal,
+        )
+        with displayed(bar):
+            task = bar.add_task("", total=compilation.total)
+            for progress in compilation.until_compiled(module):
+                bar.update(task, description=str(progress), completed=progress.done)
 
-        def on_end(self, _event: event.Event) -> None: ...
 
-    event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+def show_compiling() -> None:
+    """From now on, have kernels that are not in the cache compiled in other processes, and show that on a terminal."""
+    from sandbox.compiled import compile_by
+
+    compile_by(_TerminalCompiler())

@@ -9,6 +9,7 @@ import numpy as np
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Twin, reference_of
+from sandbox.compiled import NotCompiledYet, without_waiting
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
 
@@ -37,6 +38,7 @@ class Monitor:
         self._reference = reference_of(list(lockstep.engines))
         self._twin = Twin(lockstep, self._reference)
         self._differences: dict[str, float] = {}
+        self._compiled = False
         self._begin_segment()
 
     @property
@@ -55,11 +57,11 @@ class Monitor:
                 engine.add(states[name], contacts[name], self._lockstep)
                 if len(contacts[name]):
                     self._last_contact = self._steps
-            if self._steps % self._steps_at_once == 0:
+            if self._steps % self._steps_at_once == 0 and self._can_enter():
                 for engine in self._followed.values():
                     engine.enter()
-            if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
-                self._find_differences()
+                if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
+                    self._find_differences()
 
     def _begin_segment(self) -> None:
         """Follow the engines that have not differed yet from the present step on."""
@@ -74,6 +76,17 @@ class Monitor:
             steps for steps in range(1, CHECK_STEPS + 1) if CHECK_STEPS % steps == 0 and steps <= few
         )
         self._followed: dict[str, _FollowedEngine] = {name: _FollowedEngine(name, lockstep) for name in followed}
+
+    def _can_enter(self) -> bool:
+        """Return whether the ledger's kernels are compiled. Until they are, steps wait to be entered."""
+        if not self._compiled:
+            try:
+                with without_waiting():
+                    next(iter(self._followed.values())).try_ledger()
+            except NotCompiledYet:
+                return False
+        self._compiled = True
+        return True
 
     def _find_differences(self) -> None:
         records = {name: engine.record() for name, engine in self._followed.items()}
@@ -95,6 +108,7 @@ class _FollowedEngine:
     def __init__(self, name: str, lockstep: Lockstep) -> None:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
+        self._scene = lockstep.scene
         self._ledger = Ledger(lockstep.scene, together=runner.together)
         self._contacts = [no_contacts()]
         self._begin_block(runner.state())
@@ -114,6 +128,12 @@ class _FollowedEngine:
         self._states.append(state)
         self._pulled.append(-1 if lockstep.pulled is None else lockstep.pulled)
         self._pulls.append(lockstep.pulls.get(self._name, (0.0, 0.0)))
+
+    def try_ledger(self) -> None:
+        """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
+        state = self._states[0]
+        position, velocity = np.stack([state.position] * 2), np.stack([state.velocity] * 2)
+        Ledger(self._scene, together=True).add(position, velocity, no_contacts(), np.array([-1, -1]), np.zeros((2, 2)))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""

@@ -6,19 +6,16 @@ ever if one dies while it sends a result; so does a future of Dask's Executor if
 
 import multiprocessing
 import os
-import signal
-import sys
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
-from sandbox.signals import signals_deferred
+from sandbox.signals import sigint_blocked, signals_deferred
 from sandbox.sweep.jobs import Job, Row, Sweep, run_job
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
@@ -84,7 +81,7 @@ class Worker:
         context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, sweep.scene, sweep.against), daemon=True)
-        with _sigint_blocked():
+        with sigint_blocked():
             self.process.start()
         theirs.close()
         self.job: Job | None = None
@@ -110,20 +107,6 @@ class Worker:
         self.connection.close()
         self.process.terminate()
         self.process.join()
-
-
-@contextmanager
-def _sigint_blocked() -> Iterator[None]:
-    """Block SIGINT in processes started here, even while they import: the sweep handles Ctrl-C and stops them."""
-    if sys.platform == "win32":
-        yield
-        return
-    resource_tracker.ensure_running()  # the start of a process would start it, which unblocks SIGINT
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:

@@ -11,7 +11,7 @@ from pygame import Surface
 
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.pixels import MANY, NODES, WEIGHTS, has_byte_channels, pixels_of, place_of, stamp_discs
+from sandbox.view.pixels import NODES, WEIGHTS, pixels_of, place_of, stamp_discs, suits_kernels
 
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
 MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
@@ -35,10 +35,10 @@ class Discs:
     def draw(self, surface: Surface, position: Floats, scale: float, angle: Floats | None = None) -> None:
         """Draw the discs. position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,)."""
         centre, radius = scale * position, np.maximum(scale * self._radius, MIN_RADIUS)
-        if len(radius) < MANY or not has_byte_channels(surface):
-            self._blit(surface, centre, radius, angle)
-        else:
+        if suits_kernels(surface, len(radius)):
             self._stamp(surface, centre, radius, angle)
+        else:
+            self._blit(surface, centre, radius, angle)
 
     def _blit(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats | None) -> None:
         if self._line is None or angle is None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pygame import Color, Surface
 from pygame.surfarray import pixels2d
 
-from sandbox.engines.compiled import entry, kernel
+from sandbox.compiled import NotCompiledYet, entry, kernel, without_waiting
 from sandbox.state import Integers
 
 MANY: Final = 300  # shapes, from which on a kernel takes less time than as many calls of pygame
@@ -19,6 +19,18 @@ NODES: Final = (0.1127016653792583, 0.5, 0.8872983346207417)
 WEIGHTS: Final = (5 / 18, 8 / 18, 5 / 18)
 MIN_RUN: Final = 3.0  # px; in narrower rows, pixels that are covered wholly are not looked for
 MIN_TURNED: Final = 0.5  # px; nobody can see where a shorter line points
+
+
+def suits_kernels(surface: Surface, count: int) -> bool:
+    """Return whether so many shapes are better drawn on a surface by a kernel, and it is compiled."""
+    if count < MANY or not has_byte_channels(surface):
+        return False
+    try:
+        with without_waiting():
+            load_kernels()
+    except NotCompiledYet:
+        return False
+    return True
 
 
 @cache
@@ -50,7 +62,6 @@ def pixels_of(surface: Surface) -> tuple[NDArray[np.uint32], int]:
 
     The surface is locked, and nothing else can draw on it, as long as the array exists.
     """
-    load_kernels()
     whole = surface.get_abs_parent()
     pixels = np.frombuffer(whole.get_buffer(), np.uint32)  # type: ignore[call-overload]  # pygame's stubs lack it
     return pixels, whole.get_pitch() // 4

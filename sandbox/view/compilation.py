@@ -1,0 +1,136 @@
+"""Compiling all kernels, which happens once, in processes of their own, while the program goes on."""
+
+import multiprocessing
+from collections.abc import Callable, Iterator
+from functools import partial
+from multiprocessing import connection
+from multiprocessing.process import BaseProcess
+from typing import Final, NamedTuple
+
+from sandbox.analysis.comparison import compare
+from sandbox.engines import create
+from sandbox.scene.balls import BallGroup
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn, warnings
+from sandbox.signals import sigint_blocked
+
+POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
+
+
+def _compile_comparison() -> None:
+    """Measure a run; the scene has an inner wall."""
+    compare(load("funnel").changed(seconds=0.1, expect=()), ["pymunk"])
+
+
+def _compile_engine(name: str) -> None:
+    """Run an engine with few balls, and with enough of them for a grid."""
+    for scene in (load("head-on"), load("gas-100")):
+        engine = create(name, scene, spawn(scene))
+        engine.step()
+        engine.kick(0, (1.0, 0.0))
+        engine.state()
+
+
+def _compile_scenes() -> None:
+    """Place balls at random, and then on a lattice, as there is too little room."""
+    size = 100.0, 100.0
+    group = BallGroup(radius=5, count=80, inside=((0.0, 0.0), size))
+    scene = Scene(arena={"size": size}, balls=[group])
+    list(warnings(scene, spawn(scene)))
+
+
+def _compile_drawing() -> None:
+    from sandbox.view.pixels import load_kernels  # noqa: PLC0415  # the command line does not import pygame
+
+    load_kernels()
+
+
+class Part(NamedTuple):
+    """A part of the program. modules: beginnings of the names of those with its kernels; compile: calls each kernel."""
+
+    title: str
+    modules: tuple[str, ...]
+    compile: Callable[[], None]
+
+
+COMPUTATION: Final = (
+    Part("comparison", ("sandbox.analysis",), _compile_comparison),
+    Part("exact", ("sandbox.engines.exact",), partial(_compile_engine, "exact")),
+    Part("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
+    Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
+    Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
+)
+DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)
+
+
+class Compilation:
+    """Compiles parts, so many at once.
+
+    A part whose process fails counts as done: its kernels are compiled where they are called.
+    """
+
+    def __init__(self, parts: tuple[Part, ...], at_once: int) -> None:
+        self._parts = parts
+        self._at_once = at_once
+        self._todo: list[Part] = []
+        self._running: dict[Part, BaseProcess] = {}
+        self._begun = False
+
+    def start(self, module: str) -> None:
+        """Begin to compile, first of all the part that a module belongs to."""
+        if not self._begun:
+            self._begun = True
+            self._todo = sorted(self._parts, key=lambda part: not module.startswith(part.modules))
+        elif (part := self._part_of(module)) in self._todo:
+            self._todo.remove(part)
+            self._todo.insert(0, part)
+        self.poll()
+
+    def until_compiled(self, module: str) -> Iterator["Compilation"]:
+        """Wait for the part that a module belongs to, and yield the progress every POLL_INTERVAL until then."""
+        part = self._part_of(module)
+        while part in self._todo or part in self._running:
+            yield self
+            connection.wait([process.sentinel for process in self._running.values()], POLL_INTERVAL)
+            self.poll()
+
+    def poll(self) -> None:
+        """Note which processes have ended, and start the next ones."""
+        self._running = {part: process for part, process in self._running.items() if process.is_alive()}
+        while self._todo and len(self._running) < self._at_once:
+            part = self._todo.pop(0)
+            # A forked process would share the locks of running threads.
+            process = multiprocessing.get_context("spawn").Process(target=part.compile, daemon=True)
+            with sigint_blocked():
+                process.start()
+            self._running[part] = process
+
+    def stop(self) -> None:
+        """Stop compiling; what is compiled stays in the cache."""
+        self._todo.clear()
+        for process in self._running.values():
+            process.terminate()
+            process.join()
+        self._running.clear()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether something is being compiled."""
+        return bool(self._running)
+
+    @property
+    def done(self) -> int:
+        """The number of parts that are compiled."""
+        return len(self._parts) - len(self._todo) - len(self._running)
+
+    @property
+    def total(self) -> int:
+        """The number of parts."""
+        return len(self._parts)
+
+    def __str__(self) -> str:
+        return f"Compiling {next(iter(self._running)).title} (once): {self.done + 1} of {self.total}"
+
+    def _part_of(self, module: str) -> Part | None:
+        return next((part for part in self._parts if module.startswith(part.modules)), None)
