@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from sandbox.cli.exit import exit_codes
-from sandbox.cli.inputs import scene_and_inputs, write_inputs_file
+from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_file
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
@@ -92,20 +92,25 @@ def run(
 
     Without a display: compare it, and save a picture of its end.
     """
+    from sandbox.view.compiling import compiling_beside_window
     from sandbox.view.window import Window, has_display
 
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
-        window = Window(chosen, engines, replayed)
-        try:
-            window.run()
-        finally:  # mouse input cannot be reproduced
-            if save_inputs:
-                session = window.view.session
-                write_inputs_file(window.scene, session.given(), session.step, save_inputs)
+        with compiling_beside_window(chosen.arena.size, engines) as compilation:
+            print_warnings(chosen)
+            window = Window(chosen, engines, replayed, compilation)
+            try:
+                window.run()
+            finally:  # mouse input cannot be reproduced
+                if save_inputs:
+                    session = window.view.session
+                    write_inputs_file(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
+        show_compiling()
+        print_warnings(chosen)
         _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
             write_inputs_file(chosen, replayed, chosen.steps, save_inputs)
@@ -133,7 +138,9 @@ def record(
     pixels = size.width, size.height
     check_outputs({"--out": out}, [scene, inputs])
     check_recording(out, pixels)
+    show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    print_warnings(chosen)
     bar = frames_bar()
     with displayed(bar):
         track = partial(bar.track, description="Recording")
@@ -168,7 +175,9 @@ def compare(
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
     check_outputs({"--json": json_file, "--csv": csv_file, "--report": report}, [scene, inputs])
+    show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    print_warnings(chosen)
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = try_settings(chosen, comparison.against, replayed) if advise else []
     if json_file:
@@ -206,7 +215,9 @@ def trace(
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
+    show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    print_warnings(chosen)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
     write_trace(trajectory, out)
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sandbox.cli.progress import show_compiling
 from sandbox.errors import shown
 from sandbox.text import printable
 
@@ -18,9 +17,7 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[
     """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate."""
     from sandbox.run.inputs import Start, load_inputs
     from sandbox.scene.files import load
-    from sandbox.scene.spawn import spawn, warnings
 
-    show_compiling()
     chosen = load(scene)
     recorded = load_inputs(inputs, chosen) if inputs else []
     for given in recorded:
@@ -29,10 +26,15 @@ def scene_and_inputs(scene: str, inputs: Path | None, **changes: Any) -> "tuple[
             if given.scene != chosen.name:
                 file = printable(str(inputs))
                 print(f"{file}: warning: recorded on {shown(given.scene)}, not on {chosen.name}", file=sys.stderr)
-    chosen = chosen.changed(**{key: value for key, value in changes.items() if value is not None})
-    for warning in warnings(chosen, spawn(chosen)):
+    return chosen.changed(**{key: value for key, value in changes.items() if value is not None}), recorded
+
+
+def print_warnings(scene: "Scene") -> None:
+    """Print what the author of a scene may not have meant. Raises SandboxError if its balls do not fit."""
+    from sandbox.scene.spawn import spawn, warnings
+
+    for warning in warnings(scene, spawn(scene)):
         print(warning, file=sys.stderr)
-    return chosen, recorded
 
 
 def write_inputs_file(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:

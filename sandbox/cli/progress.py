@@ -124,7 +124,6 @@ class _TerminalCompiler:
             if not terminal.is_terminal:
                 print("Compiling the engines; this happens once.", file=sys.stderr)
         compilation = self._compilation
-        compilation.start(module)
         bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(),

@@ -73,30 +73,21 @@ class Compilation:
     def __init__(self, parts: tuple[Part, ...], at_once: int) -> None:
         self._parts = parts
         self._at_once = at_once
-        self._todo: list[Part] = []
+        self._todo = list(parts)
         self._running: dict[Part, BaseProcess] = {}
-        self._begun = False
-
-    def start(self, module: str) -> None:
-        """Begin to compile, first of all the part that a module belongs to."""
-        if not self._begun:
-            self._begun = True
-            self._todo = sorted(self._parts, key=lambda part: not module.startswith(part.modules))
-        elif (part := self._part_of(module)) in self._todo:
-            self._todo.remove(part)
-            self._todo.insert(0, part)
-        self.poll()
 
     def until_compiled(self, module: str) -> Iterator["Compilation"]:
-        """Wait for the part that a module belongs to, and yield the progress every POLL_INTERVAL until then."""
-        part = self._part_of(module)
+        """Compile the part that a module belongs to next; yield the progress every POLL_INTERVAL until it is done."""
+        part = next((part for part in self._parts if module.startswith(part.modules)), None)
+        self._todo.sort(key=lambda other: other is not part)
+        self.poll()
         while part in self._todo or part in self._running:
             yield self
             connection.wait([process.sentinel for process in self._running.values()], POLL_INTERVAL)
             self.poll()
 
     def poll(self) -> None:
-        """Note which processes have ended, and start the next ones."""
+        """Start to compile, or note which processes have ended and start the next ones."""
         self._running = {part: process for part, process in self._running.items() if process.is_alive()}
         while self._todo and len(self._running) < self._at_once:
             part = self._todo.pop(0)
@@ -131,6 +122,3 @@ class Compilation:
 
     def __str__(self) -> str:
         return f"Compiling {next(iter(self._running)).title} (once): {self.done + 1} of {self.total}"
-
-    def _part_of(self, module: str) -> Part | None:
-        return next((part for part in self._parts if module.startswith(part.modules)), None)

@@ -15,6 +15,8 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.ball_card import draw_ball_card
+from sandbox.view.compilation import Compilation
+from sandbox.view.compiling import draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
 from sandbox.view.editor import Editor
 from sandbox.view.error_card import draw_error_card
@@ -57,10 +59,17 @@ class Window:
     """The event loop, the layout and the drawing; its parts do the rest.
 
     `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
-    the first run.
+    the first run. The status line shows a `compilation` while it runs.
     """
 
-    def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        engines: Sequence[str] | None,
+        inputs: Sequence[Input] = (),
+        compilation: Compilation | None = None,
+    ) -> None:
+        self._compilation = compilation
         self.notice = Notice()
         self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
         self.editor = Editor(self.playback, self.notice)
@@ -166,6 +175,9 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, video = self.playback, self.recorder.video
+        if self._compilation and self._compilation.is_running:
+            self._compilation.poll()
+            self._outdated = True
         if not playback.paused:
             playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
@@ -272,6 +284,8 @@ class Window:
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
         write(surface, self.status, layout.status, FAINT, layout.text_height)
+        if self._compilation and self._compilation.is_running:
+            draw_status(surface, layout.status, self._compilation, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
         self._draw_ball_card(surface, layout)
         if self.scenes.error:

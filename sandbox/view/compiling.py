@@ -1,0 +1,86 @@
+"""Compiling while the window is open: what is shown meanwhile."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final
+
+import pygame
+from pygame import Rect, Surface
+
+from sandbox.compiled import compile_by
+from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
+from sandbox.view.layout import GAP, natural_size
+from sandbox.view.palette import FAINT, FRAME, INK, RAISED
+from sandbox.view.primitives import panel, text_width, write
+
+TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
+BAR_WIDTH: Final = 160  # px
+
+
+class WindowCompiler:
+    """Has one part after another compiled beside the window, and shows a notice in it while one is waited for.
+
+    size: of the window that it opens if none is open, px.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self.compilation = Compilation((*COMPUTATION, DRAWING), at_once=1)
+        self._size = size
+
+    def note_missing(self, module: str) -> None:
+        """Begin to compile."""
+        self.compilation.poll()
+
+    def wait(self, module: str) -> None:
+        """Show a notice until the kernels of a module are compiled. Raises SystemExit if the window is closed."""
+        for progress in self.compilation.until_compiled(module):
+            screen = pygame.display.get_surface() or pygame.display.set_mode(self._size, pygame.RESIZABLE)
+            draw_notice(screen, progress)
+            pygame.display.flip()
+            if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
+                raise SystemExit
+
+
+@contextmanager
+def compiling_beside_window(arena: tuple[float, float], engines: Sequence[str] | None) -> Iterator[Compilation]:
+    """Have kernels that are not in the cache compiled while the window is open, in this block.
+
+    arena: its width and height, px; engines: those to be shown, if they are known.
+    """
+    pygame.display.init()
+    panes = len(engines) if engines else 2
+    compiler = WindowCompiler(natural_size(arena, panes, pygame.display.get_desktop_sizes()[0]))
+    compile_by(compiler)
+    try:
+        yield compiler.compilation
+    finally:
+        compile_by(None)
+        compiler.compilation.stop()
+
+
+def draw_notice(surface: Surface, progress: Compilation) -> None:
+    """Draw what is being compiled, and how far that is, in the middle of a surface."""
+    text = str(progress)
+    width = max(text_width(text, TEXT_HEIGHT), BAR_WIDTH)
+    card = Rect(0, 0, width + 4 * GAP, 3 * TEXT_HEIGHT + 4 * GAP)
+    card.center = surface.get_rect().center
+    panel(surface, card)
+    write(surface, text, Rect(card.x + 2 * GAP, card.y + GAP, width, 2 * TEXT_HEIGHT), INK, TEXT_HEIGHT)
+    _draw_bar(surface, Rect(card.x + 2 * GAP, card.bottom - 2 * GAP - 4, width, 4), progress)
+
+
+def draw_status(surface: Surface, place: Rect, progress: Compilation, height: int) -> None:
+    """Draw the same in a line of text, at the right end of its place. height: of the text, px."""
+    text = str(progress)
+    bar = Rect(0, place.centery - 2, BAR_WIDTH // 2, 4)
+    width = min(place.width, text_width(text, height) + bar.width + 2 * height)
+    line = Rect(place.right - width, place.y, width, place.height)
+    surface.fill(FRAME, line)
+    bar.right = line.right
+    write(surface, text, Rect(line.x + height, line.y, bar.x - line.x - 2 * height, line.height), FAINT, height)
+    _draw_bar(surface, bar, progress)
+
+
+def _draw_bar(surface: Surface, place: Rect, progress: Compilation) -> None:
+    surface.fill(RAISED, place)
+    surface.fill(INK, (place.x, place.y, round(place.width * progress.done / progress.total), place.height))
