@@ -52,14 +52,13 @@ def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
 
 
 def test_two_things_are_measured_alternately(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figure, "ROUNDS", 2)
     order: list[str] = []
 
     def note(what: str) -> float:
         order.append(what)
         return 1.0
 
-    assert alternately(lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
+    assert alternately(2, lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
     assert order == ["a", "b", "a", "b"]
     assert processor_time(lambda: sum(range(10_000)), 3) > 0
     assert repeats_in(lambda: sum(range(10_000)), 1e-9) == 1
