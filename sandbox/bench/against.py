@@ -17,12 +17,12 @@ def read_figures(file: Path) -> dict[str, Figure]:
     text = read_text(file)
     try:
         return {figure.name: figure for figure in map(_figure, json.loads(text))}
-    except (ValueError, TypeError, RecursionError):
+    except (ValueError, TypeError, OverflowError, RecursionError):
         raise SandboxError(f"{printable(str(file))}: is not a file of sandbox bench --json") from None
 
 
 def _figure(found: dict[str, Any]) -> Figure:
-    """Return a figure that was read. Raises TypeError or ValueError if it is not one."""
+    """Return a figure that was read. Raises TypeError, ValueError or OverflowError if it is not one."""
     figure = Figure(**found)
     numbers = (figure.lowest, figure.median, figure.highest)
     if not (isinstance(figure.name, str) and all(map(math.isfinite, numbers)) and [*numbers] == sorted(numbers)):

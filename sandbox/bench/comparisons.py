@@ -59,7 +59,7 @@ def sweep(rounds: int) -> Iterator[Figure]:
     measured = [
         (processor_time(partial(run_jobs, one)), processor_time(partial(run_plain_jobs, one))) for one in sweeps
     ]
-    rows = f"{sweeps[0].scene.name}, {len(sweeps[0].jobs)} rows"
+    rows = f"{len(sweeps[0].jobs)} rows"
     yield figure("sweep", f"{rows}: sweep", [ours for ours, _ in measured], "s")
     yield figure("sweep / plain", f"{rows}: sweep / plain Pymunk loops", [ours / plain for ours, plain in measured])
 

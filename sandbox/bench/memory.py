@@ -34,7 +34,7 @@ def memory(rounds: int) -> Iterator[Figure]:
         yield figure(f"memory {name}", means, peaks, "MB")
     for n in GAS_SIZES:
         sizes = _sizes(f"from sandbox.bench.window import print_growth; print_growth({n}, {rounds})")
-        yield figure(f"memory window n={n}", f"window, {n:,} balls: growth in 1,000 frames", sizes, "MB")
+        yield figure(f"memory window n={n}", f"window: growth / 1,000 frames, {n:,} balls", sizes, "MB")
 
 
 def megabytes(field: str) -> float:

@@ -56,8 +56,8 @@ def _times(name: str, means: str, measured: Sequence[tuple[float, float]]) -> It
 def _first_frames(measured: Sequence[Sequence[float]]) -> Iterator[Figure]:
     yield figure("cold first frame", "window: first frame", [times[0] for times in measured], "s")
     longest = [max(later - earlier for earlier, later in pairwise([0.0, *times])) for times in measured]
-    yield figure("cold longest wait", "window: longest wait for a frame until then", longest, "s")
-    yield figure("cold moving ball", "window: first frame in which balls have moved", [t[-1] for t in measured], "s")
+    yield figure("cold longest wait", "window: longest wait for a frame", longest, "s")
+    yield figure("cold moving ball", "window: first frame with a moved ball", [t[-1] for t in measured], "s")
 
 
 @contextmanager

@@ -86,7 +86,7 @@ def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
     yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * (a + b) for a, b, _ in measured], "ms")
     yield figure(f"drawing n={n}", f"{n:,} balls: the same without physics", [1000 * b for _, b, _ in measured], "ms")
     ratios = [(a + b) / c for a, b, c in measured]
-    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's, one pane", ratios)
+    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's pane", ratios)
 
 
 def first_frame() -> None:
