@@ -14,24 +14,26 @@ from sandbox.scene.spawn import spawn
 from sandbox.sweep import Sweep, plan
 from sandbox.sweep.jobs import run_job
 
-SECONDS_PER_ROUND: Final = 0.2  # at least, for which each side of a ratio is measured
+SECONDS_PER_ROUND: Final = 0.5  # at least, for which each side of a ratio is measured
 SWEPT_SEEDS: Final = 25  # in a round
 SWEPT_SETTINGS: Final = {"substeps": (1, 2), "iterations": (5, 10, 20)}
 
 
 def comparison(rounds: int) -> Iterator[Figure]:
     """Measure `compare`: alone, relative to its engines run alone, and to a plain Pymunk loop of as many steps."""
-    for scene in (load("article").changed(seconds=10.0), load("gas-1000")):
-        names, name = list(compare(scene.changed(seconds=0.1, expect=())).runs), scene.name
+    gas = load("gas-1000")
+    for scene in (load("article").changed(seconds=10.0), gas.changed(seconds=3.0, expect=()), gas):
+        names = list(compare(scene.changed(seconds=0.1, expect=())).runs)
         acts = partial(compare, scene), partial(run_each, scene, names), partial(run_plain, scene)
         measured = alternately(
             rounds, *(partial(processor_time, act, repeats_in(act, SECONDS_PER_ROUND)) for act in acts)
         )
-        yield figure(f"compare {name}", f"{name}, {scene.seconds:g} s: compare", [ours for ours, _, _ in measured], "s")
-        ratios = [ours / alone for ours, alone, _ in measured]
-        yield figure(f"compare / engines {name}", f"{name}: compare / sum of its engines", ratios)
+        name, means = f"{scene.name} {scene.seconds:g} s", f"{scene.name}, {scene.seconds:g} s: compare"
+        yield figure(f"compare {name}", means, [ours for ours, _, _ in measured], "s")
+        ratios = [ours / engines for ours, engines, _ in measured]
+        yield figure(f"compare / engines {name}", f"{means} / its engines", ratios)
         ratios = [ours / plain for ours, _, plain in measured]
-        yield figure(f"compare / plain {name}", f"{name}: compare / a plain Pymunk loop", ratios)
+        yield figure(f"compare / plain {name}", f"{means} / plain Pymunk", ratios)
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:
