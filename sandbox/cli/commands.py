@@ -357,7 +357,7 @@ def bench(
     """Measure the speed of the sandbox, in five to fifteen minutes.
 
     The parts are pymunk, article, exact, compare, sweep, window, memory, start and cold. A figure with a "/" is a ratio
-    of two measured alternately. Exit code 1: compared with --against, a figure is worse in every round.
+    of two measured alternately. Exit code 1: compared with --against, a figure became worse.
     """
     from sandbox.bench.against import read_figures, worse
     from sandbox.bench.parts import bench as measure

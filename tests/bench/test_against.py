@@ -32,13 +32,15 @@ RATE = figure("rate", "collisions", [200.0, 250.0, 300.0], "/s", higher_is_bette
 @pytest.mark.parametrize(
     ("before", "now", "is_worse"),
     [
-        (TIME, figure("time", "", [3.1, 3.2, 9.0]), True),
+        (TIME, figure("time", "", [3.2, 3.3, 9.0]), True),
+        (TIME, figure("time", "", [3.1, 3.3, 9.0]), False),  # within the noise of 5 %
         (TIME, figure("time", "", [2.9, 9.0, 9.0]), False),  # one round was as fast as one before
         (TIME, figure("time", "", [0.1, 0.2, 0.3]), False),
         (TIME, TIME, False),
-        (RATE, figure("rate", "", [100, 150, 199], higher_is_better=True), True),
-        (RATE, figure("rate", "", [100, 150, 201], higher_is_better=True), False),
+        (RATE, figure("rate", "", [100, 150, 187], higher_is_better=True), True),
+        (RATE, figure("rate", "", [100, 150, 188], higher_is_better=True), False),
         (RATE, figure("rate", "", [400, 500, 600], higher_is_better=True), False),
+        (figure("growth", "", [-2.0, -1.0]), figure("growth", "", [-0.9]), True),
         (TIME, figure("another", "", [9.0]), False),
     ],
     ids=lambda value: f"{value.lowest:g}-{value.highest:g}" if isinstance(value, Figure) else str(value),
