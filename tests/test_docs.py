@@ -30,6 +30,7 @@ from conftest import REQUIRED, Command
 from PIL import Image, ImageSequence
 
 from sandbox.analysis.causes import Cause
+from sandbox.bench.parts import PARTS
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
@@ -143,7 +144,7 @@ def test_every_command_prints_what_stands_there(
         if name in block.text and find_spec(library) is None:
             assert not REQUIRED, f"{library} is not installed"
             pytest.skip(f"needs {library}")
-    monkeypatch.setattr("sandbox.bench.figure.ROUNDS", 1)
+    monkeypatch.setattr("sandbox.bench.parts.PARTS", {name: part._replace(rounds=1) for name, part in PARTS.items()})
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     put_files(block.page, tmp_path)

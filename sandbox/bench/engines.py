@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
-from sandbox.bench.figure import ROUNDS, Figure, alternately, figure, processor_time, repeats_in
+from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
 from sandbox.bench.plain import PlainArticle, PlainDiscs, plain_space
 from sandbox.engines import create
 from sandbox.engines.exact.engine import ExactEngine
@@ -29,26 +29,24 @@ def gas(n: int, eta: float, rms_speed: float) -> Scene:
     )
 
 
-def against_plain_pymunk() -> Iterator[Figure]:
+def against_plain_pymunk(rounds: int) -> Iterator[Figure]:
     """Measure a step of the engine `pymunk` relative to a step of a plain Pymunk loop, on the same scenes."""
     for scene in (load("article"), load("gas-100"), load("gas-1000"), gas(20_000, 0.2, SLOW_GAS)):
         n = len(scene.bodies)
         engine, step = create("pymunk", scene, spawn(scene)), partial(plain_space(scene).step, 1 / scene.rate)
         times = repeats_in(engine.step, SECONDS_PER_ROUND)
         processor_time(step, 2)  # steps that the engine has done: both are at the same step in every round
-        ratios = [
-            a / b
-            for a, b in alternately(partial(processor_time, engine.step, times), partial(processor_time, step, times))
-        ]
+        ours, plain = partial(processor_time, engine.step, times), partial(processor_time, step, times)
+        ratios = [a / b for a, b in alternately(rounds, ours, plain)]
         yield figure(f"pymunk n={n}", f"{n:,} balls: step / a plain Pymunk loop's", ratios)
 
 
-def article() -> Iterator[Figure]:
+def article(rounds: int) -> Iterator[Figure]:
     """Measure the article's engine relative to its loop in plain Python and to `Space.step`, on the same scenes."""
-    yield _faster_than_plain_python(load("article"))
-    yield _faster_than_plain_python(gas(1_000, 0.2, SLOW_GAS))
-    yield _faster_than_pymunk(gas(20_000, 0.2, SLOW_GAS))
-    yield from _cost_of_a_ball()
+    yield _faster_than_plain_python(load("article"), rounds)
+    yield _faster_than_plain_python(gas(1_000, 0.2, SLOW_GAS), rounds)
+    yield _faster_than_pymunk(gas(20_000, 0.2, SLOW_GAS), rounds)
+    yield from _cost_of_a_ball(rounds)
 
 
 def first_steps(scene: Scene) -> float:
@@ -58,44 +56,47 @@ def first_steps(scene: Scene) -> float:
     return processor_time(engine.step, max(MIN_STEPS, 20_000 // len(scene.bodies)))
 
 
-def _faster_than_plain_python(scene: Scene) -> Figure:
+def _faster_than_plain_python(scene: Scene, rounds: int) -> Figure:
     plain, n = PlainArticle(scene), len(scene.bodies)
     times = min(MIN_STEPS, repeats_in(plain.step, SECONDS_PER_ROUND))
-    ratios = [a / b for a, b in alternately(partial(processor_time, plain.step, times), partial(first_steps, scene))]
-    return figure(f"article / plain Python n={n}", f"{n:,} balls: speed / plain Python's", ratios)
+    pairs = alternately(rounds, partial(processor_time, plain.step, times), partial(first_steps, scene))
+    means = f"{n:,} balls: speed / plain Python's"
+    return figure(f"article / plain Python n={n}", means, [a / b for a, b in pairs], higher_is_better=True)
 
 
-def _faster_than_pymunk(scene: Scene) -> Figure:
+def _faster_than_pymunk(scene: Scene, rounds: int) -> Figure:
     step, n = partial(plain_space(scene).step, 1 / scene.rate), len(scene.bodies)
-    ratios = [a / b for a, b in alternately(partial(processor_time, step, 3), partial(first_steps, scene))]
-    return figure(f"article / Space.step n={n}", f"{n:,} balls: speed / Pymunk's Space.step", ratios)
+    pairs = alternately(rounds, partial(processor_time, step, 3), partial(first_steps, scene))
+    means = f"{n:,} balls: speed / Pymunk's Space.step"
+    return figure(f"article / Space.step n={n}", means, [a / b for a, b in pairs], higher_is_better=True)
 
 
-def _cost_of_a_ball() -> Iterator[Figure]:
+def _cost_of_a_ball(rounds: int) -> Iterator[Figure]:
     few, many = gas(1_000, 0.2, SLOW_GAS), gas(100_000, 0.2, SLOW_GAS)
-    rounds = [
+    pairs = [
         (a / len(few.bodies), b / len(many.bodies))
-        for a, b in alternately(partial(first_steps, few), partial(first_steps, many))
+        for a, b in alternately(rounds, partial(first_steps, few), partial(first_steps, many))
     ]
-    for scene, costs in zip((few, many), zip(*rounds, strict=True), strict=True):
+    for scene, costs in zip((few, many), zip(*pairs, strict=True), strict=True):
         n = len(scene.bodies)
         yield figure(f"article n={n}", f"{n:,} balls: time per ball and step", [1e9 * cost for cost in costs], "ns")
-    growth = [among_many / among_few for among_few, among_many in rounds]
+    growth = [among_many / among_few for among_few, among_many in pairs]
     yield figure("article growth", "time per ball: 100,000 balls / 1,000", growth)
 
 
-def exact() -> Iterator[Figure]:
+def exact(rounds: int) -> Iterator[Figure]:
     """Measure collisions between discs per second, and relative to the algorithm in plain Python."""
     for n in (100, 1_000, 10_000, 100_000):
         for eta in (0.2, 0.5):
             engine = ExactEngine(scene := gas(n, eta, FAST_GAS), spawn(scene))
             engine.step()  # compiles, and leaves the initial order
-            rates = [_collisions_per_second(engine) for _ in range(ROUNDS)]
-            yield figure(f"exact n={n} eta={eta}", f"{n:,} discs that cover {eta:.0%}: collisions", rates, "/s")
+            rates = [_collisions_per_second(engine) for _ in range(rounds)]
+            means = f"{n:,} discs that cover {eta:.0%}: collisions"
+            yield figure(f"exact n={n} eta={eta}", means, rates, "/s", higher_is_better=True)
     engine, plain = ExactEngine(scene := gas(100, 0.5, FAST_GAS), spawn(scene)), PlainDiscs(scene)
-    pairs = alternately(partial(_collisions_per_second, engine), partial(processor_time, plain.collide, 300))
+    pairs = alternately(rounds, partial(_collisions_per_second, engine), partial(processor_time, plain.collide, 300))
     means = "100 discs: collisions / plain Python's"
-    yield figure("exact / plain Python", means, [rate * each for rate, each in pairs])
+    yield figure("exact / plain Python", means, [rate * each for rate, each in pairs], higher_is_better=True)
 
 
 def _collisions_per_second(engine: ExactEngine) -> float:

@@ -6,7 +6,7 @@ from statistics import median
 from time import process_time
 from typing import Final
 
-ROUNDS: Final = 7  # so that three disturbed rounds do not change the median
+PROCESS_NOISE: Final = 0.05  # fraction by which a figure varies from process to process, beyond the spread in each
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,17 @@ class Figure:
     median: float
     lowest: float
     highest: float
+    higher_is_better: bool = False
+
+    def is_worse_than(self, earlier: "Figure") -> bool:
+        """Return whether every round was worse than every round of an earlier measurement in another process."""
+        gap = earlier.lowest - self.highest if self.higher_is_better else self.lowest - earlier.highest
+        return gap > PROCESS_NOISE * abs(earlier.median)
 
 
-def figure(name: str, means: str, values: Sequence[float], unit: str = "") -> Figure:
+def figure(name: str, means: str, values: Sequence[float], unit: str = "", *, higher_is_better: bool = False) -> Figure:
     """Summarise the values of all rounds."""
-    return Figure(name, means, unit, median(values), min(values), max(values))
+    return Figure(name, means, unit, median(values), min(values), max(values), higher_is_better)
 
 
 def processor_time(act: Callable[[], object], times: int = 1) -> float:
@@ -40,6 +46,6 @@ def repeats_in(act: Callable[[], object], total: float) -> int:
     return max(1, int(total / processor_time(act)))
 
 
-def alternately(one: Callable[[], float], other: Callable[[], float]) -> list[tuple[float, float]]:
-    """Take two measurements alternately, for ROUNDS rounds."""
-    return [(one(), other()) for _ in range(ROUNDS)]
+def alternately(rounds: int, *measurements: Callable[[], float]) -> list[tuple[float, ...]]:
+    """Take measurements alternately, for some rounds; return those of each round."""
+    return [tuple(measure() for measure in measurements) for _ in range(rounds)]

@@ -1,52 +1,99 @@
-"""Time of a comparison, and start-up time of the programs."""
+"""Time of whole programs, from start to end: with compiled engines in the cache, and with an empty cache."""
 
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from tempfile import TemporaryDirectory
 from time import perf_counter
+from typing import Final
 
-from sandbox.analysis.comparison import compare
-from sandbox.bench.figure import ROUNDS, Figure, alternately, figure, processor_time
-from sandbox.engines import create
-from sandbox.scene.files import load
-from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
+from sandbox.bench.figure import Figure, figure
 
+if sys.platform != "win32":
+    import resource
 
-def comparison() -> Iterator[Figure]:
-    """Measure `compare` relative to its engines run alone."""
-    for scene in (load("article").changed(seconds=10.0), load("gas-1000").changed(seconds=3.0, expect=())):
-        names = list(compare(scene).runs)
-        together = partial(processor_time, partial(compare, scene, names))
-        alone = partial(processor_time, partial(run_each, scene, names))
-        means = f"{scene.name}: compare / sum of its engines"
-        yield figure(f"compare {scene.name}", means, [a / b for a, b in alternately(together, alone)])
+SANDBOX: Final = (sys.executable, "-m", "sandbox")
+FIRST_FRAME: Final = (sys.executable, "-c", "from sandbox.bench.window import first_frame; first_frame()")
+MOVING_BALL: Final = (sys.executable, "-c", "from sandbox.bench.window import first_moving_ball; first_moving_ball()")
+ENVIRONMENT: Final = {"SDL_VIDEODRIVER": "dummy"}
+SHORT: Final = ("--seconds", "0.1")
 
 
-def run_each(scene: Scene, engines: Sequence[str]) -> None:
-    """Run engines one after the other, for the length of the scene."""
-    for name in engines:
-        engine = create(name, scene, spawn(scene))
-        for _ in range(scene.steps):
-            engine.step()
-
-
-def start() -> Iterator[Figure]:
-    """Measure processes from start to end, in wall-clock time."""
-    sandbox = [sys.executable, "-m", "sandbox"]
-    window = [sys.executable, "-c", "from sandbox.bench.window import first_frame; first_frame()"]
+def start(rounds: int) -> Iterator[Figure]:
+    """Measure programs whose engines are compiled."""
     for name, means, command in (
-        ("--help", "sandbox --help", [*sandbox, "--help"]),
-        ("compare", "sandbox compare article --seconds 0.1", [*sandbox, "compare", "article", "--seconds", "0.1"]),
-        ("window", "sandbox, until the first frame is drawn", window),
+        ("--help", "sandbox --help", (*SANDBOX, "--help")),
+        ("--version", "sandbox --version", (*SANDBOX, "--version")),
+        ("compare", "sandbox compare article --seconds 0.1", (*SANDBOX, "compare", "article", *SHORT)),
+        ("window", "sandbox, until the first frame is drawn", FIRST_FRAME),
     ):
-        _run(command)  # compiles kernels that are not cached yet
-        yield figure(f"start {name}", means, [_run(command) for _ in range(ROUNDS)], "s")
+        run(command)  # compiles kernels that are not cached yet
+        yield from _times(f"start {name}", means, [run(command) for _ in range(rounds)])
 
 
-def _run(command: list[str]) -> float:
-    began = perf_counter()
-    subprocess.run(command, env=os.environ | {"SDL_VIDEODRIVER": "dummy"}, capture_output=True, check=True)
-    return perf_counter() - began
+def cold(rounds: int) -> Iterator[Figure]:
+    """Measure programs that have to compile their engines: each starts with an empty cache folder."""
+    for engine in ("article", "impulse", "exact"):
+        command = (*SANDBOX, "trace", "article", "--engine", engine, "--steps", "6")
+        yield from _times(f"cold {engine}", f"{engine} alone", [run_cold(command) for _ in range(rounds)])
+    for name, engines in (("pymunk,article", ("--engines", "pymunk,article")), ("compare", ())):
+        command = (*SANDBOX, "compare", "article", *SHORT, *engines)
+        means = " ".join(("compare article", *engines))
+        yield from _times(f"cold {name}", means, [run_cold(command) for _ in range(rounds)])
+    yield from _first_frames([frame_times_cold(MOVING_BALL) for _ in range(rounds)])
+
+
+def _times(name: str, means: str, measured: Sequence[tuple[float, float]]) -> Iterator[Figure]:
+    """Yield the time that passed, and the processor time, which other programs on the machine disturb less."""
+    yield figure(name, means, [passed for passed, _ in measured], "s")
+    if sys.platform != "win32":
+        yield figure(f"{name} processor", "  processor time", [processor for _, processor in measured], "s")
+
+
+def _first_frames(measured: Sequence[Sequence[float]]) -> Iterator[Figure]:
+    yield figure("cold first frame", "window: first frame", [times[0] for times in measured], "s")
+    longest = [max(later - earlier for earlier, later in pairwise([0.0, *times])) for times in measured]
+    yield figure("cold longest wait", "window: longest wait for a frame", longest, "s")
+    yield figure("cold moving ball", "window: first frame with a moved ball", [t[-1] for t in measured], "s")
+
+
+@contextmanager
+def fresh_cache() -> Iterator[Mapping[str, str]]:
+    """Yield an environment in which numba has compiled nothing yet."""
+    with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        yield {"NUMBA_CACHE_DIR": folder}
+
+
+def run(command: Sequence[str], environment: Mapping[str, str] = ENVIRONMENT) -> tuple[float, float]:
+    """Run a program; return the time until its end, and the processor time of it and its own programs, s."""
+    began, before = perf_counter(), _processor_time_of_programs()
+    subprocess.run(command, env={**os.environ, **environment}, capture_output=True, check=True)
+    return perf_counter() - began, _processor_time_of_programs() - before
+
+
+def run_cold(command: Sequence[str]) -> tuple[float, float]:
+    """Run a program with an empty cache."""
+    with fresh_cache() as cache:
+        return run(command, cache)
+
+
+def _processor_time_of_programs() -> float:
+    """Return the processor time of all programs that ran from here and have ended, s; Windows does not report it."""
+    if sys.platform == "win32":
+        return 0.0
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def frame_times_cold(command: Sequence[str]) -> list[float]:
+    """Run a program with an empty cache that prints a line for each frame; return when each was drawn, s."""
+    with fresh_cache() as cache:
+        began = perf_counter()
+        with subprocess.Popen(command, env={**os.environ, **ENVIRONMENT, **cache}, stdout=subprocess.PIPE) as program:
+            times = [perf_counter() - began for _ in program.stdout or ()]
+        if program.returncode:
+            raise subprocess.CalledProcessError(program.returncode, command)
+        return times

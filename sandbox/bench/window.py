@@ -3,27 +3,41 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import Final
 
 import pygame
 from pymunk.pygame_util import DrawOptions
 
-from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
+from sandbox.bench.figure import Figure, figure, processor_time, repeats_in
+from sandbox.bench.memory import PRESENT, megabytes
 from sandbox.bench.plain import plain_space
-from sandbox.scene.files import load
+from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.view.window import FRAME_RATE, Window
 
 WINDOW_SIZE: Final = (1680, 1010)  # px; large enough for both panes at the size of the scene, and the charts below
 VIDEO_DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
+SECONDS_PER_ROUND: Final = 0.2  # for which each side of a ratio is measured
+MIN_FRAMES: Final = 8  # in a round: the garbage collector runs in some frames only
+WARM_UP_FRAMES: Final = 500  # in which the history of a gas of 1,000 balls or more fills up
+FRAMES_PER_ROUND: Final = 200  # in which growth is measured
 
 
-def frame() -> Iterator[Figure]:
-    """Measure a frame of two panes and charts, with physics, and relative to a plain Pymunk loop with debug draw."""
+def frame(rounds: int) -> Iterator[Figure]:
+    """Measure a frame of two panes and charts, with physics and without, and relative to plain Pymunk's with one pane.
+
+    Plain Pymunk's frame is a step, and its own debug-draw.
+    """
     with _dummy_screen():
-        for scene in (load("article"), load("gas-100"), load("gas-1000")):
-            yield from _frame(scene)
+        for scene in (load("article"), load("gas-100"), load("gas-1000"), finer_gas(5_000), finer_gas(20_000)):
+            yield from _frame(scene, rounds)
+
+
+def finer_gas(n: int) -> Scene:
+    """Make the scene gas-1000 with n smaller balls: they cover the same area, at as many radii per step."""
+    smaller = (1_000 / n) ** 0.5
+    balls = f"{{ count = {n}, radius = {5.5 * smaller}, inside = [[0, 0], [800, 600]], rms_speed = {100 * smaller} }}"
+    return parse(f"arena.size = [800, 600]\nballs = [{balls}]", f"gas-{n}")
 
 
 @contextmanager
@@ -40,27 +54,77 @@ def _dummy_screen() -> Iterator[None]:
             os.environ[VIDEO_DRIVER] = before
 
 
-def _frame(scene: Scene) -> Iterator[Figure]:
-    window, space, n = Window(scene, ["pymunk", "article"]), plain_space(scene), len(scene.bodies)
+def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
+    n, space = len(scene.bodies), plain_space(scene)
+    window = Window(scene, ["pymunk", "article"])
     window.screen = pygame.display.set_mode(WINDOW_SIZE)
     surface = pygame.Surface([int(side) for side in scene.arena.size])
     options = DrawOptions(surface)
 
-    def ours() -> None:
+    def physics() -> None:
         window.playback.advance(1 / FRAME_RATE)
+
+    def drawing() -> None:
         window.draw()
         pygame.display.flip()
+
+    def ours() -> None:
+        physics()
+        drawing()
 
     def plain() -> None:
         space.step(1 / scene.rate)
         surface.fill("white")
         space.debug_draw(options)
 
-    rounds = alternately(*(partial(processor_time, act, repeats_in(act, 0.1)) for act in (ours, plain)))
-    yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * a for a, _ in rounds], "ms")
-    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's, one pane", [a / b for a, b in rounds])
+    frames, plain_frames = (max(MIN_FRAMES, repeats_in(act, SECONDS_PER_ROUND)) for act in (ours, plain))
+    measured: list[tuple[float, float, float]] = []  # physics, drawing, plain frame: s
+    for _ in range(rounds):
+        split = [(processor_time(physics), processor_time(drawing)) for _ in range(frames)]
+        both = (sum(times) / frames for times in zip(*split, strict=True))
+        measured.append((*both, processor_time(plain, plain_frames)))
+    yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * (a + b) for a, b, _ in measured], "ms")
+    yield figure(f"drawing n={n}", f"{n:,} balls: the same without physics", [1000 * b for _, b, _ in measured], "ms")
+    ratios = [(a + b) / c for a, b, c in measured]
+    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's pane", ratios)
 
 
 def first_frame() -> None:
     """Open the window on the article's scene, as `sandbox` does, and draw one frame."""
     Window(load("article"), None).draw()
+
+
+def first_moving_ball() -> None:
+    """Run the window on the article's scene until a frame shows its first step. Print a line for each frame."""
+    flip = pygame.display.flip
+
+    def print_flip() -> None:
+        flip()
+        print(flush=True)
+
+    pygame.display.flip = print_flip
+    window = _UntilABallMoves(load("article"), None)
+    window.run()
+
+
+class _UntilABallMoves(Window):
+    """A window that closes after the first frame that shows a step."""
+
+    def frame(self, seconds: float) -> None:
+        super().frame(seconds)
+        self.running = self.view.moment.step < 1
+
+
+def print_growth(n: int, rounds: int) -> None:
+    """Run the window on a gas of n balls; print by how much memory grows in 1,000 frames, MB, a line for each round."""
+    window = Window(finer_gas(n), None)
+    _run_frames(window, WARM_UP_FRAMES)
+    for _ in range(rounds):
+        before = megabytes(PRESENT)
+        _run_frames(window, FRAMES_PER_ROUND)
+        print(1_000 / FRAMES_PER_ROUND * (megabytes(PRESENT) - before))
+
+
+def _run_frames(window: Window, count: int) -> None:
+    for _ in range(count):
+        window.frame(1 / FRAME_RATE)

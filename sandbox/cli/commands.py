@@ -361,17 +361,21 @@ def scenes() -> None:
 def bench(
     only: Parts = None,
     json_file: JsonFile = None,
+    against: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Print what became worse since an earlier --json FILE.")
+    ] = None,
 ) -> None:
-    """Measure the speed of the sandbox, in one to two minutes.
+    """Measure the speed of the sandbox, in five to fifteen minutes.
 
-    The parts are pymunk, article, exact, compare, window and start. A figure with a "/" is a ratio of two measured
-    alternately.
+    The parts are pymunk, article, exact, compare, sweep, window, memory, start and cold. A figure with a "/" is a ratio
+    of two measured alternately. Exit code 1: compared with --against, a figure became worse.
     """
+    from sandbox.bench.against import read_figures, worse
     from sandbox.bench.parts import bench as measure
-    from sandbox.cli.tables import print_figures
+    from sandbox.cli.tables import print_figures, print_worse
 
-    check_outputs({"--json": json_file})
-    show_compiling()
+    check_outputs({"--json": json_file}, [against])
+    earlier = read_figures(against) if against else {}
     found = []
     for title, figures in measure(only):
         with displayed(console(stderr=True).status(title)):
@@ -381,6 +385,10 @@ def bench(
             print_figures(title, part)
     if json_file:
         _write(_json([vars(figure) for figure in found]), json_file)
+    if against and json_file not in STANDARD_OUTPUT:
+        print_worse(found, earlier)
+    if worse(found, earlier):
+        raise typer.Exit(1)
 
 
 @app.command(name="schema")

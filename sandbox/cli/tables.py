@@ -1,7 +1,7 @@
 """What commands print: a comparison, advice and scores, as tables that fit the terminal."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from rich.table import Table
@@ -13,6 +13,7 @@ from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.expectations import Score
 from sandbox.analysis.verdict import horizon_words, key_figures, verdict
 from sandbox.analysis.verify import Board
+from sandbox.bench.against import worse
 from sandbox.bench.figure import Figure
 from sandbox.text import console
 
@@ -134,5 +135,26 @@ def print_figures(title: str, figures: Sequence[Figure]) -> None:
     table.add_column("")
     for figure in figures:
         values = (figure.median, figure.lowest, figure.highest)
-        table.add_row(figure.means, *(f"{one:,.0f}" if one >= 100 else f"{one:.3g}" for one in values), figure.unit)
+        table.add_row(figure.means, *map(_rounded, values), figure.unit)
     console().print(table, "")
+
+
+def print_worse(figures: Sequence[Figure], earlier: Mapping[str, Figure]) -> None:
+    """Print which figures are worse than those of an earlier benchmark, and how many were compared."""
+    found, common = worse(figures, earlier), [figure for figure in figures if figure.name in earlier]
+    if found:
+        table = Table(title="Worse by more than the spread", title_justify="left", box=None, pad_edge=False)
+        table.add_column("", width=42)
+        for column in ("before", "now", "ratio"):
+            table.add_column(column, justify="right", width=9)
+        table.add_column("")
+        for figure in found:
+            before, now = earlier[figure.name].median, figure.median
+            ratio = _rounded(now / before) if before else "-"
+            table.add_row(figure.name, _rounded(before), _rounded(now), ratio, figure.unit)
+        console().print(table, "")
+    print(f"{counted(len(common), 'figure')} compared, {len(found)} worse")
+
+
+def _rounded(value: float) -> str:
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"

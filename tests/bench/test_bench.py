@@ -1,12 +1,23 @@
 """The baselines of the benchmarks do the same work as the engines. Speed itself is not tested."""
 
 import os
+import re
+import subprocess
+import sys
+from collections.abc import Generator
+from itertools import islice
+from pathlib import Path
+from subprocess import CalledProcessError
+from types import SimpleNamespace
+from typing import cast
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from conftest import Command
 
-from sandbox.bench import figure
-from sandbox.bench.figure import alternately, processor_time, repeats_in
+from sandbox.bench import comparisons, engines, memory, programs, window
+from sandbox.bench.figure import Figure, alternately, processor_time, repeats_in
 from sandbox.bench.parts import PARTS, bench
 from sandbox.bench.plain import PlainArticle, plain_space
 from sandbox.engines import create
@@ -35,15 +46,116 @@ def test_the_plain_pymunk_loop_is_the_engine_s_run(scene: str) -> None:
     assert np.array([body.position for body in space.bodies]) == pytest.approx(engine.state().position, abs=1e-6)
 
 
-def test_a_part_yields_figures_with_their_spread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figure, "ROUNDS", 3)
+def test_a_part_yields_figures_with_their_spread() -> None:
     environment = dict(os.environ)
     [(title, figures)] = bench(["window"])
-    found = list(figures)
-    assert title == PARTS["window"][0]
-    assert [one.name for one in found[:2]] == ["frame n=3", "frame / plain n=3"]
+    found = list(islice(figures, 3))
+    cast("Generator[Figure]", figures).close()
+    assert title == PARTS["window"].title
+    assert [one.name for one in found] == ["frame n=3", "drawing n=3", "frame / plain n=3"]
     assert all(0 < one.lowest <= one.median <= one.highest for one in found)
+    assert found[1].median < found[0].median
     assert dict(os.environ) == environment
+
+
+@pytest.fixture
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every measurement take 1 s, and do nothing."""
+    for module in (comparisons, engines, window):
+        monkeypatch.setattr(module, "processor_time", lambda *_: 1.0)
+        monkeypatch.setattr(module, "repeats_in", lambda *_: 1)
+        monkeypatch.setattr(module, "plain_space", Mock())
+    for name in ("create", "spawn", "ExactEngine", "PlainArticle", "PlainDiscs"):
+        monkeypatch.setattr(engines, name, Mock())
+    monkeypatch.setattr(engines, "gas", lambda n, *_: SimpleNamespace(bodies=range(n), rate=60))
+    monkeypatch.setattr(engines, "_collisions_per_second", lambda _: 1.0)
+    monkeypatch.setattr(comparisons, "run_job", Mock())
+    for name in ("Window", "DrawOptions", "pygame"):
+        monkeypatch.setattr(window, name, Mock())
+    monkeypatch.setattr(memory, "_sizes", lambda _: [1.0])
+    monkeypatch.setattr(programs, "run", lambda *_: (1.0, 1.0))
+    monkeypatch.setattr(programs, "frame_times_cold", lambda _: [1.0, 2.0])
+
+
+@pytest.mark.usefixtures("unmeasured")
+def test_no_two_figures_have_the_same_name_and_their_words_fit() -> None:
+    parts = [list(figures) for _, figures in bench()]
+    names = [figure.name for part in parts for figure in part]
+    assert len(names) == len(set(names)) > 60
+    assert max(len(figure.means) for part in parts for figure in part) <= 42  # the column's width
+    assert {figure.name for part in parts for figure in part if figure.higher_is_better} == {
+        *("article / plain Python n=3", "article / plain Python n=1000", "article / Space.step n=20000"),
+        *(f"exact n={n} eta={eta}" for n in (100, 1_000, 10_000, 100_000) for eta in (0.2, 0.5)),
+        "exact / plain Python",
+    }
+
+
+def test_the_help_and_the_documents_name_every_part(command: Command) -> None:
+    _, out, _ = command("bench", "--help")
+    page = (Path(__file__).parents[2] / "docs" / "engines.md").read_text()
+    for name in PARTS:
+        assert re.search(rf"\b{name}\b", out)
+        assert f"`{name}`" in page
+
+
+def test_each_first_start_has_an_empty_cache_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    noted = tmp_path / "caches"
+    program = (
+        f"import os; cache = os.environ['NUMBA_CACHE_DIR']; files = os.listdir(cache); "
+        f"open({str(noted)!r}, 'a').write(f'{{cache}} {{files}}\\n'); open(f'{{cache}}/kernel', 'w'); print()"
+    )
+    monkeypatch.setattr(programs, "SANDBOX", (sys.executable, "-c", program))
+    monkeypatch.setattr(programs, "MOVING_BALL", (sys.executable, "-c", program))
+    assert all(figure.lowest > 0 for figure in programs.cold(2))
+    caches, files = zip(*(line.split() for line in noted.read_text().splitlines()), strict=True)
+    assert len(caches) == len(set(caches)) == 12
+    assert set(files) == {"[]"}
+    assert not any(Path(cache).exists() for cache in caches)
+
+
+def test_a_program_that_fails_stops_the_benchmark() -> None:
+    fails = (sys.executable, "-c", "import sys; sys.exit(3)")
+    for run in (programs.run, programs.run_cold, programs.frame_times_cold):
+        with pytest.raises(CalledProcessError, match="exit status 3"):
+            run(fails)
+
+
+def test_the_window_closes_after_the_first_frame_that_shows_a_step() -> None:
+    environment = os.environ | programs.ENVIRONMENT
+    ran = subprocess.run(programs.MOVING_BALL, env=environment, stdout=subprocess.PIPE, check=True)
+    assert 1 <= ran.stdout.count(b"\n") <= 5
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_a_frame_of_the_start_does_not_close_the_window() -> None:
+    opened = window._UntilABallMoves(load("article"), None)
+    opened.frame(0.0)
+    assert opened.running
+    opened.frame(1 / 60)
+    assert not opened.running
+
+
+def test_the_finer_gas_covers_what_the_gas_of_1000_covers() -> None:
+    gas, finer = load("gas-1000"), window.finer_gas(5_000)
+    area = np.sum(gas.bodies.radius**2)
+    assert (len(finer.bodies), finer.arena.size) == (5_000, gas.arena.size)
+    assert np.sum(finer.bodies.radius**2) == pytest.approx(area)
+    speeds = [np.sqrt(np.mean(spawn(one).velocity ** 2)) / one.bodies.radius[0] for one in (gas, finer)]
+    assert speeds[0] == pytest.approx(speeds[1], rel=0.05)  # drawn at random
+
+
+@pytest.mark.skipif(not memory.STATUS.exists(), reason="needs /proc")
+@pytest.mark.usefixtures("memory_screen")
+def test_growth_is_that_of_1000_frames(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    kept = []
+
+    def grow(_window: object, _count: int) -> None:
+        kept.append(bytearray(b"x") * 20_000_000)
+
+    monkeypatch.setattr(window, "_run_frames", grow)
+    window.print_growth(10, 2)
+    assert [float(line) for line in capfd.readouterr().out.split()] == pytest.approx([100, 100], rel=0.1)
+    assert memory.megabytes(memory.PEAK) >= memory.megabytes(memory.PRESENT) > 40
 
 
 def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
@@ -51,15 +163,14 @@ def test_the_error_for_an_unknown_part_names_the_nearest() -> None:
         next(bench(["pymnk"]))
 
 
-def test_two_things_are_measured_alternately(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(figure, "ROUNDS", 2)
+def test_two_things_are_measured_alternately() -> None:
     order: list[str] = []
 
     def note(what: str) -> float:
         order.append(what)
         return 1.0
 
-    assert alternately(lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
+    assert alternately(2, lambda: note("a"), lambda: note("b")) == [(1, 1), (1, 1)]
     assert order == ["a", "b", "a", "b"]
     assert processor_time(lambda: sum(range(10_000)), 3) > 0
     assert repeats_in(lambda: sum(range(10_000)), 1e-9) == 1
