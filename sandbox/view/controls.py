@@ -130,7 +130,7 @@ CONTROLS = (
     _layer(Layer.TRAILS, "T", "trails of where the balls were"),
     _layer(Layer.CONTACTS, "C", "contacts and their impulses"),
     _layer(Layer.CENTRE, "X", "centre of mass"),
-    _layer(Layer.NUMBERS, "B", "ball numbers"),
+    _layer(Layer.NUMBERS, "B", "ball numbers, of up to 1,000 balls"),
     _layer(Layer.GHOSTS, "G", "outlines of the other pane's balls"),
     _layer(Layer.GRID, "L", "grid lines"),
     _layer(Layer.CHARTS, "H", "charts"),

@@ -1,6 +1,5 @@
 """A live `pymunk.Space`, drawn by pymunk's own `pygame_util` debug-draw."""
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -10,6 +9,8 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
+from sandbox.scene.model import Scene
+from sandbox.state import Floats
 from sandbox.view.discs import Discs
 from sandbox.view.primitives import capsule, thin_lines
 
@@ -28,33 +29,40 @@ class DebugDraw(DrawOptions):
     which are very large, are left out.
     """
 
-    def __init__(self, space: pymunk.Space, colours: Sequence[str]) -> None:
+    def __init__(self, space: pymunk.Space) -> None:
         super().__init__(Surface((1, 1)))
         self.flags = DrawOptions.DRAW_CONSTRAINTS
         self._space = space
         self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
-        radius = np.array([shape.radius for shape in space.shapes if isinstance(shape, pymunk.Circle)])
-        red, green, blue, _ = self.shape_outline_color.as_int()
-        self._discs = Discs(radius, colours, line=(red, green, blue))
-        self._balls = len(radius)
         self._buffer = Buffer()
 
-    def draw(self, surface: Surface, scale: float) -> None:
-        """Draw the space on a surface. scale: px of the surface for one px of the space."""
+    def discs(self, scene: Scene) -> Discs:
+        """Return the discs of a scene's balls, as pymunk draws them."""
+        red, green, blue, _ = self.shape_outline_color.as_int()
+        return Discs(scene.bodies.radius, scene.colors, line=(red, green, blue))
+
+    def draw(self, surface: Surface, scale: float, discs: Discs, past: Floats | None = None) -> None:
+        """Draw the space on a surface. scale: px of the surface for one px of the space.
+
+        past: where the balls are drawn, (n, 2) px, without angles and contacts; by default where they are now.
+        """
         self.surface = surface
         self.transform = pymunk.Transform.scaling(scale)
         for wall in self._walls:
             colour = self.color_for_shape(wall)
             self.draw_fat_segment(scale * wall.a, scale * wall.b, scale * wall.radius, colour, colour)
-        self._draw_discs(scale)
+        if past is not None:
+            discs.draw(surface, past, scale, np.zeros(len(past)))
+            return
+        self._draw_discs(scale, discs)
         self._space.debug_draw(self)
         self._draw_collision_points(scale)
 
-    def _draw_discs(self, scale: float) -> None:
+    def _draw_discs(self, scale: float, discs: Discs) -> None:
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
-        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: self._balls]
-        self._discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy())
+        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(discs)]
+        discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy())
 
     def _draw_collision_points(self, scale: float) -> None:
         """Draw each contact as a line through its two points; a contact that has ended, but is still listed, has none.

@@ -32,6 +32,9 @@ class Discs:
         self._format: tuple[int, ...] = ()  # of the surface that the values are for
         self._values = np.empty(0, np.int64)  # of pixels in each ball's colour
 
+    def __len__(self) -> int:
+        return len(self._radius)
+
     def draw(self, surface: Surface, position: Floats, scale: float, angle: Floats | None = None) -> None:
         """Draw the discs. position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,)."""
         centre, radius = scale * position, np.maximum(scale * self._radius, MIN_RADIUS)

@@ -18,6 +18,7 @@ from sandbox.view.recent import CONTACT_SECONDS, RecentContacts, Trail
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
+MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take half a second a frame
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
@@ -125,7 +126,9 @@ class Overlay:
         pygame.draw.circle(self.surface, self.palette.ink, at, radius, self.width)
 
     def numbers(self) -> None:
-        """Write each ball's number on it."""
+        """Write each ball's number on it, unless they are so many that nobody could read them."""
+        if len(self.scene.bodies) > MAX_NUMBERED:
+            return
         centres = (self._state.position * self._scale).tolist()
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for number, ((x, y), radius, colour) in enumerate(balls):

@@ -47,16 +47,16 @@ class Pane:
             self.recent_contacts.add(one.contacts[self.name], one.states[self.name])
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
+        self._live = live
+        if isinstance(engine, PymunkEngine) and engine is not self._drawn:
+            self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
         if afresh or moment.scene is not self.scene:
-            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
+            scene = moment.scene
+            self._discs = self.debug_draw.discs(scene) if self.debug_draw else Discs(scene.bodies.radius, scene.colors)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
         self.energy = scene_energy(self.scene, self.state)
-        if isinstance(engine, PymunkEngine):
-            drawn = engine if live else PymunkEngine(self.scene, self.state)
-            if drawn is not self._drawn:
-                self._drawn, self.debug_draw = drawn, DebugDraw(drawn.space, self.scene.colors)
 
     @property
     def title(self) -> str:
@@ -89,7 +89,7 @@ class Pane:
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, scale)
+            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state.position)
         else:
             draw_walls(inside, self.scene, scale)
             self._discs.draw(inside, self.state.position, scale)

@@ -47,6 +47,7 @@ class RecentContacts:
 
     def add(self, contacts: Contacts, state: State) -> None:
         """Add an engine's contacts since the last call. state: of the engine now."""
+        contacts = contacts[contacts["time"] <= state.time][-MAX_CONTACTS:]  # of many, the others are not kept anyway
         new = np.empty(len(contacts), self._kept.dtype)
         first, since = contacts["first"], (state.time - contacts["time"])[:, None]
         centre = state.position[first] - since * state.velocity[first]

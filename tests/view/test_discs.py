@@ -104,7 +104,7 @@ def test_few_discs_look_like_many(radius: float, turn: int | None) -> None:
         assert np.abs(difference).max() <= 2
     else:  # the line of a picture has whole pixels
         assert np.abs(difference).sum() / (3 * 255) < 1.2 * radius
-        beyond = np.hypot(*(np.mgrid[0:100, 0:80] - 39.5)) > radius
+        beyond = np.hypot(*(np.mgrid[0:100, 0:80] - 39.5)) > radius + 0.71
         assert np.abs(difference[beyond]).max() <= 2
 
 
@@ -133,17 +133,18 @@ def test_collision_points_are_those_of_stock_debug_draw(
         engine.step()
     side = math.ceil(scene.arena.size[0] * scale)
     ours, stock = Surface((side, side)), Surface((side, side))
-    DebugDraw(engine.space, scene.colors).draw(ours, scale)
+    debug_draw = DebugDraw(engine.space)
+    debug_draw.draw(ours, scale, debug_draw.discs(scene))
     monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda self, scale: None)
-    DebugDraw(engine.space, scene.colors).draw(stock, scale)
-    assert not np.array_equal(pixels(ours), pixels(stock))
+    debug_draw.draw(stock, scale, debug_draw.discs(scene))
+    changed = (pixels(ours) != pixels(stock)).any(axis=2).sum()
+    assert changed > 4 * scale
     options = DrawOptions(stock)
     options.flags = DrawOptions.DRAW_COLLISION_POINTS
     options.transform = pymunk.Transform.scaling(scale)
     engine.space.debug_draw(options)
     difference = np.abs(pixels(ours).astype(int) - pixels(stock)).max(axis=2)
-    # Where lines cross, the order matters, and Pymunk's batch has another.
-    assert (difference > 3).mean() < 0.002
+    assert difference.max() <= 3
 
 
 def test_a_surface_can_be_drawn_on_again_after_a_kernel() -> None:

@@ -1,5 +1,6 @@
 """Everything in the window has its place."""
 
+import numpy as np
 import pygame
 import pytest
 from hypothesis import given
@@ -50,3 +51,16 @@ def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tup
         assert left.right < right.x
         assert size[0] <= desktop[0]
         assert size[1] <= desktop[1]
+
+
+@pytest.mark.parametrize("size", [(480, 320), (800, 600), (1680, 1010), (700, 1400)])
+@pytest.mark.parametrize("panes", [1, 2, 3, 4])
+@pytest.mark.parametrize("charts", [0, 3])
+def test_the_frame_is_what_arenas_and_charts_leave_of_the_window(
+    size: tuple[int, int], panes: int, charts: int
+) -> None:
+    layout = Layout(size, (800.0, 600.0), panes, ((1.0, 5.0),), charts)
+    covered = np.zeros(size, int)
+    for place in (*layout.frame, *layout.arenas, layout.strip):
+        covered[place.left : place.right, place.top : place.bottom] += 1
+    assert (covered == 1).all()

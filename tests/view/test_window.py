@@ -1,6 +1,8 @@
 """The window as a whole: events, drawing, closing."""
 
+import gc
 import json
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +35,18 @@ def test_the_toolbar_keeps_its_clicks_and_keys_from_the_panes(window: Window) ->
     assert window.running  # it has left the toolbar
     press(window, "Esc")
     assert not window.running
+
+
+def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
+    window: Window,
+) -> None:
+    window.view.session.cycle = window.view.session  # type: ignore[attr-defined]
+    former = weakref.ref(window.view.session)
+    window.begin(load("head-on"), None)
+    assert former() is None
+    assert not any(
+        one is window.view.session for one in gc.get_objects()
+    )  # which lists what the collector goes through
 
 
 def test_nothing_is_drawn_while_nothing_changes(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
