@@ -37,7 +37,8 @@ def start(rounds: int) -> Iterator[Figure]:
 def cold(rounds: int) -> Iterator[Figure]:
     """Measure programs that have to compile their engines: each starts with an empty cache folder."""
     for engine in ("article", "impulse", "exact"):
-        command = (*SANDBOX, "trace", "article", "--engine", engine, "--steps", "6")
+        simulation = f"import sandbox; sandbox.simulate(sandbox.load('article'), '{engine}', steps=6)"
+        command = (sys.executable, "-c", simulation)
         yield from _times(f"cold {engine}", f"{engine} alone", [run_cold(command) for _ in range(rounds)])
     for name, engines in (("pymunk,article", ("--engines", "pymunk,article")), ("compare", ())):
         command = (*SANDBOX, "compare", "article", *SHORT, *engines)

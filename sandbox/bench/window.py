@@ -13,6 +13,7 @@ from sandbox.bench.memory import PRESENT, megabytes
 from sandbox.bench.plain import plain_space
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
+from sandbox.view.compiling import compiling_beside_window
 from sandbox.view.window import FRAME_RATE, Window
 
 WINDOW_SIZE: Final = (1680, 1010)  # px; large enough for both panes at the size of the scene, and the charts below
@@ -103,8 +104,9 @@ def first_moving_ball() -> None:
         print(flush=True)
 
     pygame.display.flip = print_flip
-    window = _UntilABallMoves(load("article"), None)
-    window.run()
+    scene = load("article")
+    with compiling_beside_window(scene.arena.size, None) as compilation:
+        _UntilABallMoves(scene, None, (), compilation).run()
 
 
 class _UntilABallMoves(Window):
