@@ -1,0 +1,195 @@
+"""The first start, when nothing is compiled yet: few balls move at once, and other processes compile."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sandbox.compiled import NotCompiledYet
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn, warnings
+from sandbox.session.monitor import Monitor, _FollowedEngine
+from sandbox.session.session import Session
+from sandbox.view.compilation import Compilation, Part
+
+FEW_BALLS = ("article", "head-on", "funnel", "newtons-cradle", "heavy-among-light", "break-shot")
+
+
+class NeverWaits:
+    """A compiler that fails if anything is waited for."""
+
+    def __init__(self) -> None:
+        self.missing: set[str] = set()
+
+    def note_missing(self, module: str) -> None:
+        self.missing.add(module)
+
+    def wait(self, module: str) -> None:
+        raise AssertionError(module)
+
+
+def small_runs() -> dict[str, str]:
+    """Hash what small calls of kernels compute: initial states, their warnings, and runs step by step."""
+    found = {}
+    for name in (*FEW_BALLS, "gas-100"):
+        scene = load(name)
+        initial = spawn(scene)
+        found[f"{name}: spawn"] = _hash(initial.position, initial.velocity, list(warnings(scene, initial)))
+    for name in FEW_BALLS[:4]:
+        for engine in ("article", "impulse"):
+            if engine == "impulse" or name in ("article", "head-on"):
+                trajectory = simulate(load(name), engine, steps=90)
+                found[f"{name}: {engine}"] = _hash(trajectory.position, trajectory.velocity)
+    return found
+
+
+def _hash(*values: Any) -> str:
+    return hashlib.sha256(b"".join(getattr(value, "tobytes", repr(value).encode)() for value in values)).hexdigest()
+
+
+def run_python(code: str, **environment: str) -> str:
+    tests = str(Path(__file__).parent)
+    paths = os.pathsep.join([tests, *sys.path])
+    command = [sys.executable, "-c", code]
+    settings = {**os.environ, "PYTHONPATH": paths, **environment}
+    return subprocess.run(command, env=settings, capture_output=True, check=True, text=True).stdout
+
+
+def test_small_calls_run_in_python_to_the_same_bits_when_nothing_is_compiled(tmp_path: Path) -> None:
+    code = """
+import json
+from sandbox.compiled import compile_by
+from test_first_start import NeverWaits, small_runs
+compiler = NeverWaits()
+compile_by(compiler)
+runs = small_runs()
+print(json.dumps([runs, sorted(compiler.missing)]))
+"""
+    runs, missing = json.loads(run_python(code, NUMBA_CACHE_DIR=str(tmp_path)))
+    assert runs == small_runs()
+    engines = ["sandbox.engines.article", "sandbox.engines.impulse"]
+    assert missing == [*engines, "sandbox.quantity", "sandbox.scene.packing"]
+    assert not list(tmp_path.rglob("*.nb*"))  # nothing was compiled
+
+
+def test_a_short_trace_ends_without_compiling(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "sandbox", "trace", "article", "--engine", "article", "--seconds", "0.5"]
+    cold = subprocess.run(
+        command, env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, check=True
+    )
+    assert cold.stdout == subprocess.run(command, capture_output=True, check=True).stdout
+    assert cold.stderr == b""
+    assert not list(tmp_path.rglob("*.nb*"))
+
+
+def test_the_parts_call_every_kernel_that_the_bundled_scenes_need() -> None:
+    code = """
+import json
+from sandbox import compiled
+from sandbox.analysis.comparison import compare
+from sandbox.engines import can_run
+from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn, warnings
+from sandbox.view.compilation import COMPUTATION, DRAWING
+
+loaded = set()
+load_overload = compiled._Cache.load_overload
+def note(self, signature, context):
+    loaded.add((self._py_func.__module__, self._py_func.__name__, str(signature)))
+    return load_overload(self, signature, context)
+compiled._Cache.load_overload = note
+
+for part in (*COMPUTATION, DRAWING):
+    before = set(loaded)
+    part.compile()
+    own = {module for module, *_ in loaded - before if module.startswith(part.modules)}
+    assert own, part.title
+by_parts = set(loaded)
+for name in (*bundled(), *bundled("truths")):
+    scene = load(name).changed(seconds=0.2, expect=())
+    list(warnings(scene, spawn(scene)))
+    names = ["pymunk", "article", "impulse", "exact"]
+    compare(scene, [name for name in names if can_run(name, scene, spawn(scene))])
+print(json.dumps(sorted(loaded - by_parts)))
+"""
+    assert json.loads(run_python(code)) == []
+
+
+def parts(*acts: Any) -> tuple[Part, ...]:
+    return tuple(Part(f"part {number}", (f"module{number}.",), act) for number, act in enumerate(acts))
+
+
+@pytest.fixture
+def compilations() -> Iterator[list[Compilation]]:
+    """Collect compilations, to be stopped at the end."""
+    made: list[Compilation] = []
+    yield made
+    for each in made:
+        each.stop()
+
+
+def test_the_part_that_is_waited_for_comes_first(compilations: list[Compilation], tmp_path: Path) -> None:
+    files = [tmp_path / str(number) for number in range(3)]
+    compilation = Compilation(parts(*(partial(file.touch) for file in files)), at_once=1)
+    compilations.append(compilation)
+    shown = [str(progress) for progress in compilation.until_compiled("module2.kernels")]
+    assert shown
+    assert set(shown) == {"Compiling part 2 (once): 1 of 3"}
+    assert [file.exists() for file in files[::-1]] == [True, False, False]
+    assert (compilation.done, compilation.total) == (1, 3)
+    list(compilation.until_compiled("module1.kernels"))
+    while compilation.is_running:
+        time.sleep(0.01)
+        compilation.poll()
+    assert all(file.exists() for file in files)
+    assert compilation.done == 3
+
+
+def test_so_many_parts_are_compiled_at_once(compilations: list[Compilation]) -> None:
+    compilation = Compilation(parts(*[partial(time.sleep, 60)] * 3), at_once=2)
+    compilations.append(compilation)
+    compilation.poll()
+    assert (compilation.done, len(compilation._running)) == (0, 2)
+    compilation.stop()
+    assert not compilation.is_running
+
+
+def test_a_part_that_fails_is_not_waited_for(compilations: list[Compilation]) -> None:
+    compilation = Compilation(parts(partial(os._exit, 3), partial(os._exit, 0)), at_once=2)
+    compilations.append(compilation)
+    list(compilation.until_compiled("module0.kernels"))
+    list(compilation.until_compiled("module1.kernels"))
+    assert compilation.done == 2
+    assert list(compilation.until_compiled("module9.kernels")) == []  # of no part
+
+
+def test_marks_are_the_same_when_the_ledger_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    def marks_after(steps: int) -> Any:
+        monitor = Monitor()
+        session = Session(load("article"), ["pymunk", "article"], observer=monitor)
+        for _ in range(steps):
+            session.advance()
+        return monitor.marks
+
+    expected = marks_after(180)
+    assert expected.differences
+    tries = []
+
+    def try_ledger(_: _FollowedEngine) -> None:
+        tries.append(1)
+        if len(tries) < 10:
+            raise NotCompiledYet
+
+    monkeypatch.setattr(_FollowedEngine, "try_ledger", try_ledger)
+    assert not marks_after(75).differences
+    tries.clear()
+    assert marks_after(180) == expected
