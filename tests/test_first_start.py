@@ -97,7 +97,7 @@ import json
 from sandbox import compiled
 from sandbox.analysis.comparison import compare
 from sandbox.engines import can_run
-from sandbox.scene.files import load
+from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.view.compilation import COMPUTATION, DRAWING
 
