@@ -37,7 +37,7 @@ def suits_kernels(surface: Surface, count: int) -> bool:
 def load_kernels() -> None:
     """Compile the kernels, or load their machine code.
 
-    numba can keep the arguments of the first call alive after it, which must not be those of a locked surface.
+    numba keeps the arguments of the first call alive for some time, which must not be those of a locked surface.
     """
     pixels, place, none = np.zeros(1, np.uint32), np.zeros(4, np.int64), np.zeros(0)
     stamp_discs(pixels, 1, place, np.zeros((0, 2)), none, np.zeros(0, np.int64), none, 0)
@@ -63,8 +63,8 @@ def pixels_of(surface: Surface) -> tuple[NDArray[np.uint32], int]:
     The surface is locked, and nothing else can draw on it, as long as the array exists.
     """
     whole = surface.get_abs_parent()
-    pixels = np.frombuffer(whole.get_buffer(), np.uint32)  # type: ignore[call-overload]  # pygame's stubs lack it
-    return pixels, whole.get_pitch() // 4
+    # Not in a variable here either: numba keeps the frames in which it compiled.
+    return np.frombuffer(whole.get_buffer(), np.uint32), whole.get_pitch() // 4  # type: ignore[call-overload]
 
 
 def place_of(surface: Surface) -> Integers:

@@ -1,6 +1,10 @@
 """Many discs and lines are drawn by kernels, and look as few of them do."""
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pygame
@@ -158,3 +162,19 @@ def test_a_surface_without_a_byte_for_each_colour_is_drawn_on_too() -> None:
     surface = Surface((100, 80), depth=16)
     surface.fill("white")
     assert pygame.Color(*drawn(surface, np.array([(40.0, 40.0)]), 5.0)[40, 40].tolist()) != pygame.Color("white")
+
+
+def test_a_surface_is_not_locked_while_kernels_are_compiled_for_it(tmp_path: Path) -> None:
+    program = (
+        "import gc, numpy as np\n"
+        "from pygame import Surface\n"
+        "from sandbox.view.discs import Discs\n"
+        "from sandbox.view.primitives import thin_lines\n"
+        "gc.disable()\n"
+        "surface = Surface((50, 50))\n"
+        "Discs(np.full(400, 5.0), ['red'] * 400).draw(surface, np.full((400, 2), 25.0), 1.0)\n"
+        "thin_lines(surface, (255, 0, 0), np.full((400, 4), 25.0))\n"
+        "surface.blit(Surface((10, 10)), (0, 0))\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
