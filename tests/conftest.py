@@ -93,6 +93,7 @@ Command = Callable[..., tuple[int, str, str]]
 def command(no_display: None, monkeypatch: pytest.MonkeyPatch, capfdbinary: pytest.CaptureFixture[bytes]) -> Command:
     """Return a function that runs the command line without a display: exit code, and both outputs as UTF-8."""
     monkeypatch.setenv("PYTHONSAFEPATH", "")  # the command line sets it; restored after the test
+    monkeypatch.setattr("sandbox.compiled._compiler", None)  # likewise
 
     def run(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["sandbox", *map(str, arguments)])

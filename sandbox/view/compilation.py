@@ -51,7 +51,7 @@ class Part(NamedTuple):
 
     title: str
     modules: tuple[str, ...]
-    compile: Callable[[], None]
+    compile: Callable[[], object]
 
 
 COMPUTATION: Final = (
