@@ -6,8 +6,7 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from sandbox.analysis.expectations import score
-from sandbox.analysis.measurement import Measurement, Pull, Run
+from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
 from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, suggestion
@@ -15,12 +14,12 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Floats
+from sandbox.state import Floats, States
 from sandbox.text import csv_text
 
-BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are measured together
+BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
+CHUNK_BYTES: Final = 500_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
-PROGRESS_STEPS: Final = 64  # between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -134,65 +133,94 @@ def compare(
     lockstep = Lockstep(scene, names, inputs)
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)
-    for step in range(steps):
+    while lockstep.steps < steps:
         lockstep.apply_due()
         if lockstep.edited:
-            segment = _Segment(lockstep, names, against, steps - step)
-        lockstep.step()
-        segment.add_states()
-        if progress and step % PROGRESS_STEPS == 0:
-            progress(step / steps)
+            segment = _Segment(lockstep, names, against, steps - lockstep.steps)
+        segment.advance()
+        if progress:
+            progress(lockstep.steps / steps)
     return segment.comparison(tuple(inputs))
 
 
 class _Segment:
-    """The part of a run since its start or its last edit; an edit changes the scene or the states."""
+    """The part of a run since its start or its last edit; an edit changes the scene or the states.
+
+    Each engine's states fill the rows of a block. The rows up to `measured` are measured, those up to `filled` are
+    there; `before` is the number of steps before the first row.
+    """
 
     def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
         self.expect = () if lockstep.steps else self.scene.expect
+        self.steps = steps
         state_bytes = 4 * 8 * len(self.scene.bodies)
-        self.states_per_block = max(1, BLOCK_BYTES // state_bytes)
+        self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)
+        self.chunk = max(1, CHUNK_BYTES // state_bytes)
         self.stride = max(1, state_bytes // 4 * (steps + 1) // MAX_PATH_BYTES)
         self.measurements = {
-            name: Measurement(self.scene, lockstep.engines[name], self.stride, steps) for name in names
+            name: Measurement(self.scene, lockstep.engines[name], self.rows, self.stride, steps) for name in names
         }
         self.reference = self.measurements[against]
+        self.initial = self.reference.start
         self.twin = Twin(lockstep, against)
-        self.steps = -1
-        self.add_states()
-        self.initial = self.reference.states[0]
+        self.twin_states = States.empty(self.rows, len(self.scene.bodies))
+        self.pulled = np.full(self.rows, -1)
+        self.disturbed = np.zeros(steps + 1, bool)
+        self.before, self.measured, self.filled = 0, 0, 1
 
-    def add_states(self) -> None:
-        """Add the states that the engines have now; measure them when the block is full."""
-        self.steps += 1
-        for name, measurement in self.measurements.items():
-            measurement.states.append(measurement.engine.state())
-            measurement.pulls.append(Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
-        self.twin.update(self.reference.states[-1])
-        if len(self.reference.states) == self.states_per_block:
+    def advance(self) -> None:
+        """Advance the engines by a step or more, and measure the states once there are enough."""
+        rows = slice(self.filled, min(self.filled + self.chunk, self.rows, self.steps + 1 - self.before))
+        arrays = {measurement.runner: measurement.states.rows(rows) for measurement in self.measurements.values()}
+        self.filled += self.lockstep.advance(arrays | {self.twin.runner: self.twin_states.rows(rows)})
+        if self.lockstep.pulled is not None:
+            self.pulled[rows.start] = self.lockstep.pulled
+            self.disturbed[self.before + rows.start] = True
+            for name, measurement in self.measurements.items():
+                measurement.pull[rows.start] = self.lockstep.pulls[name]
+        if self.filled - self.measured >= self.chunk:
             self._measure()
+        if self.filled == self.rows:
+            self._enter()
 
     def _measure(self) -> None:
-        """Measure the states added since the last block."""
-        begin = self.steps + 1 - len(self.reference.states)
-        position = np.stack([state.position for state in self.reference.states])
+        """Measure the states that are not measured yet."""
+        rows = slice(self.measured, self.filled)
+        position = self.reference.states.position[rows]
         for measurement in self.measurements.values():
-            measurement.scores += [
-                score(self.scene, expect, self.initial, measurement.states[round(expect.at * self.scene.rate) - begin])
-                for expect in self.expect
-                if begin <= round(expect.at * self.scene.rate) <= self.steps
-            ]
-            measurement.measure(position)
+            measurement.measure(rows, position, self.before)
+        for number, expect in enumerate(self.expect):
+            row = round(expect.at * self.scene.rate) - self.before
+            if rows.start <= row < rows.stop:
+                for measurement in self.measurements.values():
+                    measurement.score(number, expect, self.initial, row)
+        if self.lockstep.hidden:
+            new = slice(max(rows.start, 1), rows.stop)
+            time = np.arange(self.before + new.start, self.before + new.stop) / self.scene.rate
+            self.twin.compare(self.twin_states.position[new], self.reference.states.position[new], time)
+        self.measured = self.filled
+
+    def _enter(self) -> None:
+        """Enter the block in the ledgers, and begin another."""
+        if self.measured < self.filled:
+            self._measure()
+        for measurement in self.measurements.values():
+            measurement.enter(self.filled, self.pulled[: self.filled])
+        self.pulled[:] = -1
+        self.before += self.filled - 1
+        self.measured = self.filled = 1
 
     def comparison(self, inputs: tuple[Input, ...]) -> Comparison:
-        """Return the comparison of all states added."""
-        if self.reference.states:
-            self._measure()
+        """Return the comparison, once all steps are done."""
+        if self.filled > 1 or not self.before:
+            self._enter()
         record = self.reference.record()
         runs = {
-            name: measurement.run(record if measurement is not self.reference else None, self.twin.apart)
+            name: measurement.run(
+                record if measurement is not self.reference else None, self.twin.apart, self.disturbed
+            )
             for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
