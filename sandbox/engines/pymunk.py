@@ -11,7 +11,7 @@ from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, State
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
 # crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
@@ -28,7 +28,6 @@ _CONTACT_FIELDS: Final = (
 _IDS_BYTES: Final = 2 * np.dtype(np.uintp).itemsize  # of an arbiter's two bodies
 _STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
 STATES_BYTES: Final = 500_000  # of states in the buffer, which are decoded together
-_CACHED: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # call: of `Space.step`, from 1
 
 
 class PymunkEngine:
@@ -61,7 +60,8 @@ class PymunkEngine:
         state_bytes = 32 * len(ids)
         self._steps_per_read = max(1, STATES_BYTES // (state_bytes * self._substeps))
         self._contacts = ContactLog()
-        self._cached = np.empty(0, _CACHED)
+        # The last total impulse of each pair: the pair's number, the impulse, and the call of `Space.step`, from 1.
+        self._cached = np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)
         self._calls = 0
 
     def step(self) -> None:
@@ -126,55 +126,56 @@ class PymunkEngine:
         call = np.repeat(np.arange(len(counts)), counts)
         a, b = self._numbers[np.searchsorted(self._ids, ids)].T
         swapped = (a < 0) | ((b >= 0) & (b < a))
-        contacts = np.empty(len(ids), CONTACT)
-        step, substep = np.divmod(call, self._substeps)
+        first, second = np.where(swapped, b, a), np.where(swapped, a, b)
+        touching = self._touching(first, second, call)
+        if not len(touching):
+            return
+        first, second, call = first[touching], second[touching], call[touching]
+        values, swapped = values[touching], swapped[touching]
+        pair = first * len(self._numbers) + second  # in the order of first, then second
+        impulse = np.abs(dot(values[:, 0:2], values[:, 2:4]))
+        impulse -= self._stale_impulse(pair, impulse, self._calls - len(counts) + 1 + call)
+        order = np.lexsort((pair, call))
+        order = order[impulse[order] != 0]
+        contacts = np.empty(len(order), CONTACT)
+        step, substep = np.divmod(call[order], self._substeps)
         contacts["time"] = (self._steps + step + (substep + 1) / self._substeps) / self._rate
-        contacts["first"], contacts["second"] = np.where(swapped, b, a), np.where(swapped, a, b)
-        contacts["normal"] = np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4]
-        contacts["impulse"] = np.abs(dot(values[:, 0:2], values[:, 2:4]))
-        contacts["depth"] = -values[:, 4]
-        touching = self._touching(contacts, call)
-        contacts, call = contacts[touching], call[touching]
-        contacts["impulse"] -= self._stale_impulse(contacts, self._calls - len(counts) + 1 + call)
-        order = np.lexsort((contacts["second"], contacts["first"], call))
-        contacts = contacts[order[contacts["impulse"][order] != 0]]
+        contacts["first"], contacts["second"] = first[order], second[order]
+        contacts["normal"] = (np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4])[order]
+        contacts["impulse"] = impulse[order]
+        contacts["depth"] = -values[order, 4]
         self._contacts.add(contacts)
 
-    def _stale_impulse(self, contacts: Contacts, call: Integers) -> Floats:
+    def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
         """Return the part of each total impulse that an earlier contact left and that was not applied, kg px/s: (k,).
 
         Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
         them, the solver starts from that impulse and includes it in the total, but applies only the difference.
-        call: (k,) of `Space.step`, in ascending order.
+        pair: (k,) a number for each pair; impulse: (k,) in total; call: (k,) of `Space.step`, in ascending order.
         """
-        now = np.empty(len(contacts), _CACHED)
-        now["pair"] = contacts["first"] * len(self._numbers) + contacts["second"]
-        now["impulse"], now["call"] = contacts["impulse"], call
-        both = np.concatenate([self._cached, now])
-        order = np.argsort(both["pair"], kind="stable")
-        ordered = both[order]
-        same = ordered["pair"][1:] == ordered["pair"][:-1]
-        parted = np.diff(ordered["call"])
-        stale = np.zeros(len(both))
-        reused = same & (parted > 1) & (parted <= self.space.collision_persistence)
-        stale[order[1:]] = np.where(reused, ordered["impulse"][:-1], 0.0)
-        of_now = stale[len(self._cached) :]
-        last = ordered[np.append(~same, np.ones(len(ordered) - len(same), bool))]
-        self._cached = last[self._calls - last["call"] < self.space.collision_persistence]
-        return of_now
+        persistence, cached = self.space.collision_persistence, self._cached
+        pair, impulse, call = (np.concatenate(both) for both in zip(cached, (pair, impulse, call), strict=True))
+        order = np.argsort(pair, kind="stable")
+        again = pair[order[1:]] == pair[order[:-1]]
+        gap = np.diff(call[order])
+        stale = np.zeros(len(pair))
+        stale[order[1:]] = np.where(again & (gap > 1) & (gap <= persistence), impulse[order[:-1]], 0.0)
+        last = order[~np.append(again, False)]
+        last = last[self._calls - call[last] < persistence]
+        self._cached = pair[last], impulse[last], call[last]
+        return stale[len(cached[0]) :]
 
-    def _touching(self, contacts: Contacts, call: Integers) -> Bools:
-        """Return which contacts' pairs overlap after their call of `Space.step`, in Chipmunk's own arithmetic: (k,).
+    def _touching(self, first: Integers, second: Integers, call: Integers) -> Integers:
+        """Return the numbers of the pairs that overlap after their call of `Space.step`, in Chipmunk's arithmetic.
 
         Pymunk lists a cached contact, with the impulse it had, for some steps after the two have parted.
         """
-        first, second = contacts["first"], contacts["second"]
-        numbers = np.arange(len(contacts))
-        balls = np.concatenate([first, np.maximum(second, 0)])  # the first of each contact, then the second of each
+        numbers = np.arange(len(call))
+        balls = np.concatenate([first, np.maximum(second, 0)])  # the first of each pair, then the second of each
         position = self._read()[np.concatenate([call, call]), balls, :2]
-        pair = numbers, np.where(second >= 0, len(contacts) + numbers, second)
+        pair = numbers, np.where(second >= 0, len(call) + numbers, second)
         away, reach = separation(position, self._radius[balls], self._segments, *pair)
-        return dot(away, away) < reach * reach
+        return np.flatnonzero(dot(away, away) < reach * reach)
 
 
 def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
