@@ -18,7 +18,7 @@ from sandbox.state import Floats, States
 from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
-CHUNK_BYTES: Final = 500_000  # of an engine's states that are measured together: they stay in a core's cache
+CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 
 
@@ -190,7 +190,7 @@ class _Segment:
         rows = slice(self.measured, self.filled)
         position = self.reference.states.position[rows]
         for measurement in self.measurements.values():
-            measurement.measure(rows, position, self.before)
+            measurement.measure(rows, None if measurement is self.reference else position, self.before)
         for number, expect in enumerate(self.expect):
             row = round(expect.at * self.scene.rate) - self.before
             if rows.start <= row < rows.stop:
@@ -216,7 +216,7 @@ class _Segment:
         """Return the comparison, once all steps are done."""
         if self.filled > 1 or not self.before:
             self._enter()
-        record = self.reference.record()
+        record = self.reference.record
         runs = {
             name: measurement.run(
                 record if measurement is not self.reference else None, self.twin.apart, self.disturbed

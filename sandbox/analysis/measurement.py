@@ -1,6 +1,7 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -108,16 +109,17 @@ class Measurement:
         self._path: list[NDArray[np.float32]] = []
         self._scores: dict[int, Score] = {}
 
-    def measure(self, rows: slice, reference: Floats, before: int) -> None:
-        """Measure some of the states. reference: (steps, n, 2) px, where the reference has the balls in them.
+    def measure(self, rows: slice, reference: Floats | None, before: int) -> None:
+        """Measure some of the states.
 
-        before: the steps of the run before the first row of the block.
+        reference: (steps, n, 2) px, where the reference has the balls in them, None if this is the reference; before:
+        the steps of the run before the first row of the block.
         """
         scene, bodies = self._scene, self._scene.bodies
         position, velocity = self.states.rows(rows)
         first = before + rows.start
         steps = slice(first, first + len(position))
-        gap = length(position - reference)
+        gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self._energy[steps] = energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size)
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._lengths[steps] = np.einsum("tn,n->t", length(velocity), bodies.mass)
@@ -126,14 +128,18 @@ class Measurement:
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
         if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
             self._apart = float((first + apart.argmax()) / scene.rate)
-        away = outside(position, scene.arena.size)
-        if self._first_outside is None and away.max() > 0:
-            step, ball = np.argwhere(away > 0)[0].tolist()
-            self._first_outside = (first + step) / scene.rate, ball
-        self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
+        if position.min() < 0 or (position > scene.arena.size).any():
+            self._note_escapes(outside(position, scene.arena.size), first)
         self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
         if self._obeys_laws:
             self._velocities.append(velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
+
+    def _note_escapes(self, away: Floats, first: int) -> None:
+        """Note who left the arena. away: (steps, n) px from it, negative inside; first: the step of the first row."""
+        if self._first_outside is None:
+            step, ball = np.argwhere(away > 0)[0].tolist()
+            self._first_outside = (first + step) / self._scene.rate, ball
+        self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
     def score(self, number: int, expect: Expect, initial: State, row: int) -> None:
         """Score the state of a row on an expectation of the scene."""
@@ -157,8 +163,9 @@ class Measurement:
         time = (len(self._energy) - 1) / self._scene.rate
         return State(time, self.states.position[0].copy(), self.states.velocity[0].copy())
 
+    @cached_property
     def record(self) -> Record:
-        """Return the contacts with what the ledger found about them."""
+        """The contacts with what the ledger found about them, once all are entered."""
         return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
 
     def run(self, reference: Record | None, horizon: float | None, disturbed: Bools) -> Run:
@@ -166,7 +173,7 @@ class Measurement:
 
         disturbed: (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
         """
-        record, scene = self.record(), self._scene
+        record, scene = self.record, self._scene
         contacts = record.contacts
         at_wall = contacts[contacts["second"] < 0]
         total_energy, gap_rms, gap_max = self._energy, self._gap_rms, self._gap_max
