@@ -171,8 +171,20 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
         return engine(scene, initial)
     own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # other engines start from initial
     built = engine(scene, own)
-    checked = _CheckedBlockEngine if hasattr(built, "advance") else _CheckedEngine
+    checked = _CheckedBlockEngine if _has_own_advance(type(built)) else _CheckedEngine
     return checked(name, built, scene)
+
+
+def _has_own_advance(engine: type) -> bool:
+    """Return whether an engine has `advance`, and does not replace `step` or `state` of the class that it is from."""
+    return hasattr(engine, "advance") and all(
+        issubclass(_owner(engine, "advance"), _owner(engine, method)) for method in ("step", "state")
+    )
+
+
+def _owner(engine: type, method: str) -> type:
+    """Return the class that an engine has a method from."""
+    return next(one for one in engine.__mro__ if method in vars(one))
 
 
 def can_run(name: str, scene: Scene, initial: State) -> bool:
