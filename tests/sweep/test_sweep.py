@@ -303,7 +303,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]
     processes = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
     worker = ("worker", "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1")
     try:
-        while not place.exists():
+        while not (place.exists() and place.read_text()):
             assert processes[0].poll() is None
             time.sleep(0.02)
         processes += [start(*worker), start(*worker)]
