@@ -1,7 +1,7 @@
 """What an engine returns: snapshots of the balls, and the contacts it resolved."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,22 @@ class State:
     time: float
     position: Floats
     velocity: Floats
+
+
+class States(NamedTuple):
+    """Arrays for the states after many steps. position: (steps, n, 2) px; velocity: (steps, n, 2) px/s."""
+
+    position: Floats
+    velocity: Floats
+
+    @classmethod
+    def empty(cls, steps: int, balls: int) -> Self:
+        """Return arrays that are not filled yet."""
+        return cls(np.empty((steps, balls, 2)), np.empty((steps, balls, 2)))
+
+    def rows(self, rows: slice) -> "States":
+        """Return the part of some steps, which shares the arrays."""
+        return States(self.position[rows], self.velocity[rows])
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from sandbox.analysis.expectations import score
-from sandbox.analysis.measurement import Measurement, Pull, Run
+from sandbox.analysis.difference import Record
+from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import REFERENCE, Twin, reference_of
 from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, suggestion
@@ -15,12 +15,12 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Floats
+from sandbox.state import Floats, States
 from sandbox.text import csv_text
 
-BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are measured together
+BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
+CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
-PROGRESS_STEPS: Final = 64  # between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -134,69 +134,182 @@ def compare(
     lockstep = Lockstep(scene, names, inputs)
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)
-    for step in range(steps):
+    while lockstep.steps < steps:
         lockstep.apply_due()
         if lockstep.edited:
-            segment = _Segment(lockstep, names, against, steps - step)
-        lockstep.step()
-        segment.add_states()
-        if progress and step % PROGRESS_STEPS == 0:
-            progress(step / steps)
+            segment = _Segment(lockstep, names, against, steps - lockstep.steps)
+        segment.advance()
+        if progress:
+            progress(lockstep.steps / steps)
     return segment.comparison(tuple(inputs))
 
 
-class _Segment:
-    """The part of a run since its start or its last edit; an edit changes the scene or the states."""
+@dataclass(frozen=True)
+class Reference:
+    """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    def __init__(self, lockstep: Lockstep, names: Sequence[str], against: str, steps: int) -> None:
+    position: (steps + 1, n, 2) px; horizon: s, as in `Comparison`.
+    """
+
+    engine: str
+    run: Run
+    record: Record
+    position: Floats
+    horizon: float | None
+
+    def positions(self, rows: slice, before: int) -> Floats:
+        """Return where the balls are in some rows of a block that begins after so many steps: (steps, n, 2) px."""
+        return self.position[before + rows.start : before + rows.stop]
+
+
+def run_reference(scene: Scene, engine: str) -> Reference:
+    """Run the engine that others will be measured against, for the scene's seconds."""
+    lockstep, position = Lockstep(scene, [engine]), np.empty((scene.steps + 1, len(scene.bodies), 2))
+    segment = _Segment(lockstep, [engine], engine, scene.steps, kept=position)
+    comparison = segment.complete()
+    return Reference(engine, comparison.runs[engine], segment.reference.record, position, comparison.horizon)
+
+
+def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
+    """Compare an engine with a reference that ran the scene before, as `compare` does."""
+    if engine == reference.engine:
+        time, stride = np.arange(scene.steps + 1) / scene.rate, _path_stride(scene, scene.steps)
+        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.horizon, stride, ())
+    return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
+
+
+class _RunningReference:
+    """The reference when it runs along, with its twin. kept: where its positions are kept, (steps + 1, n, 2) px."""
+
+    def __init__(self, lockstep: Lockstep, measurement: Measurement, kept: Floats | None) -> None:
+        self._measurement = measurement
+        self._twin = Twin(lockstep, measurement.runner.name)
+        self._twin_states = States.empty(*measurement.states.position.shape[:2])
+        self._twin_states.position[0] = measurement.states.position[0]
+        self._rate = lockstep.scene.rate
+        self._kept = kept
+        self.twin = {self._twin.runner: self._twin_states}
+
+    def positions(self, rows: slice, before: int) -> Floats:
+        """Return as `Reference.positions` does, and compare with the twin. All rows are asked for once, in order."""
+        found = self._measurement.states.position[rows]
+        if self._kept is not None:
+            self._kept[before + rows.start : before + rows.stop] = found
+        if self.horizon is None:
+            time = np.arange(before + rows.start, before + rows.stop) / self._rate
+            self._twin.compare(self._twin_states.position[rows], found, time)
+        return found
+
+    @property
+    def record(self) -> Record:
+        """Its contacts, at the end of the run."""
+        return self._measurement.record
+
+    @property
+    def horizon(self) -> float | None:
+        """When a ball of the twin is a radius away, s; None while that is to come."""
+        return self._twin.apart
+
+
+class _Segment:
+    """The part of a run since its start or its last edit; an edit changes the scene or the states.
+
+    Each engine's states fill the rows of a block. The rows up to `measured` are measured, those up to `filled` are
+    there; `before` is the number of steps before the first row. reference: if it ran before; kept: where to keep the
+    positions of one that runs along, (steps + 1, n, 2) px.
+    """
+
+    def __init__(
+        self,
+        lockstep: Lockstep,
+        names: Sequence[str],
+        against: str,
+        steps: int,
+        reference: Reference | None = None,
+        kept: Floats | None = None,
+    ) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
         self.expect = () if lockstep.steps else self.scene.expect
+        self.steps = steps
         state_bytes = 4 * 8 * len(self.scene.bodies)
-        self.states_per_block = max(1, BLOCK_BYTES // state_bytes)
-        self.stride = max(1, state_bytes // 4 * (steps + 1) // MAX_PATH_BYTES)
+        self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)
+        self.chunk = max(1, CHUNK_BYTES // state_bytes)
+        self.stride = _path_stride(self.scene, steps)
         self.measurements = {
-            name: Measurement(self.scene, lockstep.engines[name], self.stride, steps) for name in names
+            name: Measurement(self.scene, lockstep.engines[name], self.rows, self.stride, steps) for name in names
         }
-        self.reference = self.measurements[against]
-        self.twin = Twin(lockstep, against)
-        self.steps = -1
-        self.add_states()
-        self.initial = self.reference.states[0]
+        self.initial = self.measurements[names[0]].start
+        self.states = {measurement.runner: measurement.states for measurement in self.measurements.values()}
+        self.reference: Reference | _RunningReference
+        if reference:
+            self.reference = reference
+        else:
+            self.reference = _RunningReference(lockstep, self.measurements[against], kept)
+            self.states |= self.reference.twin
+        self.pulled = np.full(self.rows, -1)
+        self.disturbed = np.zeros(steps + 1, bool)
+        self.before, self.measured, self.filled = 0, 0, 1
 
-    def add_states(self) -> None:
-        """Add the states that the engines have now; measure them when the block is full."""
-        self.steps += 1
-        for name, measurement in self.measurements.items():
-            measurement.states.append(measurement.engine.state())
-            measurement.pulls.append(Pull(self.lockstep.pulled, self.lockstep.pulls.get(name, (0.0, 0.0))))
-        self.twin.update(self.reference.states[-1])
-        if len(self.reference.states) == self.states_per_block:
+    def advance(self) -> None:
+        """Advance the engines by a step or more, and measure the states once there are enough."""
+        rows = slice(self.filled, min(self.filled + self.chunk, self.rows, self.steps + 1 - self.before))
+        self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
+        if self.lockstep.pulled is not None:
+            self.pulled[rows.start] = self.lockstep.pulled
+            self.disturbed[self.before + rows.start] = True
+            for name, measurement in self.measurements.items():
+                measurement.pull[rows.start] = self.lockstep.pulls[name]
+        if self.filled - self.measured >= self.chunk:
             self._measure()
+        if self.filled == self.rows:
+            self._enter()
 
     def _measure(self) -> None:
-        """Measure the states added since the last block."""
-        begin = self.steps + 1 - len(self.reference.states)
-        position = np.stack([state.position for state in self.reference.states])
+        """Measure the states that are not measured yet."""
+        rows = slice(self.measured, self.filled)
+        reference = self.reference.positions(rows, self.before)
+        for name, measurement in self.measurements.items():
+            measurement.measure(rows, None if name == self.against else reference, self.before)
+        for number, expect in enumerate(self.expect):
+            row = round(expect.at * self.scene.rate) - self.before
+            if rows.start <= row < rows.stop:
+                for measurement in self.measurements.values():
+                    measurement.score(number, expect, self.initial, row)
+        self.measured = self.filled
+
+    def _enter(self) -> None:
+        """Enter the block in the ledgers, and begin another."""
+        if self.measured < self.filled:
+            self._measure()
         for measurement in self.measurements.values():
-            measurement.scores += [
-                score(self.scene, expect, self.initial, measurement.states[round(expect.at * self.scene.rate) - begin])
-                for expect in self.expect
-                if begin <= round(expect.at * self.scene.rate) <= self.steps
-            ]
-            measurement.measure(position)
+            measurement.enter(self.filled, self.pulled[: self.filled])
+        self.pulled[:] = -1
+        self.before += self.filled - 1
+        self.measured = self.filled = 1
+
+    def complete(self) -> Comparison:
+        """Run all steps, without inputs, and return the comparison."""
+        while self.lockstep.steps < self.steps:
+            self.advance()
+        return self.comparison(())
 
     def comparison(self, inputs: tuple[Input, ...]) -> Comparison:
-        """Return the comparison of all states added."""
-        if self.reference.states:
-            self._measure()
-        record = self.reference.record()
+        """Return the comparison, once all steps are done."""
+        if self.filled > 1 or not self.before:
+            self._enter()
+        record, horizon = self.reference.record, self.reference.horizon
         runs = {
-            name: measurement.run(record if measurement is not self.reference else None, self.twin.apart)
+            name: measurement.run(None if name == self.against else record, horizon, self.disturbed)
             for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
-        return Comparison(self.scene, self.against, self.since, time, runs, self.twin.apart, self.stride, inputs)
+        return Comparison(self.scene, self.against, self.since, time, runs, horizon, self.stride, inputs)
+
+
+def _path_stride(scene: Scene, steps: int) -> int:
+    """Return the number of steps between two frames of a path."""
+    return max(1, 8 * len(scene.bodies) * (steps + 1) // MAX_PATH_BYTES)
 
 
 def _default_names(scene: Scene) -> list[str]:

@@ -1,21 +1,21 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, Record, differences
-from sandbox.analysis.expectations import Score
+from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats, State
+from sandbox.scene.model import Expect, Scene
+from sandbox.state import Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
@@ -77,126 +77,143 @@ class Run:
     final: State
 
 
-class Pull(NamedTuple):
-    """What the mouse did in a step: the ball that it pulled, and by how much (px/s)."""
-
-    ball: int | None
-    dv: Vector
-
-
 class Measurement:
-    """Measures one engine, block by block of states."""
+    """Measures one engine, as its states come in.
 
-    def __init__(self, scene: Scene, runner: Runner, stride: int, steps: int) -> None:
-        self.engine = engine = runner.engine
-        engine.contacts()  # starts recording
-        self.states: list[State] = []  # not measured yet
-        self.pulls: list[Pull] = []  # in the steps that led there
-        self.scores: list[Score] = []
+    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pull: (rows, 2)
+    px/s, by how much the mouse changed the pulled ball's velocity in the step that led to each.
+    """
+
+    def __init__(self, scene: Scene, runner: Runner, rows: int, stride: int, steps: int) -> None:
+        n = len(scene.bodies)
+        self.runner = runner
+        self.states = States.empty(rows, n)
+        self.pull = np.zeros((rows, 2))
+        self.start = state = runner.engine.state()
+        self.states.position[0], self.states.velocity[0] = state.position, state.velocity
+        runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
         self._ledger = Ledger(scene, together=runner.together)
         self._contacts: list[Contacts] = []
-        self._series: list[Floats] = []  # columns: energy, momentum x and y, sum of lengths, gap RMS and max, apart
-        self._gap_of_ball = np.zeros(len(scene.bodies))
-        self._furthest_outside = np.zeros(len(scene.bodies))  # px from the arena, of each ball
+        self._energy, self._momentum = np.empty(steps + 1), np.empty((steps + 1, 2))
+        self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
+        self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
+        self._apart: float | None = None  # s
+        self._gap_of_ball = np.zeros(n)
+        self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
+        self._obeys_laws = obeys_laws(scene)
         self._velocities: list[Floats] = []  # at some times, of a scene that theory applies to
         self._velocity_stride = max(1, steps // SPEED_SAMPLES)
-        self._pulled: list[Bools] = []
         self._path: list[NDArray[np.float32]] = []
-        self._final: State | None = None
+        self._scores: dict[int, Score] = {}
 
-    def measure(self, reference: Floats) -> None:
-        """Measure the states so far. reference: (steps, n, 2) px, where the reference has the balls in them."""
+    def measure(self, rows: slice, reference: Floats | None, before: int) -> None:
+        """Measure some of the states.
+
+        reference: (steps, n, 2) px, where the reference has the balls in them, None if this is the reference; before:
+        the steps of the run before the first row of the block.
+        """
         scene, bodies = self._scene, self._scene.bodies
-        position = np.stack([state.position for state in self.states])
-        velocity = np.stack([state.velocity for state in self.states])
-        gap = length(position - reference)
-        columns = (
-            energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size),
-            momentum(velocity, bodies.mass),
-            length(velocity) @ bodies.mass,
-            np.sqrt(np.mean(gap**2, axis=1)),
-            gap.max(axis=1),
-            (gap > bodies.radius).any(axis=1),
-        )
-        done = sum(map(len, self._series))
-        self._path.append(position[-done % self._stride :: self._stride].astype(np.float32))
-        self._series.append(np.column_stack(columns))
-        if obeys_laws(scene):
-            self._velocities.append(velocity[:: self._velocity_stride])
+        position, velocity = self.states.rows(rows)
+        first = before + rows.start
+        steps = slice(first, first + len(position))
+        gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
+        self._energy[steps] = energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size)
+        self._momentum[steps] = momentum(velocity, bodies.mass)
+        self._lengths[steps] = np.einsum("tn,n->t", length(velocity), bodies.mass)
+        self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
+        self._gap_max[steps] = gap.max(axis=1)
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
-        away = outside(position, scene.arena.size)
-        if self._first_outside is None and away.max() > 0:
+        if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
+            self._apart = float((first + apart.argmax()) / scene.rate)
+        if position.min() < 0 or (position > scene.arena.size).any():
+            self._note_escapes(outside(position, scene.arena.size), first)
+        self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
+        if self._obeys_laws:
+            self._velocities.append(velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
+
+    def _note_escapes(self, away: Floats, first: int) -> None:
+        """Note who left the arena. away: (steps, n) px from it, negative inside; first: the step of the first row."""
+        if self._first_outside is None:
             step, ball = np.argwhere(away > 0)[0].tolist()
-            self._first_outside = (done + step) / scene.rate, ball
+            self._first_outside = (first + step) / self._scene.rate, ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
-        self._contacts.append(self.engine.contacts())
-        self._enter(position, velocity)
-        self._final = self.states[-1]
-        self.states.clear()
 
-    def _enter(self, position: Floats, velocity: Floats) -> None:
-        """Enter the block in the ledger, with the state before it."""
-        pulled = np.array([-1 if pull.ball is None else pull.ball for pull in self.pulls])
-        dv = np.array([pull.dv for pull in self.pulls])
-        self.pulls.clear()
-        self._pulled.append(pulled >= 0)
-        if self._final is not None:
-            position = np.concatenate([self._final.position[None], position])
-            velocity = np.concatenate([self._final.velocity[None], velocity])
-            pulled, dv = np.append(-1, pulled), np.concatenate([np.zeros((1, 2)), dv])
-        self._ledger.add(position, velocity, self._contacts[-1], pulled, dv)
+    def score(self, number: int, expect: Expect, initial: State, row: int) -> None:
+        """Score the state of a row on an expectation of the scene."""
+        position, velocity = self.states
+        self._scores[number] = score(self._scene, expect, initial, State(expect.at, position[row], velocity[row]))
 
+    def enter(self, rows: int, pulled: Integers) -> None:
+        """Enter the first rows of the block in the ledger, and begin another block with the last of them.
+
+        pulled: (rows,), the ball that the mouse pulled in the step that led to each, or -1.
+        """
+        self._contacts.append(self.runner.engine.contacts())
+        position, velocity = self.states.rows(slice(rows))
+        self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
+        position[0], velocity[0] = position[-1], velocity[-1]
+        self.pull[:] = 0.0
+
+    @property
+    def _final(self) -> State:
+        """The last state, once all are entered."""
+        time = (len(self._energy) - 1) / self._scene.rate
+        return State(time, self.states.position[0].copy(), self.states.velocity[0].copy())
+
+    @cached_property
     def record(self) -> Record:
-        """Return the contacts with what the ledger found about them."""
+        """The contacts with what the ledger found about them, once all are entered."""
         return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
 
-    def run(self, reference: Record | None, horizon: float | None) -> Run:
-        """Return the whole run. reference: its contacts, None for the reference's own run; horizon: s."""
-        total_energy, momentum_x, momentum_y, lengths, gap_rms, gap_max, is_apart = np.concatenate(self._series).T
-        assert self._final is not None
-        total_momentum = np.column_stack([momentum_x, momentum_y])
-        record, scene = self.record(), self._scene
+    def run(self, reference: Record | None, horizon: float | None, disturbed: Bools) -> Run:
+        """Return the whole run. reference: its contacts, None for the reference's own run; horizon: s.
+
+        disturbed: (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
+        """
+        record, scene = self.record, self._scene
         contacts = record.contacts
         at_wall = contacts[contacts["second"] < 0]
-        apart = float(is_apart.argmax() / scene.rate) if is_apart.any() else None
-        until = min(time for time in (apart, horizon, self._final.time) if time is not None)
-        differing = differences(scene, record, reference, until, self._final.time) if reference else ()
-        unexplained = self._unexplained_momentum(total_momentum, at_wall)
+        total_energy, gap_rms, gap_max = self._energy, self._gap_rms, self._gap_max
+        final = self._final
+        until = min(time for time in (self._apart, horizon, final.time) if time is not None)
+        differing = differences(scene, record, reference, until, final.time) if reference else ()
+        unexplained = self._unexplained_momentum(at_wall, disturbed)
         start = total_energy[0]
+        scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
             energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
-            momentum_drift=float(unexplained.max(initial=0.0) / (lengths.max() or 1.0)),
+            momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
             pair_contacts=len(contacts) - len(at_wall),
             wall_contacts=len(at_wall),
             max_overlap=self._ledger.max_overlap,
-            escaped=int(np.count_nonzero(outside(self._final.position, scene.arena.size) > 0)),
-            expected=len(self.scores),
-            met=sum(score.passed for score in self.scores),
+            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)),
+            expected=len(scores),
+            met=sum(one.passed for one in scores),
             first_difference=differing[0] if differing else None,
             ledger=self._ledger.entries(),
         )
         return Run(
             figures=figures,
             energy=total_energy,
-            momentum=total_momentum,
+            momentum=self._momentum,
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,
-            apart=apart,
+            apart=self._apart,
             contacts=contacts,
             differences=differing,
             missed=tuple(sorted(record.missed)),
             escape=self._escape(),
-            scores=self.scores,
-            theory=self._theory(contacts) if is_gas(scene) or horizon is not None else (),
+            scores=scores,
+            theory=self._theory(contacts, final.time) if is_gas(scene) or horizon is not None else (),
             path=np.concatenate(self._path),
-            final=self._final,
+            final=final,
         )
 
     def _escape(self) -> Escape | None:
@@ -205,15 +222,15 @@ class Measurement:
         furthest = self._furthest_outside
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
 
-    def _unexplained_momentum(self, total: Floats, at_wall: Contacts) -> Floats:
-        """Return the momentum not given by walls, gravity or mouse, (steps,) kg px/s. total: (steps + 1, 2)."""
-        disturbed = np.concatenate(self._pulled)
+    def _unexplained_momentum(self, at_wall: Contacts, disturbed: Bools) -> Floats:
+        """Return the momentum not given by walls, gravity or mouse, (steps,) kg px/s. disturbed: (steps + 1,)."""
+        disturbed = disturbed.copy()
         disturbed[steps_containing(at_wall["time"], self._scene.rate)] = True
         fall = np.multiply(self._scene.gravity, self._scene.bodies.mass.sum() / self._scene.rate)
-        change = np.diff(total, axis=0) - fall
+        change = np.diff(self._momentum, axis=0) - fall
         return length(np.cumsum(np.where(disturbed[1:, None], 0.0, change), axis=0))
 
-    def _theory(self, contacts: Contacts) -> tuple[TheoryRow, ...]:
-        if not self._velocities or self._final is None:
+    def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
+        if not self._obeys_laws:
             return ()
-        return measure_gas(self._scene, contacts, np.concatenate(self._velocities), self._final.time) or ()
+        return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()

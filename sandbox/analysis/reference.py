@@ -8,7 +8,7 @@ import numpy as np
 
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep
-from sandbox.state import State
+from sandbox.state import Floats, State
 
 REFERENCE: Final = "exact"
 
@@ -29,14 +29,26 @@ class Twin:
         state = lockstep.engines[engine].state()
         position = state.position.copy()
         position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        lockstep.hidden[:] = [lockstep.new_runner(engine, replace(state, position=position))]
+        self.runner = lockstep.new_runner(engine, replace(state, position=position))
         self.apart: float | None = None
         self._lockstep = lockstep
+        lockstep.hidden[:] = [self.runner]
 
     def update(self, original: State) -> None:
         """Check whether a ball is a radius away from the original's after a step."""
-        if self._lockstep.hidden:
-            gap = length(self._lockstep.hidden[0].engine.state().position - original.position)
-            if np.any(gap > self._lockstep.scene.bodies.radius):
-                self.apart = original.time
-                self._lockstep.hidden.clear()
+        if self.apart is None:
+            position = self.runner.engine.state().position
+            self.compare(position[None], original.position[None], np.array([original.time]))
+
+    def compare(self, position: Floats, original: Floats, time: Floats) -> None:
+        """Find the first of some steps after which a ball is a radius away; the twin then no longer runs along.
+
+        position, original: (steps, n, 2) px, of the twin and of the original; time: (steps,) s, after each step.
+        """
+        offset, radius = position - original, self._lockstep.scene.bodies.radius
+        if 2 * np.abs(offset).max(initial=0.0) < radius.min():  # saves the lengths of almost all offsets
+            return
+        apart = (length(offset) > radius).any(axis=1)
+        if apart.any():
+            self.apart = float(time[apart.argmax()])
+            self._lockstep.hidden.clear()

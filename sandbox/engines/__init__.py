@@ -59,6 +59,28 @@ class Engine(Protocol):
         """Add dv (px/s) to a ball's velocity."""
 
 
+class BlockEngine(Engine, Protocol):
+    """An engine that can also do many steps in one call, which saves the time to return each state."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        """Do some steps, and write the state after each into the rows of position and velocity.
+
+        position, velocity: (steps, n, 2) px, px/s. States and contacts are to the byte those of as many calls of
+        `step`, `state` and `contacts`.
+        """
+
+
+def advance(engine: Engine, steps: int, position: Floats, velocity: Floats) -> None:
+    """Do some steps as `BlockEngine.advance` does, in any engine."""
+    if hasattr(engine, "advance"):
+        cast("BlockEngine", engine).advance(steps, position, velocity)
+        return
+    for step in range(steps):
+        engine.step()
+        state = engine.state()
+        position[step], velocity[step] = state.position, state.velocity
+
+
 def registry() -> dict[str, EntryPoint]:
     """Return every engine whose library is installed: the built-in ones, then those from entry points by name."""
     installed = {entry.name: entry for entry in entry_points(group=ENTRY_POINTS) if not _lacks_library(entry.name)}
@@ -98,7 +120,11 @@ class _CheckedEngine:
 
     def state(self) -> State:
         state = self._engine.state()
-        position, velocity = self._numbers("position", state.position), self._numbers("velocity", state.velocity)
+        position, velocity = np.array(state.position, dtype=np.float64), np.array(state.velocity, dtype=np.float64)
+        for what, numbers in (("position", position), ("velocity", velocity)):
+            if numbers.shape != (self._balls, 2):
+                raise SandboxError(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
+            self._check_finite(what, numbers[None])
         return State(state.time, position, velocity)
 
     def contacts(self) -> Contacts:
@@ -115,14 +141,24 @@ class _CheckedEngine:
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")
         return contacts.copy()
 
-    def _numbers(self, what: str, values: Floats) -> Floats:
-        numbers = np.array(values, dtype=np.float64)
-        if numbers.shape != (self._balls, 2):
-            raise SandboxError(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
-        if not np.isfinite(numbers).all():
-            ball = int(np.argmin(np.isfinite(numbers).all(axis=1)))
-            raise SandboxError(f"{self._name}: the {what} of ball {ball} must be finite, got {numbers[ball].tolist()}")
-        return numbers
+    def _check_finite(self, what: str, numbers: Floats) -> None:
+        """Raise SandboxError for the first ball that has a number which is not finite. numbers: (steps, n, 2)."""
+        finite = np.isfinite(numbers).all(axis=2)
+        if not finite.all():
+            step, ball = np.argwhere(~finite)[0].tolist()
+            values = numbers[step, ball].tolist()
+            raise SandboxError(f"{self._name}: the {what} of ball {ball} must be finite, got {values}")
+
+
+class _CheckedBlockEngine(_CheckedEngine):
+    """A checked engine that can do many steps in one call."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        theirs = np.full((2, steps, self._balls, 2), np.nan)  # so that a state left out is not finite
+        cast("BlockEngine", self._engine).advance(steps, *theirs)
+        position[:], velocity[:] = theirs
+        self._check_finite("position", position)
+        self._check_finite("velocity", velocity)
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
@@ -134,7 +170,21 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
     if name in _BUILT_IN:
         return engine(scene, initial)
     own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # other engines start from initial
-    return _CheckedEngine(name, engine(scene, own), scene)
+    built = engine(scene, own)
+    checked = _CheckedBlockEngine if _has_own_advance(type(built)) else _CheckedEngine
+    return checked(name, built, scene)
+
+
+def _has_own_advance(engine: type) -> bool:
+    """Return whether an engine has `advance`, and does not replace `step` or `state` of the class that it is from."""
+    return hasattr(engine, "advance") and all(
+        issubclass(_owner(engine, "advance"), _owner(engine, method)) for method in ("step", "state")
+    )
+
+
+def _owner(engine: type, method: str) -> type:
+    """Return the class that an engine has a method from."""
+    return next(one for one in engine.__mro__ if method in vars(one))
 
 
 def can_run(name: str, scene: Scene, initial: State) -> bool:

@@ -11,7 +11,7 @@ from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Bools, Contacts, Floats, State
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
 # crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
@@ -25,8 +25,9 @@ _CONTACT_FIELDS: Final = (
     | ArbiterFields.DISTANCE_1
 )
 
+_IDS_BYTES: Final = 2 * np.dtype(np.uintp).itemsize  # of an arbiter's two bodies
 _STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
-_CACHED: Final = np.dtype([("pair", "i8"), ("impulse", "f8"), ("call", "i8")])  # call: of `Space.step`, from 1
+STATES_BYTES: Final = 500_000  # of states in the buffer, which are decoded together
 
 
 class PymunkEngine:
@@ -55,25 +56,37 @@ class PymunkEngine:
         self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in range(len(segments)))])[order]
         a, b, radius = (np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
         self._segments = Segments(a, b, radius)
-        self._buffer = Buffer()
+        self._states, self._arbiters = Buffer(), Buffer()
+        state_bytes = 32 * len(ids)
+        self._steps_per_read = max(1, STATES_BYTES // (state_bytes * self._substeps))
         self._contacts = ContactLog()
-        self._cached = np.empty(0, _CACHED)
+        # The last total impulse of each pair: the pair's number, the impulse, and the call of `Space.step`, from 1.
+        self._cached = np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)
         self._calls = 0
 
     def step(self) -> None:
         """Call `Space.step` once for each substep."""
-        for substep in range(self._substeps):
+        if self._contacts.recording:
+            self._run(1)
+            return
+        for _ in range(self._substeps):
             self.space.step(self._dt)
-            if self._contacts.recording:
-                self._collect((self._steps + (substep + 1) / self._substeps) / self._rate)
         self._steps += 1
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        """Do some steps, and write the state after each into the rows of position and velocity: (steps, n, 2)."""
+        for begin in range(0, steps, self._steps_per_read):
+            rows = slice(begin, min(begin + self._steps_per_read, steps))
+            self._run(rows.stop - rows.start)
+            states = self._read()[self._substeps - 1 :: self._substeps]
+            position[rows], velocity[rows] = states[..., :2], states[..., 2:]
 
     def state(self) -> State:
         """Return a snapshot, read in one batch."""
-        self._buffer.clear()
-        get_space_bodies(self.space, _STATE_FIELDS, self._buffer)
-        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 4)[: len(self._bodies)]
-        return State(self._steps / self._rate, rows[:, :2].copy(), rows[:, 2:].copy())
+        self._states.clear()
+        get_space_bodies(self.space, _STATE_FIELDS, self._states)
+        [state] = self._read()
+        return State(self._steps / self._rate, state[:, :2].copy(), state[:, 2:].copy())
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
@@ -83,55 +96,86 @@ class PymunkEngine:
         """Add dv (px/s) to a ball's velocity."""
         self._bodies[ball].velocity += dv
 
-    def _collect(self, time: float) -> None:
-        """Read the contacts that the last `Space.step` solved."""
-        self._calls += 1
-        self._buffer.clear()
-        get_space_arbiters(self.space, _CONTACT_FIELDS, self._buffer)
-        ids = np.frombuffer(self._buffer.int_buf(), np.uintp).reshape(-1, 2)
-        if not len(ids):
-            return
-        values = np.frombuffer(self._buffer.float_buf()).reshape(-1, 5)
+    def _run(self, steps: int) -> None:
+        """Do some steps, leave the state after each substep in a buffer, and collect the contacts."""
+        space, states, arbiters, recording = self.space, self._states, self._arbiters, self._contacts.recording
+        ends: list[int] = []  # of the arbiters' ids in the buffer after each call of `Space.step`
+        states.clear()
+        arbiters.clear()
+        for _ in range(steps * self._substeps):
+            space.step(self._dt)
+            get_space_bodies(space, _STATE_FIELDS, states)
+            if recording:
+                get_space_arbiters(space, _CONTACT_FIELDS, arbiters)
+                ends.append(len(arbiters.int_buf()))
+        if recording:
+            self._calls += len(ends)
+            if ends[-1]:
+                self._collect(np.diff(ends, prepend=0) // _IDS_BYTES)
+        self._steps += steps
+
+    def _read(self) -> Floats:
+        """Return the states in the buffer, which overwrites them later: (states, n, 4), position and velocity."""
+        rows = np.frombuffer(self._states.float_buf()).reshape(-1, len(self._ids), 4)
+        return rows[:, : len(self._bodies)]
+
+    def _collect(self, counts: Integers) -> None:
+        """Log the contacts in the buffer, which the last calls of `Space.step` solved. counts: (calls,) of arbiters."""
+        ids = np.frombuffer(self._arbiters.int_buf(), np.uintp).reshape(-1, 2)
+        values = np.frombuffer(self._arbiters.float_buf()).reshape(-1, 5)
+        call = np.repeat(np.arange(len(counts)), counts)
         a, b = self._numbers[np.searchsorted(self._ids, ids)].T
         swapped = (a < 0) | ((b >= 0) & (b < a))
-        contacts = np.empty(len(ids), CONTACT)
-        contacts["time"] = time
-        contacts["first"], contacts["second"] = np.where(swapped, b, a), np.where(swapped, a, b)
-        contacts["normal"] = np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4]
-        contacts["impulse"] = np.abs(dot(values[:, 0:2], values[:, 2:4]))
-        contacts["depth"] = -values[:, 4]
-        contacts = contacts[self._touching(contacts)]
-        if not len(contacts):
+        first, second = np.where(swapped, b, a), np.where(swapped, a, b)
+        touching = self._touching(first, second, call)
+        if not len(touching):
             return
-        contacts["impulse"] -= self._stale_impulse(contacts)
-        solved = contacts[contacts["impulse"] != 0]
-        self._contacts.add(solved[np.lexsort((solved["second"], solved["first"]))])
+        first, second, call = first[touching], second[touching], call[touching]
+        values, swapped = values[touching], swapped[touching]
+        pair = first * len(self._numbers) + second  # in the order of first, then second
+        impulse = np.abs(dot(values[:, 0:2], values[:, 2:4]))
+        impulse -= self._stale_impulse(pair, impulse, self._calls - len(counts) + 1 + call)
+        order = np.lexsort((pair, call))
+        order = order[impulse[order] != 0]
+        contacts = np.empty(len(order), CONTACT)
+        step, substep = np.divmod(call[order], self._substeps)
+        contacts["time"] = (self._steps + step + (substep + 1) / self._substeps) / self._rate
+        contacts["first"], contacts["second"] = first[order], second[order]
+        contacts["normal"] = (np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4])[order]
+        contacts["impulse"] = impulse[order]
+        contacts["depth"] = -values[order, 4]
+        self._contacts.add(contacts)
 
-    def _stale_impulse(self, contacts: Contacts) -> Floats:
+    def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
         """Return the part of each total impulse that an earlier contact left and that was not applied, kg px/s: (k,).
 
         Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
         them, the solver starts from that impulse and includes it in the total, but applies only the difference.
+        pair: (k,) a number for each pair; impulse: (k,) in total; call: (k,) of `Space.step`, in ascending order.
         """
-        now = np.empty(len(contacts), _CACHED)
-        now["pair"] = contacts["first"] * len(self._numbers) + contacts["second"]
-        now["impulse"], now["call"] = contacts["impulse"], self._calls
-        cached = self._cached[self._calls - self._cached["call"] <= self.space.collision_persistence]
-        self._cached = np.concatenate([now, cached[~np.isin(cached["pair"], now["pair"])]])
-        stale = np.zeros(len(now))
-        _, of_now, of_cached = np.intersect1d(now["pair"], cached["pair"], return_indices=True)
-        parted = cached["call"][of_cached] < self._calls - 1
-        stale[of_now] = np.where(parted, cached["impulse"][of_cached], 0.0)
-        return stale
+        persistence, cached = self.space.collision_persistence, self._cached
+        pair, impulse, call = (np.concatenate(both) for both in zip(cached, (pair, impulse, call), strict=True))
+        order = np.argsort(pair, kind="stable")
+        again = pair[order[1:]] == pair[order[:-1]]
+        gap = np.diff(call[order])
+        stale = np.zeros(len(pair))
+        stale[order[1:]] = np.where(again & (gap > 1) & (gap <= persistence), impulse[order[:-1]], 0.0)
+        last = order[~np.append(again, False)]
+        last = last[self._calls - call[last] < persistence]
+        self._cached = pair[last], impulse[last], call[last]
+        return stale[len(cached[0]) :]
 
-    def _touching(self, contacts: Contacts) -> Bools:
-        """Return which contacts' pairs overlap now, in Chipmunk's own arithmetic: (k,).
+    def _touching(self, first: Integers, second: Integers, call: Integers) -> Integers:
+        """Return the numbers of the pairs that overlap after their call of `Space.step`, in Chipmunk's arithmetic.
 
         Pymunk lists a cached contact, with the impulse it had, for some steps after the two have parted.
         """
-        pair = contacts["first"], contacts["second"]
-        away, reach = separation(self.state().position, self._radius, self._segments, *pair)
-        return dot(away, away) < reach * reach
+        numbers = np.arange(len(call))
+        balls = np.concatenate([first, np.maximum(second, 0)])  # the first of each pair, then the second of each
+        position = self._read()[np.concatenate([call, call]), balls, :2]
+        pair = numbers, np.where(second >= 0, len(call) + numbers, second)
+        away, reach = separation(position, self._radius[balls], self._segments, *pair)
+        return np.flatnonzero(dot(away, away) < reach * reach)
 
 
 def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:

@@ -1,10 +1,10 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from sandbox.engines import Engine, create
+from sandbox.engines import Engine, advance, create
 from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
 from sandbox.run.inputs import Input
@@ -12,7 +12,7 @@ from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, State
+from sandbox.state import Contacts, State, States
 
 
 class Runner:
@@ -43,6 +43,11 @@ class Runner:
         self.engine.step()
         self._steps += 1
 
+    def advance(self, states: States) -> None:
+        """Advance by as many steps as there are rows, and write the state after each into them."""
+        advance(self.engine, len(states.position), *states)
+        self._steps += len(states.position)
+
     def state(self) -> State:
         """Return the engine's state, with the time since the start of the run."""
         state = self.engine.state()
@@ -64,7 +69,7 @@ class Runner:
 
 
 class Lockstep:
-    """Engines that run one scene from one state, a step at a time, with the same mouse and the same edits.
+    """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene.
     """
@@ -106,8 +111,7 @@ class Lockstep:
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
-        runners = [*self.engines.values(), *self.hidden]
-        built = [(runner, create(runner.name, scene, edit.change_state(runner.state()))) for runner in runners]
+        built = [(one, create(one.name, scene, edit.change_state(one.state()))) for one in self._runners]
         for runner, engine in built:
             runner.replace(engine)
         self.scene = self.mouse.scene = scene
@@ -128,17 +132,42 @@ class Lockstep:
 
     def step(self) -> None:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
+        self._begin_step()
+        for runner in self._runners:
+            runner.step()
+        self.steps += 1
+
+    def advance(self, arrays: Mapping[Runner, States]) -> int:
+        """Do one step or more as `step` does, write the states after each, and return the number of steps done.
+
+        arrays: where the states of each engine go, hidden ones too, all with the same number of rows, which is the
+        largest number of steps. Fewer are done if inputs are due, and only one while the mouse pulls a ball.
+        """
+        self._begin_step()
+        steps = min(len(states.position) for states in arrays.values()) if self.pulled is None else 1
+        if self._pending:
+            steps = min(steps, self._pending[-1].step - self.steps)
+        for runner in self._runners:
+            runner.advance(arrays[runner].rows(slice(steps)))
+        self.steps += steps
+        return steps
+
+    def _begin_step(self) -> None:
+        """Apply the inputs of this step, and pull the grabbed ball."""
         self.apply_due()
         ball = self.mouse.ball
         self.pulled, self.pulls, self.edited = ball, {}, False
-        for runner in (*self.engines.values(), *self.hidden):
-            if ball is not None:
-                state = runner.state()
-                pull = self.mouse.pull(state.position[ball], state.velocity[ball])
-                runner.kick(ball, pull)
-                self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
-            runner.step()
-        self.steps += 1
+        if ball is None:
+            return
+        for runner in self._runners:
+            state = runner.state()
+            pull = self.mouse.pull(state.position[ball], state.velocity[ball])
+            runner.kick(ball, pull)
+            self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
+
+    @property
+    def _runners(self) -> list[Runner]:
+        return [*self.engines.values(), *self.hidden]
 
     def states(self) -> dict[str, State]:
         """Return the state of every engine that is not hidden."""

@@ -14,9 +14,10 @@ from sandbox.run.edits import AddBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Floats, States
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
+MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
 
 
 @dataclass(frozen=True)
@@ -62,14 +63,18 @@ def simulate(
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
+    runner = lockstep.engines[engine]
     position = np.full((steps + 1, balls, 2), np.nan)
     velocity = np.full_like(position, np.nan)
-    for step in range(steps + 1):
-        if step:
-            lockstep.step()
+    while True:
         lockstep.apply_due()
-        state = lockstep.states()[engine]
-        position[step, lockstep.balls], velocity[step, lockstep.balls] = state.position, state.velocity
+        step, present, state = lockstep.steps, lockstep.balls, runner.state()
+        position[step, present], velocity[step, present] = state.position, state.velocity
+        if step == steps:
+            break
+        block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
+        done = slice(step + 1, step + lockstep.advance({runner: block}))  # the last one may be edited first
+        position[done, present], velocity[done, present] = block.rows(slice(done.stop - done.start))
     time = np.array([clock.time(step) for step in range(steps + 1)])
     radius = np.append(scene.bodies.radius, [given.radius for given in added])
     mass = np.append(scene.bodies.mass, [given.mass for given in added])

@@ -12,12 +12,12 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.comparison import Comparison, compare, flatten
+from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
 from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Figures, Run
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import TUNED
-from sandbox.engines import can_run, create
+from sandbox.engines import TEXTBOOK_ENGINES, can_run, create
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -27,6 +27,8 @@ Row = dict[str, Any]  # column -> value
 
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
 MAX_ROWS: Final = 1_000_000  # in memory
+MAX_REFERENCE_BYTES: Final = 256_000_000  # of positions: a longer run is not shared, but run again for each row
+UNTUNED: Final = (REFERENCE, *TEXTBOOK_ENGINES)  # engines that do not read Pymunk's settings
 SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
@@ -102,10 +104,32 @@ def scene_of_job(scene: Scene, job: Job) -> Scene:
     return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
 
 
-def run_job(scene: Scene, against: str, job: Job) -> Row:
-    """Run a job and return its row, without empty values. Its `speeds` are for the report only."""
+def reference_job(against: str, job: Job) -> Job:
+    """Return the job of the reference that a job is measured against; jobs for which it is the same can share it."""
+    return job._replace(engine=against, settings="" if against in UNTUNED else job.settings)
+
+
+def run_shared(scene: Scene, job: Job) -> Reference | None:
+    """Run the job of a reference. Return None if it is too large to keep, or fails; it then runs with each job."""
+    try:
+        scene = scene_of_job(scene, job)
+        is_small = (scene.steps + 1) * len(scene.bodies) * 2 * 8 <= MAX_REFERENCE_BYTES
+        return run_reference(scene, job.engine) if is_small else None
+    except Exception:  # which the job itself will report
+        return None
+
+
+def run_job(scene: Scene, against: str, job: Job, reference: Reference | None = None) -> Row:
+    """Run a job and return its row, without empty values. Its `speeds` are for the report only.
+
+    reference: what `run_shared` returns for the job's reference; with None, the reference runs along.
+    """
     start = time.perf_counter()
-    comparison = compare(scene_of_job(scene, job), list(dict.fromkeys([job.engine, against])), against=against)
+    scene = scene_of_job(scene, job)
+    if reference is None:
+        comparison = compare(scene, list(dict.fromkeys([job.engine, against])), against=against)
+    else:
+        comparison = compare_with(reference, scene, job.engine)
     wall = time.perf_counter() - start
     job_run = comparison.runs[job.engine]
     row = {

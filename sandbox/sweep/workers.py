@@ -7,16 +7,19 @@ ever if one dies while it sends a result; so does a future of Dask's Executor if
 import multiprocessing
 import os
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
+from sandbox.analysis.comparison import Reference
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
-from sandbox.sweep.jobs import Job, Row, Sweep, run_job
+from sandbox.sweep.jobs import Job, Row, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
@@ -36,36 +39,44 @@ class Outcome:
     failure: str = ""
 
 
-def attempt(scene: Scene, against: str, job: Job) -> Outcome:
-    """Run a job. An exception costs its row, not the sweep."""
+def attempt(scene: Scene, against: str, job: Job, reference: Reference | None = None) -> Outcome:
+    """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
-        return Outcome(job, run_job(scene, against, job))
+        return Outcome(job, run_job(scene, against, job, reference))
     except Exception as error:
         return Outcome(job, failure=f"{type(error).__name__}: {error}")
 
 
+def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
+    """Yield the jobs that follow one another and share their reference."""
+    for _, group in groupby(jobs, partial(reference_job, sweep.against)):
+        yield list(group)
+
+
 def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
     """Run jobs in `count` processes. A process that dies is replaced, and its job is run again."""
-    todo, deaths = deque(jobs), Counter[Job]()
+    todo, deaths = deque(map(deque, groups(sweep, jobs))), Counter[Job]()
     workers: list[Worker] = []
     try:
         while len(workers) < min(count, len(jobs)):
             with signals_deferred():  # else a worker that has just started might never be stopped
-                workers.append(Worker(sweep))
-        while todo or any(worker.job for worker in workers):
+                workers.append(Worker(sweep, deque()))
+        while True:
             for worker in workers:
-                if todo and worker.job is None:
-                    worker.start(todo.popleft())
+                if worker.job is None and (job := _next_job(worker, workers, todo)):
+                    worker.start(job)
             busy = {worker.connection: (worker, worker.job) for worker in workers if worker.job}
+            if not busy:
+                break
             for ready in wait(list(busy)):
                 worker, job = busy[cast("Connection", ready)]
                 outcome = worker.outcome()
                 if outcome is None:
                     with signals_deferred():
-                        workers[workers.index(worker)] = Worker(sweep)
+                        workers[workers.index(worker)] = Worker(sweep, worker.group)
                     deaths[job] += 1
                     if deaths[job] < MAX_WORKER_DEATHS:
-                        todo.appendleft(job)
+                        worker.group.appendleft(job)
                         continue
                     outcome = Outcome(job, failure=f"its worker process died {MAX_WORKER_DEATHS} times")
                 yield outcome
@@ -74,10 +85,21 @@ def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outco
             worker.stop()
 
 
-class Worker:
-    """A process that runs one job after another, until it is stopped or the sweep itself ends."""
+def _next_job(worker: "Worker", workers: "list[Worker]", todo: deque[deque[Job]]) -> Job | None:
+    """Return the next job of a worker's group; else of a group to do, else of the largest that others work on."""
+    if not worker.group:
+        worker.group = todo.popleft() if todo else max((other.group for other in workers), key=len)
+    return worker.group.popleft() if worker.group else None
 
-    def __init__(self, sweep: Sweep) -> None:
+
+class Worker:
+    """A process that runs one job after another, until it is stopped or the sweep itself ends.
+
+    group: the jobs to run next, which share a reference. Several workers may have the same group.
+    """
+
+    def __init__(self, sweep: Sweep, group: deque[Job]) -> None:
+        self.group = group
         context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
         self.connection, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, sweep.scene, sweep.against), daemon=True)
@@ -110,10 +132,16 @@ class Worker:
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed."""
+    """Run jobs until the other end of the connection is closed. The last reference is kept for jobs that share it."""
+    last: Job | None = None
+    reference: Reference | None = None
     with suppress(EOFError, OSError):
         while True:
-            connection.send(attempt(scene, against, connection.recv()))
+            job: Job = connection.recv()
+            if reference_job(against, job) != last:
+                last, reference = reference_job(against, job), None  # one reference at a time in memory
+                reference = run_shared(scene, last)
+            connection.send(attempt(scene, against, job, reference))
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
@@ -130,8 +158,12 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
     except (OSError, ValueError) as error:
         raise SandboxError(f"--scheduler {address}: no scheduler answers: {error}") from None
     with client:
-        # pure=False, or a cluster that has run a job before would return its row at once, with a wrong time.
-        futures = {client.submit(attempt, sweep.scene, sweep.against, job, pure=False): job for job in jobs}
+        submit = partial(client.submit, pure=False)  # else a cluster that has run a job before would return its row
+        futures: dict[Any, Job] = {}
+        for group in groups(sweep, jobs):
+            shared = reference_job(sweep.against, group[0])
+            reference = submit(run_shared, sweep.scene, shared) if len(group) > 1 else None
+            futures |= {submit(attempt, sweep.scene, sweep.against, job, reference): job for job in group}
         for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
             outcome = None
             with suppress(OSError):  # the connection broke while a row was sent

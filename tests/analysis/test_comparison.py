@@ -9,11 +9,15 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.causes import Cause
-from sandbox.analysis.comparison import compare
+from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
+from sandbox.engines import can_run
 from sandbox.errors import SandboxError
-from sandbox.run.inputs import Grab, Input, Release
+from sandbox.run.edits import DeleteBall, SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 
 FIGURES = {
     "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
@@ -41,6 +45,62 @@ def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch)
     assert any(entry.cause == Cause.MISSED for entry in whole.runs["article"].figures.ledger)
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
     assert compare(scene).as_json() == whole.as_json()
+
+
+def everything(comparison: Comparison) -> list[bytes | str]:
+    """Return all that a comparison holds, to the bit."""
+    parts: list[bytes | str] = [repr(comparison.as_json()), repr(comparison.horizon), comparison.time.tobytes()]
+    for run in comparison.runs.values():
+        arrays = (run.energy, run.momentum, run.gap_rms, run.gap_max, run.gap_of_ball, run.contacts, run.path)
+        parts += [array.tobytes() for array in (*arrays, run.final.position, run.final.velocity)]
+        parts += map(repr, (run.apart, run.differences, run.missed, run.escape, run.scores, run.theory))
+    return parts
+
+
+BLOCKS: dict[str, tuple[Scene, list[Input]]] = {
+    "gas": (load("gas-100").changed(seconds=8.5), []),  # its speeds are sampled every other step
+    "expectations": (load("bouncing").changed(seconds=2.0), []),
+    "walls": (load("funnel").changed(seconds=1.5), []),
+    "drag": (
+        load("article").changed(seconds=3.0),
+        [Grab(step=10, ball=0, at=(400, 300)), Move(step=20, at=(500, 200)), Release(step=100)],
+    ),
+    "edits": (
+        load("gas-100").changed(seconds=3.0),
+        [
+            SetVelocity(step=20, ball=3, velocity=(90, 10)),
+            DeleteBall(step=40, ball=2),
+            Grab(step=50, ball=0, at=(9, 9)),
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+@pytest.mark.parametrize("name", BLOCKS)
+def test_the_number_of_states_that_are_measured_together_changes_no_bit(
+    name: str, steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, inputs = BLOCKS[name]
+    engines = [engine for engine in ("pymunk", "impulse", "exact") if can_run(engine, scene, spawn(scene))]
+    monkeypatch.setattr("sandbox.analysis.comparison.MAX_PATH_BYTES", 20_000)
+    whole = compare(scene, engines, inputs=inputs)
+    assert whole.stride > 1 or len(scene.bodies) < 4
+    monkeypatch.setattr("sandbox.analysis.comparison.CHUNK_BYTES", steps * 32 * len(scene.bodies))
+    assert everything(compare(scene, engines, inputs=inputs)) == everything(whole)
+    if not any(scene.gravity):  # with gravity, the ledger measures each engine's flight in the first block
+        monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", (steps + 1) * 32 * len(scene.bodies))
+        assert everything(compare(scene, engines, inputs=inputs)) == everything(whole)
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse", "exact"])
+@pytest.mark.parametrize("name", ["gas", "expectations", "walls"])
+def test_a_reference_that_ran_before_is_compared_with_as_one_that_runs_along(name: str, engine: str) -> None:
+    scene, _ = BLOCKS[name]
+    along = compare(scene, list(dict.fromkeys([engine, "exact"])), against="exact")
+    before = compare_with(run_reference(scene, "exact"), scene, engine)
+    assert everything(replace(along, runs={engine: along.runs[engine]})) == everything(before)
+    assert (before.against, before.stride, before.since) == (along.against, along.stride, along.since)
 
 
 def test_paths_keep_their_stride_and_the_mouse_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.engines import Engine, can_run, create, default_engines, registry
+from sandbox.engines import Engine, advance, can_run, create, default_engines, registry
 from sandbox.engines.article import ArticleEngine
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import End, Grab, Input, Move, Release
@@ -17,7 +17,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, Contacts, State
+from sandbox.state import CONTACT, Contacts, Floats, State
 
 PAIRS = [
     (engine, name)
@@ -175,6 +175,99 @@ def test_an_invalid_state_or_contact_of_an_installed_engine_is_an_error(
     install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         compare(load("article").changed(seconds=1.0), ["mine", "exact"])
+
+
+class WritesNan(ArticleEngine):
+    """The article's rule; `advance` writes a number that is not finite."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        super().advance(steps, position, velocity)
+        velocity[-1, 2] = np.inf
+
+
+class LeavesOut(ArticleEngine):
+    """The article's rule; `advance` leaves the last state out."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        super().advance(steps - 1, position[:-1], velocity[:-1])
+
+
+@pytest.mark.parametrize(
+    ("engine", "message"),
+    [
+        ("WritesNan", "mine: the velocity of ball 2 must be finite, got [inf, inf]"),
+        ("LeavesOut", "mine: the position of ball 0 must be finite, got [nan, nan]"),
+    ],
+)
+def test_an_invalid_state_in_a_block_of_an_installed_engine_is_an_error(
+    engine: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:{engine}")
+    with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
+        compare(load("article").changed(seconds=1.0), ["mine", "exact"])
+
+
+class KeepsArrays(ArticleEngine):
+    """The article's rule; it writes to the arrays of a block again later."""
+
+    given: Floats | None = None
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        if self.given is not None:
+            self.given[:] = -1.0
+        super().advance(steps, position, velocity)
+        self.given = position
+
+
+class Slowed(ArticleEngine):
+    """The article's rule at half the velocity: it replaces `step`, and keeps the `advance` of its base."""
+
+    slowed = False
+
+    def step(self) -> None:
+        if not self.slowed:
+            for ball, velocity in enumerate(self.state().velocity):
+                self.kick(ball, (-velocity[0] / 2, -velocity[1] / 2))
+            self.slowed = True
+        super().step()
+
+
+def test_the_states_of_a_block_are_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:KeepsArrays")
+    scene = load("article")
+    engine, article = (create(name, scene, spawn(scene)) for name in ("mine", "article"))
+    (mine, _), (expected, _) = found = np.empty((2, 2, 6, 3, 2))
+    for begin in (0, 3):
+        for one, (position, velocity) in zip((engine, article), found, strict=True):
+            advance(one, 3, position[begin : begin + 3], velocity[begin : begin + 3])
+    assert np.array_equal(mine, expected)
+
+
+def test_an_engine_that_replaces_step_is_not_run_by_the_block_of_its_base(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:Slowed")
+    scene = load("article")
+    velocity = simulate(scene, "mine", steps=10).velocity
+    assert velocity[10] == pytest.approx(simulate(scene, "article", steps=10).velocity[10] / 2)
+
+
+@pytest.mark.parametrize("name", list(registry()))
+def test_a_block_of_steps_has_the_states_and_contacts_of_single_steps(name: str) -> None:
+    scene = load("gas-100")
+    block, single = (create(name, scene, spawn(scene)) for _ in range(2))
+    position, velocity = np.empty((2, 90, 100, 2))
+    for engine in (block, single):
+        engine.contacts()
+    advance(block, 90, position, velocity)
+    for step in range(90):
+        single.step()
+        state = single.state()
+        assert np.array_equal(position[step], state.position)
+        assert np.array_equal(velocity[step], state.velocity)
+    contacts = block.contacts()
+    assert len(contacts) > 100
+    assert contacts.tobytes() == single.contacts().tobytes()
 
 
 class Careless(ArticleEngine):

@@ -19,14 +19,25 @@ from conftest import NO_KEY, REQUIRED, Command, scene_of, without_notice
 
 from sandbox.analysis.comparison import compare
 from sandbox.cli.options import parse_setting, settings_by_key
+from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.report.sweep import page
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.state import State
 from sandbox.sweep import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
-from sandbox.sweep.jobs import SPEED_CLASSES, Job, count_speeds, run_job, scene_of_job, table
+from sandbox.sweep.jobs import (
+    SPEED_CLASSES,
+    Job,
+    count_speeds,
+    reference_job,
+    run_job,
+    run_shared,
+    scene_of_job,
+    table,
+)
 from sandbox.sweep.journal import journal_path
-from sandbox.sweep.workers import attempt
+from sandbox.sweep.workers import attempt, groups, run_locally
 
 ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
 TUNED = (*ARGUMENTS, "--set", "substeps=1,2")
@@ -131,7 +142,67 @@ def test_speeds_are_counted_in_equally_likely_classes() -> None:
     assert count_speeds(other, other.runs["exact"]) == []
 
 
+# What rows share
+
+
+def rows_of(sweep: Sweep, *, share: bool) -> list[Row]:
+    """Run a sweep's jobs here, with a reference for each group of jobs or for each job; return rows without times."""
+    rows = []
+    for group in groups(sweep, sweep.jobs):
+        reference = run_shared(sweep.scene, reference_job(sweep.against, group[0]))
+        assert reference is not None
+        rows += [run_job(sweep.scene, sweep.against, job, reference if share else None) for job in group]
+    return [{key: value for key, value in row.items() if key != "wall_s"} for row in rows]
+
+
+@pytest.mark.parametrize("against", ["exact", "pymunk", "article"])
+def test_rows_that_share_a_reference_are_those_with_one_each(against: str) -> None:
+    scene = load("article").changed(seconds=1.0)
+    engines, settings = ["pymunk", "article", "exact"], {"substeps": [1, 2], "iterations": [2, 10]}
+    sweep = plan(scene, [3, 4], [60, 120], engines, settings, against=against)
+    assert rows_of(sweep, share=True) == rows_of(sweep, share=False)
+
+
+def test_pymunk_s_settings_need_another_reference_only_if_it_has_them() -> None:
+    jobs = [Job(1, 60, "pymunk", "substeps=2"), Job(1, 60, "pymunk", "substeps=4"), Job(1, 60, "article")]
+    assert {reference_job("exact", job) for job in jobs} == {Job(1, 60, "exact")}
+    assert [reference_job("pymunk", job).settings for job in jobs] == ["substeps=2", "substeps=4", ""]
+    assert len({reference_job("exact", job) for job in (jobs[0], Job(2, 60, "article"), Job(1, 50, "article"))}) == 3
+
+
+def test_a_reference_runs_once_for_all_rows_of_a_seed_and_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep, ran = small(), []
+    built = ExactEngine.__init__
+
+    def count(engine: ExactEngine, scene: Scene, initial: State) -> None:
+        ran.append((scene.seed, scene.rate))
+        built(engine, scene, initial)
+
+    monkeypatch.setattr(ExactEngine, "__init__", count)
+    rows_of(sweep, share=True)
+    assert sorted(ran) == sorted(2 * [(seed, rate) for seed in range(3, 6) for rate in (60, 120)])  # with its twin
+
+
+def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = load("article").changed(seconds=1.0)
+    assert run_shared(load("bouncing"), Job(0, 60, "article")) is None
+    assert run_shared(scene, Job(0, 60, "exact")) is not None
+    monkeypatch.setattr("sandbox.sweep.jobs.MAX_REFERENCE_BYTES", 61 * 3 * 16 - 1)
+    assert run_shared(scene, Job(0, 60, "exact")) is None
+    outcome = attempt(scene, "exact", Job(0, 60, "pymunk"), None)
+    assert outcome.row is not None
+
+
 # Where it runs
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_every_job_runs_once_whoever_runs_it(count: int) -> None:
+    """Five processes share three groups of jobs, so some run jobs of a group that another one has begun."""
+    scene = load("article").changed(seconds=0.1)
+    sweep = plan(scene, range(3), [60], ["pymunk"], {"iterations": range(1, 6)})
+    done = [outcome.job for outcome in run_locally(sweep, sweep.jobs, count)]
+    assert sorted(done) == sorted(sweep.jobs)
 
 
 @pytest.mark.parametrize("workers", ["1", "2"])
@@ -232,7 +303,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]
     processes = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
     worker = ("worker", "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1")
     try:
-        while not place.exists():
+        while not (place.exists() and place.read_text()):
             assert processes[0].poll() is None
             time.sleep(0.02)
         processes += [start(*worker), start(*worker)]
