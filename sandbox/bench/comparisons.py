@@ -12,7 +12,8 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.sweep import Sweep, plan
-from sandbox.sweep.jobs import run_job
+from sandbox.sweep.jobs import reference_job, run_job, run_shared
+from sandbox.sweep.workers import groups
 
 SECONDS_PER_ROUND: Final = 0.5  # at least, for which each side of a ratio is measured
 SWEPT_SEEDS: Final = 25  # in a round
@@ -72,9 +73,11 @@ def _sweep_of(seeds: Sequence[int]) -> Sweep:
 
 
 def run_jobs(sweep: Sweep) -> None:
-    """Run the jobs of a sweep one after the other."""
-    for job in sweep.jobs:
-        run_job(sweep.scene, sweep.against, job)
+    """Run the jobs of a sweep one after the other, as a worker does."""
+    for group in groups(sweep, sweep.jobs):
+        reference = run_shared(sweep.scene, reference_job(sweep.against, group[0]))
+        for job in group:
+            run_job(sweep.scene, sweep.against, job, reference)
 
 
 def run_plain_jobs(sweep: Sweep) -> None:
