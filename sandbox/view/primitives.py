@@ -45,7 +45,8 @@ def _width(text: str, height: int) -> int:
 
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
-    return sum(_width(word, height) for word in text.split(" ")) + text.count(" ") * _width(" ", height)
+    words = drawable(text).split(" ")
+    return sum(_width(word, height) for word in words) + (len(words) - 1) * _width(" ", height)
 
 
 def drawable(text: str) -> str:
@@ -64,7 +65,7 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
     Its words are drawn one by one: most of them are the same in every frame, and found in the cache.
     """
     x, space = place.x, _width(" ", height)
-    for word in text.split(" "):
+    for word in drawable(text).split(" "):
         line = lettering(word, colour, height)
         room = max(0, place.right - x)
         surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
