@@ -109,8 +109,8 @@ class Layout:
 
     @cached_property
     def frame(self) -> list[Rect]:
-        """What the arenas and the charts leave of the window."""
-        left = [Rect((0, 0), self.window)]
+        """What the toolbar's rows, the arenas and the charts leave of the window."""
+        left = [Rect(0, self.top, self.window[0], self.window[1] - self.top)]
         for covered in (*self.arenas, self.strip):
             left = [part for rect in left for part in _without(rect, covered)]
         return left

@@ -1,6 +1,7 @@
 """One engine's pane: its balls and walls, the layers, and a title."""
 
 from collections.abc import Collection, Sequence
+from typing import Final
 
 from pygame import Rect, Surface
 
@@ -17,8 +18,10 @@ from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import GAP, capsule, dashes, text_width, write
+from sandbox.view.primitives import capsule, dashes, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
+
+TITLE_GAP: Final = "    "  # between the parts of a title
 
 
 class Pane:
@@ -62,7 +65,7 @@ class Pane:
     def title(self) -> str:
         """The engine, its energy as a share of the start, and its number of contacts."""
         left = f"{self.energy / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}{GAP}energy {left}{GAP}contacts {self.contacts}"
+        return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
 
     def draw(
         self,
@@ -111,10 +114,10 @@ class Pane:
             for start, end in dashes(0, sample.width, line.dash, width):
                 surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
-        parts = self.title.split(GAP)
-        while len(parts) > 1 and text_width(GAP.join(parts), height) > place.width:
+        parts = self.title.split(TITLE_GAP)
+        while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
             parts.pop()
-        write(surface, GAP.join(parts), place, INK, height)
+        write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
 def draw_walls(surface: Surface, scene: Scene, scale: float) -> None:

@@ -17,7 +17,6 @@ from sandbox.view.pixels import pixels_of, place_of, stamp_lines, suits_kernels
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
-GAP: Final = "    "  # between the parts of a line of text
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
@@ -46,7 +45,8 @@ def _width(text: str, height: int) -> int:
 
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
-    return sum(_width(part, height) for part in text.split(GAP)) + text.count(GAP) * _width(GAP, height)
+    words = drawable(text).split(" ")
+    return sum(_width(word, height) for word in words) + (len(words) - 1) * _width(" ", height)
 
 
 def drawable(text: str) -> str:
@@ -62,15 +62,15 @@ def lettering(text: str, colour: Color, height: int) -> Surface:
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
     """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
 
-    Its parts are drawn one by one: most of them are the same in every frame, and found in the cache.
+    Its words are drawn one by one: most of them are the same in every frame, and found in the cache.
     """
-    x = place.x
-    for part in text.split(GAP):
-        line = lettering(part, colour, height)
+    x, space = place.x, _width(" ", height)
+    for word in drawable(text).split(" "):
+        line = lettering(word, colour, height)
         room = max(0, place.right - x)
         surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
-        x += line.get_width() + text_width(GAP, height)
-    return min(x - text_width(GAP, height), place.right)
+        x += line.get_width() + space
+    return min(x - space, place.right)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

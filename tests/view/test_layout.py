@@ -5,6 +5,7 @@ import pygame
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pygame import Rect
 
 from sandbox.view.layout import MIN_SIZE, Layout, natural_size
 from sandbox.view.window import Window
@@ -56,11 +57,11 @@ def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tup
 @pytest.mark.parametrize("size", [(480, 320), (800, 600), (1680, 1010), (700, 1400)])
 @pytest.mark.parametrize("panes", [1, 2, 3, 4])
 @pytest.mark.parametrize("charts", [0, 3])
-def test_the_frame_is_what_arenas_and_charts_leave_of_the_window(
+def test_the_frame_is_what_toolbar_arenas_and_charts_leave_of_the_window(
     size: tuple[int, int], panes: int, charts: int
 ) -> None:
     layout = Layout(size, (800.0, 600.0), panes, ((1.0, 5.0),), charts)
     covered = np.zeros(size, int)
-    for place in (*layout.frame, *layout.arenas, layout.strip):
+    for place in (Rect(0, 0, size[0], layout.top), *layout.frame, *layout.arenas, layout.strip):
         covered[place.left : place.right, place.top : place.bottom] += 1
     assert (covered == 1).all()
