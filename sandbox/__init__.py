@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sandbox.scene import Scene, load
     from sandbox.state import Contacts, State
 
-    __version__: str
+__version__ = "0.1.0"
 
 __all__ = [
     "Comparison",
@@ -63,8 +63,6 @@ if not TYPE_CHECKING:  # with this function, a type checker would accept any nam
 
     def __getattr__(name: str) -> object:
         """Import a public name when it is first used: numba and pydantic are slow to import."""
-        if name == "__version__":
-            return import_module("importlib.metadata").version("pymunk-sandbox")
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         if _MODULES[name] == "analysis.comparison":

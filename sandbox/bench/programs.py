@@ -37,14 +37,18 @@ def start(rounds: int) -> Iterator[Figure]:
 def cold(rounds: int) -> Iterator[Figure]:
     """Measure programs that have to compile their engines: each starts with an empty cache folder."""
     for engine in ("article", "impulse", "exact"):
-        simulation = f"import sandbox; sandbox.simulate(sandbox.load('article'), '{engine}', steps=6)"
-        command = (sys.executable, "-c", simulation)
-        yield from _times(f"cold {engine}", f"{engine} alone", [run_cold(command) for _ in range(rounds)])
+        measured = [run_cold(simulation(engine)) for _ in range(rounds)]
+        yield from _times(f"cold {engine}", f"{engine} alone", measured)
     for name, engines in (("pymunk,article", ("--engines", "pymunk,article")), ("compare", ())):
         command = (*SANDBOX, "compare", "article", *SHORT, *engines)
         means = " ".join(("compare article", *engines))
         yield from _times(f"cold {name}", means, [run_cold(command) for _ in range(rounds)])
     yield from _first_frames([frame_times_cold(MOVING_BALL) for _ in range(rounds)])
+
+
+def simulation(engine: str) -> tuple[str, ...]:
+    """Return a command that runs an engine alone. A program that uses the sandbox compiles it when it is called."""
+    return sys.executable, "-c", f"import sandbox; sandbox.simulate(sandbox.load('article'), '{engine}', steps=6)"
 
 
 def _times(name: str, means: str, measured: Sequence[tuple[float, float]]) -> Iterator[Figure]:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from sandbox import __version__
 from sandbox.cli.exit import exit_codes
 from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_file
 from sandbox.cli.options import (
@@ -61,7 +62,10 @@ def main() -> None:
     """Run the command line."""
     os.environ["PYTHONSAFEPATH"] = "1"  # child processes must not import modules from the working directory
     with exit_codes():
-        app(prog_name="sandbox")
+        if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
+            print(__version__)
+        else:
+            app(prog_name="sandbox")
 
 
 @app.callback(invoke_without_command=True)
@@ -70,8 +74,6 @@ def _run_by_default(
     show_version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
     if show_version:
-        from sandbox import __version__
-
         print(__version__)
         raise typer.Exit
     if Path(NUMBA_SETTINGS).exists():  # one from a stranger could make numba load compiled code from anywhere

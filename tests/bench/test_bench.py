@@ -106,6 +106,7 @@ def test_each_first_start_has_an_empty_cache_of_its_own(tmp_path: Path, monkeypa
     )
     monkeypatch.setattr(programs, "SANDBOX", (sys.executable, "-c", program))
     monkeypatch.setattr(programs, "MOVING_BALL", (sys.executable, "-c", program))
+    monkeypatch.setattr(programs, "simulation", lambda _: (sys.executable, "-c", program))
     assert all(figure.lowest > 0 for figure in programs.cold(2))
     caches, files = zip(*(line.split() for line in noted.read_text().splitlines()), strict=True)
     assert len(caches) == len(set(caches)) == 12
