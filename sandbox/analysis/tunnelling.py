@@ -74,6 +74,18 @@ def _was_deepening(earlier: Deepening, count: int, key: int) -> tuple[bool, bool
     return False, False
 
 
+@kernel
+def _sort_along(position: Floats, axis: int, order: Integers, along: Floats) -> None:
+    """Sort balls by a coordinate, and write it to `along`. By insertion: few have changed places since a step ago."""
+    for k in range(len(order)):
+        ball, place = order[k], k
+        x = position[ball, axis]
+        while place > 0 and along[place - 1] > x:
+            order[place], along[place] = order[place - 1], along[place - 1]
+            place -= 1
+        order[place], along[place] = ball, x
+
+
 @entry
 def _find_overlaps(
     position: Floats,
@@ -82,6 +94,7 @@ def _find_overlaps(
     widest: float,
     axis: int,
     order: Integers,
+    along: Floats,
     reported: Integers,
     bounds: Integers,
     earlier: Deepening,
@@ -90,18 +103,21 @@ def _find_overlaps(
 ) -> tuple[float, int, int]:
     """Find overlaps, see `find_overlaps`. Returns the deepest, and the numbers of pairs found and still deepening.
 
-    widest: px, the largest diameter; order: (steps, n) the balls along the axis; earlier: deepening before the block;
-    deepening: (2, room), which the steps use in turn, the last one the row of its number modulo 2; found: (room, 2).
-    Stops at a pair that there is no room for, and returns more pairs found than there is room for.
+    widest: px, the largest diameter; order: (n,) the balls along the axis, about, and along: (n,) for their coordinates
+    there; earlier: deepening before the block; deepening: (2, room), which the steps use in turn, the last one the row
+    of its number modulo 2; found: (room, 2). Stops at a pair that there is no room for, and returns more pairs found
+    than there is room for.
     """
     n, room, deepest, passages, earlier_count = len(radius), len(found), 0.0, 0, len(earlier)
     for step in range(len(position)):
         here, now, count = position[step], deepening[step % 2], 0
+        _sort_along(here, axis, order, along)
         for a in range(n):
+            p = order[a]
             for b in range(a + 1, n):
-                p, q = order[step, a], order[step, b]
-                if here[q, axis] - here[p, axis] >= widest:
+                if along[b] - along[a] >= widest:
                     break
+                q = order[b]
                 if abs(here[q, 1 - axis] - here[p, 1 - axis]) >= widest:
                     continue
                 i, j = min(p, q), max(p, q)
@@ -137,12 +153,13 @@ def find_overlaps(
     step.
     """
     axis = int(np.ptp(position[0], axis=0).argmax())
-    order = np.argsort(position[:, :, axis], axis=1, kind="stable")
+    order = np.argsort(position[0, :, axis], kind="stable")
+    along, widest = np.empty(len(radius)), 2 * float(radius.max())
     room = FIRST_ROOM
     while True:
         pairs, found = np.empty((2, room), DEEPENING), np.empty((room, 2), np.int64)
         deepest, passages, count = _find_overlaps(
-            position, velocity, radius, 2 * float(radius.max()), axis, order, reported, bounds, deepening, pairs, found
+            position, velocity, radius, widest, axis, order, along, reported, bounds, deepening, pairs, found
         )
         if passages <= room:
             last = pairs[(len(position) - 1) % 2, :count] if len(position) > 1 else deepening

@@ -47,6 +47,7 @@ class SteppedEngine(ABC):
 
     def __init__(self, scene: Scene, initial: State, *, unit: float = 1.0, impulse_unit: float = 1.0) -> None:
         self._state = initial.position.copy(), initial.velocity / unit
+        self._row = np.empty((1, *initial.position.shape)), np.empty((1, *initial.position.shape))  # for `step`
         self._unit = unit
         self._impulse_unit = impulse_unit
         self._rate = scene.rate
@@ -66,8 +67,7 @@ class SteppedEngine(ABC):
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""
-        shape = (1, *self._state[0].shape)
-        self.advance(1, np.empty(shape), np.empty(shape))
+        self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s."""

@@ -31,6 +31,8 @@ class ExactEngine:
         self._steps = 0
         self._world = _world(scene, initial)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
+        shape = (1, len(scene.bodies), 2)
+        self._row = np.empty(shape), np.empty(shape)  # for `step`
         self._log = np.empty(LOG_ROWS + len(scene.bodies), CONTACT)  # filled by `run`
         self._contacts = ContactLog()
         self.collisions = 0
@@ -47,8 +49,7 @@ class ExactEngine:
 
         Raises SandboxError if contacts are recorded and exceed MAX_LOGGED_CONTACTS.
         """
-        shape = (1, len(self._disc_of_ball), 2)
-        self.advance(1, np.empty(shape), np.empty(shape))
+        self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s. Raises SandboxError as `step` does."""
