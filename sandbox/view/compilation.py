@@ -84,11 +84,19 @@ class Compilation:
         while part in self._todo or part in self._running:
             yield self
             connection.wait([process.sentinel for process in self._running.values()], POLL_INTERVAL)
-            self.poll()
+            self._note_ended()
+            if part in self._todo or part in self._running:  # if not, another one may be waited for next
+                self._start()
 
     def poll(self) -> None:
         """Start to compile, or note which processes have ended and start the next ones."""
+        self._note_ended()
+        self._start()
+
+    def _note_ended(self) -> None:
         self._running = {part: process for part, process in self._running.items() if process.is_alive()}
+
+    def _start(self) -> None:
         while self._todo and len(self._running) < self._at_once:
             part = self._todo.pop(0)
             # A forked process would share the locks of running threads.
@@ -107,8 +115,8 @@ class Compilation:
 
     @property
     def is_running(self) -> bool:
-        """Whether something is being compiled."""
-        return bool(self._running)
+        """Whether something is compiled, or about to be."""
+        return bool(self._running) or 0 < len(self._todo) < len(self._parts)
 
     @property
     def done(self) -> int:
@@ -121,4 +129,5 @@ class Compilation:
         return len(self._parts)
 
     def __str__(self) -> str:
-        return f"Compiling {next(iter(self._running)).title} (once): {self.done + 1} of {self.total}"
+        part = next(iter((*self._running, *self._todo)))
+        return f"Compiling {part.title} (once): {self.done + 1} of {self.total}"

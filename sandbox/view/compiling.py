@@ -34,11 +34,16 @@ class WindowCompiler:
     def wait(self, module: str) -> None:
         """Show a notice until the kernels of a module are compiled. Raises SystemExit if the window is closed."""
         for progress in self.compilation.until_compiled(module):
-            screen = pygame.display.get_surface() or pygame.display.set_mode(self._size, pygame.RESIZABLE)
-            draw_notice(screen, progress)
+            draw_notice(pygame.display.get_surface() or self._open(), progress)
             pygame.display.flip()
             if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
                 raise SystemExit
+
+    def _open(self) -> Surface:
+        screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        pygame.display.set_caption("sandbox")
+        screen.fill(FRAME)
+        return screen
 
 
 @contextmanager
