@@ -253,14 +253,15 @@ class _Segment:
 
     def advance(self) -> None:
         """Advance the engines by a step or more, and measure the states once there are enough."""
-        rows = slice(self.filled, min(self.filled + self.chunk, self.rows, self.steps + 1 - self.before))
+        end = min(max(self.measured, 1) + self.chunk, self.rows, self.steps + 1 - self.before)
+        rows = slice(self.filled, end)
         self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
         if self.lockstep.pulled is not None:
             self.pulled[rows.start] = self.lockstep.pulled
             self.disturbed[self.before + rows.start] = True
             for name, measurement in self.measurements.items():
                 measurement.pull[rows.start] = self.lockstep.pulls[name]
-        if self.filled - self.measured >= self.chunk:
+        if self.filled == end:
             self._measure()
         if self.filled == self.rows:
             self._enter()

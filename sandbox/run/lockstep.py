@@ -1,6 +1,8 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from time import perf_counter
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
+
+FIRST_STEPS: Final = 32  # that engines do in one call while it is not known how fast they are
+MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 
 class Runner:
@@ -89,6 +94,7 @@ class Lockstep:
         self.edited = False  # since the last step
         self._balls_ever = len(self.balls)
         self._pending = list(reversed(inputs))
+        self._steps_per_call = FIRST_STEPS
 
     def new_runner(self, name: str, state: State) -> Runner:
         """Build an engine that continues from a state at this step."""
@@ -141,14 +147,18 @@ class Lockstep:
         """Do one step or more as `step` does, write the states after each, and return the number of steps done.
 
         arrays: where the states of each engine go, hidden ones too, all with the same number of rows, which is the
-        largest number of steps. Fewer are done if inputs are due, and only one while the mouse pulls a ball.
+        largest number of steps. Fewer are done if inputs are due or they would take long, and only one while the mouse
+        pulls a ball.
         """
         self._begin_step()
-        steps = min(len(states.position) for states in arrays.values()) if self.pulled is None else 1
+        most = self._steps_per_call if self.pulled is None else 1
+        steps = min(most, *(len(states.position) for states in arrays.values()))
         if self._pending:
             steps = min(steps, self._pending[-1].step - self.steps)
+        begun = perf_counter()
         for runner in self._runners:
             runner.advance(arrays[runner].rows(slice(steps)))
+        self._steps_per_call = max(1, int(steps * MAX_CALL_SECONDS / (perf_counter() - begun)))
         self.steps += steps
         return steps
 

@@ -10,7 +10,7 @@ from conftest import scene_of
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
-from sandbox.engines import can_run
+from sandbox.engines import Engine, advance, can_run
 from sandbox.errors import SandboxError
 from sandbox.run.edits import DeleteBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -18,6 +18,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.state import Floats
 
 FIGURES = {
     "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
@@ -101,6 +102,32 @@ def test_a_reference_that_ran_before_is_compared_with_as_one_that_runs_along(nam
     before = compare_with(run_reference(scene, "exact"), scene, engine)
     assert everything(replace(along, runs={engine: along.runs[engine]})) == everything(before)
     assert (before.against, before.stride, before.since) == (along.against, along.stride, along.since)
+
+
+def test_progress_is_reported_several_times_a_second(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Engines that take 10 ms a step, at first; then as long as ours."""
+    times, pace = [0.0], [0.01]
+
+    def slow_advance(engine: Engine, steps: int, position: Floats, velocity: Floats) -> None:
+        advance(engine, steps, position, velocity)
+        times.append(times[-1] + steps * pace[0])
+
+    monkeypatch.setattr("sandbox.run.lockstep.advance", slow_advance)
+    monkeypatch.setattr("sandbox.run.lockstep.perf_counter", lambda: times[-1])
+    scene, reported = load("article").changed(seconds=60.0), [(0.0, 0.0)]
+
+    def progress(done: float) -> None:
+        if done > 0.5:
+            pace[0] = 1e-5
+        reported.append((times[-1], done))
+
+    assert everything(compare(scene, ["pymunk", "exact"], progress=progress)) == everything(
+        compare(scene, ["pymunk", "exact"])
+    )
+    time, done = np.array(reported).T
+    assert np.diff(time).max() < 1
+    assert np.diff(done).max() > 0.2  # fast engines do many steps at once
+    assert done[-1] == 1
 
 
 def test_paths_keep_their_stride_and_the_mouse_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
