@@ -183,8 +183,8 @@ def _has_own_advance(engine: type) -> bool:
 
 
 def _owner(engine: type, method: str) -> type:
-    """Return the class that an engine has a method from."""
-    return next(one for one in engine.__mro__ if method in vars(one))
+    """Return the class that an engine has a method from; `object` if only its instances have it."""
+    return next((one for one in engine.__mro__ if method in vars(one)), object)
 
 
 def can_run(name: str, scene: Scene, initial: State) -> bool:

@@ -252,6 +252,26 @@ def test_an_engine_that_replaces_step_is_not_run_by_the_block_of_its_base(
     assert velocity[10] == pytest.approx(simulate(scene, "article", steps=10).velocity[10] / 2)
 
 
+class Wrapped:
+    """The article's rule in an engine that has only `advance` itself, and all else from the one it wraps."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        self._wrapped = ArticleEngine(scene, initial)
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._wrapped, name)
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        self._wrapped.advance(steps, position, velocity)
+
+
+def test_an_engine_may_pass_all_but_its_blocks_on_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, mine=f"{__name__}:Wrapped")
+    scene = load("article")
+    mine, article = (simulate(scene, name, steps=120).position for name in ("mine", "article"))
+    assert np.array_equal(mine, article)
+
+
 @pytest.mark.parametrize("name", list(registry()))
 def test_a_block_of_steps_has_the_states_and_contacts_of_single_steps(name: str) -> None:
     scene = load("gas-100")
