@@ -11,7 +11,7 @@ from pygame import Surface
 
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.pixels import NODES, WEIGHTS, pixels_of, place_of, stamp_discs, suits_kernels
+from sandbox.view.pixels import NODES, WEIGHTS, pixel_of, pixels_of, place_of, stamp_discs, suits_kernels
 
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
 MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
@@ -57,9 +57,9 @@ class Discs:
     def _stamp(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats | None) -> None:
         if surface.get_shifts() != self._format:
             self._format = surface.get_shifts()
-            values = {colour: surface.map_rgb(rgb(colour)) for colour in set(self._colours)}
+            values = {colour: pixel_of(surface, rgb(colour)) for colour in set(self._colours)}
             self._values = np.array([values[colour] for colour in self._colours])
-        line = -1 if self._line is None or angle is None else surface.map_rgb(self._line)
+        line = -1 if self._line is None or angle is None else pixel_of(surface, self._line)
         angle = self._angle if angle is None else angle
         stamp_discs(*pixels_of(surface), place_of(surface), centre, radius, self._values, angle, line)
 

@@ -52,9 +52,14 @@ def has_byte_channels(surface: Surface) -> bool:
 def fill(surface: Surface, colour: Color) -> None:
     """Fill a surface. SDL takes up to six times as long for one whose rows begin in the middle of a cache line."""
     if has_byte_channels(surface):
-        pixels2d(surface)[:] = surface.map_rgb(colour)
+        pixels2d(surface)[:] = pixel_of(surface, colour)
     else:
         surface.fill(colour)
+
+
+def pixel_of(surface: Surface, colour: Color | tuple[int, ...]) -> int:
+    """Return the value of a pixel in a colour, from 0; pygame's is negative if the highest bit is set."""
+    return surface.map_rgb(colour) & 0xFFFFFFFF
 
 
 def pixels_of(surface: Surface) -> tuple[NDArray[np.uint32], int]:

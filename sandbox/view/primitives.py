@@ -13,7 +13,7 @@ from pygame import Color, Rect, Surface
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK
-from sandbox.view.pixels import pixels_of, place_of, stamp_lines, suits_kernels
+from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suits_kernels
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
@@ -113,7 +113,7 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
     """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
     if suits_kernels(surface, len(ends)):
-        stamp_lines(*pixels_of(surface), place_of(surface), ends, surface.map_rgb(colour))
+        stamp_lines(*pixels_of(surface), place_of(surface), ends, pixel_of(surface, colour))
         return
     for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE).tolist():
         pygame.draw.aaline(surface, colour, (x0, y0), (x1, y1))

@@ -23,7 +23,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.discs import Discs
-from sandbox.view.pixels import MANY
+from sandbox.view.pixels import MANY, fill
+from sandbox.view.primitives import thin_lines
 
 RED = "#d55e00"
 GROUNDS = [(255, 255, 255), (0, 0, 0), (20, 24, 29), (128, 128, 128), (0, 114, 178)]
@@ -162,6 +163,23 @@ def test_a_surface_without_a_byte_for_each_colour_is_drawn_on_too() -> None:
     surface = Surface((100, 80), depth=16)
     surface.fill("white")
     assert pygame.Color(*drawn(surface, np.array([(40.0, 40.0)]), 5.0)[40, 40].tolist()) != pygame.Color("white")
+
+
+@pytest.mark.parametrize(
+    "masks",
+    [(0xFF0000, 0xFF00, 0xFF, 0xFF000000), (0xFF000000, 0xFF0000, 0xFF00, 0xFF), (0xFF000000, 0xFF0000, 0xFF00, 0)],
+)
+def test_a_surface_looks_the_same_in_any_order_of_its_colours(masks: tuple[int, int, int, int]) -> None:
+    """White's pixel has its highest bit set in these, for which pygame's `map_rgb` is negative."""
+    plain, other = Surface((100, 80)), Surface((100, 80), depth=32, masks=masks)
+    for surface in (plain, other):
+        fill(surface, pygame.Color("white"))
+        discs = Discs(np.full(MANY, 15.0), [RED] * MANY, (255, 255, 255))
+        discs.draw(surface, np.full((MANY, 2), 40.0), 1.0, np.full(MANY, 0.6))
+        thin_lines(surface, (255, 255, 255), np.tile([20.0, 30.0, 60.0, 50.0], (MANY, 1)))
+    assert len(np.unique(pixels(plain).reshape(-1, 3), axis=0)) > 10
+    assert np.array_equal(pixels(other), pixels(plain))
+    assert other.get_at((40, 40)).a == other.get_at((0, 0)).a == 255
 
 
 def test_a_surface_is_not_locked_while_kernels_are_compiled_for_it(tmp_path: Path) -> None:
