@@ -12,7 +12,7 @@ Compiling takes seconds, once. A program with something to show in that time has
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import wraps
 from typing import Any, Final, Protocol, cast
 
@@ -28,7 +28,12 @@ MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel get
 
 
 class Compiler(Protocol):
-    """Fills the cache with machine code while the program goes on."""
+    """Fills the cache with machine code while the program goes on.
+
+    shows_frames: whether a window must not stand still meanwhile.
+    """
+
+    shows_frames: bool
 
     def note_missing(self, module: str) -> None:
         """Note that a kernel of a module is not compiled, while what it does can be done without it, or later."""
@@ -60,6 +65,16 @@ def without_waiting() -> Iterator[None]:
         yield
     finally:
         _waits = before
+
+
+@contextmanager
+def between_frames() -> Iterator[None]:
+    """Raise NotCompiledYet in this block where a window would have to wait.
+
+    Without a window, kernels are waited for: what a recording shows must not depend on what the cache holds.
+    """
+    with without_waiting() if _compiler and _compiler.shows_frames else nullcontext():
+        yield
 
 
 class _Cache(FunctionCache):

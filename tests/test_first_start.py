@@ -7,13 +7,15 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from sandbox.compiled import NotCompiledYet
+from sandbox.cli.progress import _TerminalCompiler
+from sandbox.compiled import NotCompiledYet, between_frames, entry
 from sandbox.engines import can_run
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -21,12 +23,15 @@ from sandbox.scene.spawn import spawn, warnings
 from sandbox.session.monitor import Monitor, _FollowedEngine
 from sandbox.session.session import Session
 from sandbox.view.compilation import Compilation, Part
+from sandbox.view.compiling import WindowCompiler
 
 FEW_BALLS = ("article", "bouncing", "break-shot", "head-on", "newtons-cradle", "oblique")
 
 
 class NeverWaits:
     """A compiler that fails if anything is waited for."""
+
+    shows_frames = True
 
     def __init__(self) -> None:
         self.missing: set[str] = set()
@@ -172,6 +177,26 @@ def test_a_part_that_fails_is_not_waited_for(compilations: list[Compilation]) ->
     list(compilation.until_compiled("module1.kernels"))
     assert compilation.done == 2
     assert list(compilation.until_compiled("module9.kernels")) == []  # of no part
+
+
+@pytest.mark.parametrize("compiler", [WindowCompiler((640, 480)), _TerminalCompiler()])
+def test_only_a_window_does_without_kernels(
+    compiler: WindowCompiler | _TerminalCompiler, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Marks and pictures of a recording do not depend on what is compiled."""
+    waited: list[str] = []
+
+    @entry
+    def one() -> int:
+        return 1
+
+    monkeypatch.setattr("sandbox.compiled._Cache._load", lambda *_: None)
+    monkeypatch.setattr(compiler, "note_missing", lambda module: None)
+    monkeypatch.setattr(compiler, "wait", waited.append)
+    monkeypatch.setattr("sandbox.compiled._compiler", compiler)
+    with pytest.raises(NotCompiledYet) if compiler.shows_frames else nullcontext(), between_frames():
+        assert one() == 1
+    assert waited == ([] if compiler.shows_frames else [__name__])
 
 
 def test_marks_are_the_same_when_the_ledger_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:

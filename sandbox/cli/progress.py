@@ -105,6 +105,8 @@ def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str
 class _TerminalCompiler:
     """Compiles what is missing in other processes, and shows on a terminal how far that is while it is waited for."""
 
+    shows_frames = False
+
     def __init__(self) -> None:
         self._compilation: Compilation | None = None
 

@@ -9,7 +9,7 @@ import numpy as np
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Twin, reference_of
-from sandbox.compiled import NotCompiledYet, without_waiting
+from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
 
@@ -81,7 +81,7 @@ class Monitor:
         """Return whether the ledger's kernels are compiled. Until they are, steps wait to be entered."""
         if not self._compiled:
             try:
-                with without_waiting():
+                with between_frames():
                     next(iter(self._followed.values())).try_ledger()
             except NotCompiledYet:
                 return False

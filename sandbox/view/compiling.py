@@ -23,6 +23,8 @@ class WindowCompiler:
     size: of the window that it opens if none is open, px.
     """
 
+    shows_frames = True
+
     def __init__(self, size: tuple[int, int]) -> None:
         self.compilation = Compilation((*COMPUTATION, DRAWING), at_once=1)
         self._size = size

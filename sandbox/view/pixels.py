@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pygame import Color, Surface
 from pygame.surfarray import pixels2d
 
-from sandbox.compiled import NotCompiledYet, entry, kernel, without_waiting
+from sandbox.compiled import NotCompiledYet, between_frames, entry, kernel
 from sandbox.state import Integers
 
 MANY: Final = 300  # shapes, from which on a kernel takes about as long as pygame; for thousands, a fifth
@@ -26,7 +26,7 @@ def suits_kernels(surface: Surface, count: int) -> bool:
     if count < MANY or not has_byte_channels(surface):
         return False
     try:
-        with without_waiting():
+        with between_frames():
             load_kernels()
     except NotCompiledYet:
         return False
