@@ -7,6 +7,7 @@ from time import process_time
 from typing import Final
 
 PROCESS_NOISE: Final = 0.05  # fraction by which a figure varies from process to process, beyond the spread in each
+MEMORY_NOISE: Final = 1.0  # MB, likewise: growth can be 0 in all rounds
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Figure:
     def is_worse_than(self, earlier: "Figure") -> bool:
         """Return whether every round was worse than every round of an earlier measurement in another process."""
         gap = earlier.lowest - self.highest if self.higher_is_better else self.lowest - earlier.highest
-        return gap > PROCESS_NOISE * abs(earlier.median)
+        return gap > max(PROCESS_NOISE * abs(earlier.median), MEMORY_NOISE if self.unit == "MB" else 0.0)
 
 
 def figure(name: str, means: str, values: Sequence[float], unit: str = "", *, higher_is_better: bool = False) -> Figure:

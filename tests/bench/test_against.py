@@ -41,6 +41,8 @@ RATE = figure("rate", "collisions", [200.0, 250.0, 300.0], "/s", higher_is_bette
         (RATE, figure("rate", "", [100, 150, 188], higher_is_better=True), False),
         (RATE, figure("rate", "", [400, 500, 600], higher_is_better=True), False),
         (figure("growth", "", [-2.0, -1.0]), figure("growth", "", [-0.9]), True),
+        (figure("growth", "", [0.0, 0.0], "MB"), figure("growth", "", [0.9], "MB"), False),  # within the noise of 1 MB
+        (figure("growth", "", [0.0, 0.0], "MB"), figure("growth", "", [1.1], "MB"), True),
         (TIME, figure("another", "", [9.0]), False),
     ],
     ids=lambda value: f"{value.lowest:g}-{value.highest:g}" if isinstance(value, Figure) else str(value),
@@ -74,10 +76,10 @@ def test_what_became_better_is_exit_code_0(command: Command, monkeypatch: pytest
 
 def test_a_median_of_0_has_no_ratio(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
     write_earlier(figure("growth", "", [-1.0, 0.0, 1.0]))
-    measured(monkeypatch, figure("growth", "", [2.0, 3.0], "MB"))
+    measured(monkeypatch, figure("growth", "", [2.5, 3.0], "MB"))
     code, out, _ = command("bench", "--against", "before.json")
     assert code == 1
-    assert ["growth", "0", "2.5", "-", "MB"] in [line.split() for line in out.splitlines()]
+    assert ["growth", "0", "2.75", "-", "MB"] in [line.split() for line in out.splitlines()]
 
 
 def test_figures_that_are_written_can_be_read(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
