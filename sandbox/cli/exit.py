@@ -39,6 +39,11 @@ def exit_codes() -> Iterator[None]:
             end = error if isinstance(error, Terminated) else error.__cause__  # numba's kernels wrap it
             if not isinstance(end, Terminated):
                 raise
+            from multiprocessing import active_children  # most commands start no process
+
+            for process in active_children():  # which an exit without a signal would stop
+                process.terminate()
+                process.join()
             signal.signal(end.number, signal.SIG_DFL)
             signal.raise_signal(end.number)
 

@@ -13,7 +13,7 @@ from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.signals import sigint_blocked
+from sandbox.signals import sigint_blocked, signals_deferred
 
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
 
@@ -101,9 +101,9 @@ class Compilation:
             part = self._todo.pop(0)
             # A forked process would share the locks of running threads.
             process = multiprocessing.get_context("spawn").Process(target=part.compile, daemon=True)
-            with sigint_blocked():
+            with signals_deferred(), sigint_blocked():  # else a process that has just started might never be stopped
                 process.start()
-            self._running[part] = process
+                self._running[part] = process
 
     def stop(self) -> None:
         """Stop compiling; what is compiled stays in the cache."""
