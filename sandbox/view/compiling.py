@@ -8,6 +8,7 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.compiled import compile_by
+from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED
@@ -42,7 +43,8 @@ class WindowCompiler:
                 raise SystemExit
 
     def _open(self) -> Surface:
-        screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
+        with signals_deferred():  # set_mode discards exceptions
+            screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
         pygame.display.set_caption("sandbox")
         screen.fill(FRAME)
         return screen

@@ -14,6 +14,7 @@ from pygame.event import Event
 
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
+from sandbox.signals import signals_deferred
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import draw_status
@@ -83,7 +84,8 @@ class Window:
         self.actions = self._actions()
         pygame.display.init()
         size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
-        self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
+        with signals_deferred():  # set_mode discards exceptions
+            self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.running = True
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "")  # step and status in the window
