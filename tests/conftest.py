@@ -107,4 +107,4 @@ def command(no_display: None, monkeypatch: pytest.MonkeyPatch, capfdbinary: pyte
 
 def without_notice(stderr: str) -> str:
     """Return what a command wrote to standard error, without the notice of the first compilation on a machine."""
-    return stderr.replace("Compiling the engines; this happens once.\n", "")
+    return stderr.replace("Compiling what this command needs; that happens once.\n", "")

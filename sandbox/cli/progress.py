@@ -124,7 +124,7 @@ class _TerminalCompiler:
         if not self._compilation:
             self._compilation = Compilation(COMPUTATION, core_count())
             if not terminal.is_terminal:
-                print("Compiling the engines; this happens once.", file=sys.stderr)
+                print("Compiling what this command needs; that happens once.", file=sys.stderr)
         compilation = self._compilation
         bar = Progress(
             TextColumn("{task.description}"),

@@ -163,16 +163,18 @@ class Window:
     def run(self) -> None:
         """Show the window until it is closed."""
         clock = pygame.time.Clock()
-        while self.running:
-            events = pygame.event.get()
-            for event in events:
-                self.on_event(event)
-            self._outdated = self.scenes.reload_if_edited() or self._outdated
-            idle = self.playback.paused and self.playback.shows_current_step and not events
-            rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
-            self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
-        self.recorder.stop()
-        pygame.display.quit()
+        try:
+            while self.running:
+                events = pygame.event.get()
+                for event in events:
+                    self.on_event(event)
+                self._outdated = self.scenes.reload_if_edited() or self._outdated
+                idle = self.playback.paused and self.playback.shows_current_step and not events
+                rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
+                self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
+        finally:  # the window can also be closed while a kernel is waited for
+            self.recorder.stop()
+            pygame.display.quit()
 
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
