@@ -7,7 +7,7 @@ from typing import Any, cast
 import kernel_cache
 import pytest
 
-from sandbox.engines import article
+from sandbox.engines.exact import event_loop
 
 CALLER = "from numba import njit\nfrom sandbox.laws import LIMIT\n"
 CALLED = '"""Laws."""\nLIMIT = 1\n'
@@ -37,6 +37,6 @@ def test_only_code_that_kernels_use_changes_the_digest(tmp_path: Path, file: str
 
 
 def test_numba_keeps_kernels_in_the_folder_of_these_sources() -> None:
-    folder, kernel = str(kernel_cache.folder()), cast("Any", article.frames)
+    folder, kernel = str(kernel_cache.folder()), cast("Any", event_loop.run)
     assert os.environ["NUMBA_CACHE_DIR"] == folder
     assert kernel.stats.cache_path.startswith(folder)

@@ -64,8 +64,8 @@ def main() -> None:
     with exit_codes():
         if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
             print(__version__)
-        else:
-            app(prog_name="sandbox")
+            sys.exit()
+        app(prog_name="sandbox")
 
 
 @app.callback(invoke_without_command=True)
