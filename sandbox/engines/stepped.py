@@ -71,18 +71,20 @@ class SteppedEngine(ABC):
 
     def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s."""
-        done = 0
-        while done < steps:
-            more, count = self.run(self._state, self._steps, position[done:], velocity[done:], self._log)
-            done += more
-            self._steps += more
-            if more:
-                self._state = position[done - 1].copy(), velocity[done - 1].copy()
-            if self._contacts.recording and count:
+        rows, recording = (position, velocity), self._contacts.recording
+        while steps:
+            done, count = self.run(self._state, self._steps, *rows, self._log)
+            self._steps += done
+            if done:
+                for state, states in zip(self._state, rows, strict=True):
+                    state[:] = states[done - 1]
+            if recording and count:
                 contacts = self._log[:count].copy()
                 contacts["impulse"] *= self._impulse_unit
                 self._contacts.add(contacts)
-            if done < steps:
+            steps -= done
+            if steps:
+                rows = rows[0][done:], rows[1][done:]
                 self._log = np.empty(2 * len(self._log), CONTACT)
         velocity *= self._unit
 
