@@ -13,7 +13,7 @@ from sandbox.text import printable
 
 
 def read_figures(file: Path) -> dict[str, Figure]:
-    """Read the figures that an earlier benchmark wrote as JSON, by name. Raises SandboxError if there are none."""
+    """Read the JSON of an earlier benchmark, and return its figures by name. Raises SandboxError if it is not one."""
     text = read_text(file)
     try:
         return {figure.name: figure for figure in map(_figure, json.loads(text))}

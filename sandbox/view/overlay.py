@@ -126,7 +126,7 @@ class Overlay:
         pygame.draw.circle(self.surface, self.palette.ink, at, radius, self.width)
 
     def numbers(self) -> None:
-        """Write each ball's number on it, unless they are so many that nobody could read them."""
+        """Write each ball's number on it, unless there are too many balls to read them."""
         if len(self.scene.bodies) > MAX_NUMBERED:
             return
         centres = (self._state.position * self._scale).tolist()

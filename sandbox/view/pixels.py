@@ -18,7 +18,7 @@ MANY: Final = 300  # shapes, from which on a kernel takes about as long as pygam
 NODES: Final = (0.1127016653792583, 0.5, 0.8872983346207417)
 WEIGHTS: Final = (5 / 18, 8 / 18, 5 / 18)
 MIN_RUN: Final = 3.0  # px; in narrower rows, pixels that are covered wholly are not looked for
-MIN_TURNED: Final = 0.5  # px; nobody can see where a shorter line points
+MIN_TURNED: Final = 0.5  # px; the direction of a shorter line cannot be seen
 
 
 def suits_kernels(surface: Surface, count: int) -> bool:
