@@ -25,9 +25,7 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.compiled import Record, kernel
-from sandbox.state import Floats
-
-Integers = NDArray[np.int64]
+from sandbox.state import Floats, Integers
 
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 

@@ -15,14 +15,14 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, Integers
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import DISORDERED, IN_FLIGHT, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats
+from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine

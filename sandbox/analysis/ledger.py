@@ -19,7 +19,6 @@ from sandbox.analysis.attribution import (
     MAX_TRACE_STEPS,
     Block,
     Findings,
-    Integers,
     SceneConstants,
     attribute_displacement,
     attribute_simultaneous,
@@ -30,7 +29,7 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
 from sandbox.compiled import Record, entry, kernel
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import Contacts, Floats
+from sandbox.state import Contacts, Floats, Integers
 
 
 @dataclass(frozen=True)
