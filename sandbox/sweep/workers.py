@@ -164,7 +164,11 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
             shared = reference_job(sweep.against, group[0])
             reference = submit(run_shared, sweep.scene, shared) if len(group) > 1 else None
             futures |= {submit(attempt, sweep.scene, sweep.against, job, reference): job for job in group}
-        for future in as_completed(futures, loop=client.loop):  # type: ignore[no-untyped-call]
+        completed = as_completed(futures, loop=client.loop)  # type: ignore[no-untyped-call]
+        for future in completed:
+            if future.status in ("lost", "pending"):  # its worker died with the row, which another worker runs again
+                completed.add(future)
+                continue
             outcome = None
             with suppress(OSError):  # the connection broke while a row was sent
                 outcome = _outcome(future, futures[future])

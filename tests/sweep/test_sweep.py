@@ -329,6 +329,27 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
     assert ended(started(*TUNED, "--scheduler", address))[0] == 0
 
 
+def test_rows_that_die_with_their_worker_before_they_are_fetched_are_run_again(
+    cluster: tuple[str, list[subprocess.Popen[str]]], expected: list[dict[str, str]]
+) -> None:
+    from distributed import Client
+
+    address, [_, worker, _] = cluster
+    sweep = small()
+    with open_journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, scheduler=address)
+        next(outcomes)
+        with Client(address, set_as_default=False) as client:  # type: ignore[no-untyped-call]
+            while len([key for key in client.who_has() if key.startswith("attempt")]) < len(sweep.jobs) - 1:
+                time.sleep(0.02)
+            worker.kill()
+            while len(client.nthreads()) > 1:
+                time.sleep(0.02)
+        assert not any(outcome.failure for outcome in outcomes)
+        write(sweep, in_order(sweep, kept.rows), "f.csv")
+    assert without_times(Path("f.csv").read_text()) == expected
+
+
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, [scheduler, *_] = cluster
     sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
