@@ -8,7 +8,7 @@ import numpy as np
 
 from sandbox.analysis.difference import Record
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import REFERENCE, Twin, reference_of
+from sandbox.analysis.reference import REFERENCE, Trust, Twin, reference_of
 from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input, clock_of
@@ -28,8 +28,9 @@ class Comparison:
     """Several engines' runs of one scene.
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; horizon: s, when a ball of the reference's `Twin` is a radius away, None if that is
-    after the end; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
+    there; time: (steps + 1,) s; horizon, undecided, unresolved: s, until when the reference means anything, each None
+    if that is to the end (see `sandbox.analysis.reference`); stride: steps between two frames of the runs' paths;
+    inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -38,10 +39,17 @@ class Comparison:
     time: Floats
     runs: dict[str, Run]
     horizon: float | None
+    undecided: float | None
+    unresolved: float | None
     stride: int
     inputs: tuple[Input, ...]
 
     notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
+
+    @property
+    def trusted_until(self) -> float | None:
+        """When the reference's paths first mean nothing, s: the earliest of the three; None if they do to the end."""
+        return Trust(self.horizon, self.undecided, self.unresolved).until
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -53,6 +61,8 @@ class Comparison:
             "seconds": float(self.time[-1]),
             "against": self.against,
             "horizon": self.horizon,
+            "undecided": self.undecided,
+            "unresolved": self.unresolved,
             "engines": {name: _as_json(run) for name, run in self.runs.items()},
         }
 
@@ -148,14 +158,19 @@ def compare(
 class Reference:
     """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    position: (steps + 1, n, 2) px; horizon: s, as in `Comparison`.
+    position: (steps + 1, n, 2) px.
     """
 
     engine: str
     run: Run
     record: Record
     position: Floats
-    horizon: float | None
+    trust: Trust
+
+    @property
+    def energy(self) -> Floats:
+        """Its energy, (steps + 1,) kg px²/s²."""
+        return self.run.energy
 
     def positions(self, rows: slice, before: int) -> Floats:
         """Return where the balls are in some rows of a block that begins after so many steps: (steps, n, 2) px."""
@@ -167,14 +182,14 @@ def run_reference(scene: Scene, engine: str) -> Reference:
     lockstep, position = Lockstep(scene, [engine]), np.empty((scene.steps + 1, len(scene.bodies), 2))
     segment = _Segment(lockstep, [engine], engine, scene.steps, kept=position)
     comparison = segment.complete()
-    return Reference(engine, comparison.runs[engine], segment.reference.record, position, comparison.horizon)
+    return Reference(engine, comparison.runs[engine], segment.reference.record, position, segment.reference.trust)
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     if engine == reference.engine:
         time, stride = np.arange(scene.steps + 1) / scene.rate, _path_stride(scene, scene.steps)
-        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.horizon, stride, ())
+        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, *reference.trust, stride, ())
     return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
 
 
@@ -195,7 +210,7 @@ class _RunningReference:
         found = self._measurement.states.position[rows]
         if self._kept is not None:
             self._kept[before + rows.start : before + rows.stop] = found
-        if self.horizon is None:
+        if self._twin.apart is None:
             time = np.arange(before + rows.start, before + rows.stop) / self._rate
             self._twin.compare(self._twin_states.position[rows], found, time)
         return found
@@ -206,9 +221,14 @@ class _RunningReference:
         return self._measurement.record
 
     @property
-    def horizon(self) -> float | None:
-        """When a ball of the twin is a radius away, s; None while that is to come."""
-        return self._twin.apart
+    def energy(self) -> Floats:
+        """Its energy, (steps + 1,) kg px²/s², at the end of the run."""
+        return self._measurement.energy
+
+    @property
+    def trust(self) -> Trust:
+        """Until when its paths mean anything, at the end of the run."""
+        return Trust(self._twin.apart)
 
 
 class _Segment:
@@ -299,13 +319,13 @@ class _Segment:
         """Return the comparison, once all steps are done."""
         if self.filled > 1 or not self.before:
             self._enter()
-        record, horizon = self.reference.record, self.reference.horizon
+        record, energy, trust = self.reference.record, self.reference.energy, self.reference.trust
         runs = {
-            name: measurement.run(None if name == self.against else record, horizon, self.disturbed)
+            name: measurement.run(None if name == self.against else record, energy, trust.until, self.disturbed)
             for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
-        return Comparison(self.scene, self.against, self.since, time, runs, horizon, self.stride, inputs)
+        return Comparison(self.scene, self.against, self.since, time, runs, *trust, self.stride, inputs)
 
 
 def _path_stride(scene: Scene, steps: int) -> int:

@@ -1,5 +1,6 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -26,6 +27,7 @@ class Figures:
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
+    energy_error: float | None  # largest difference from the reference's energy at one time, as a fraction of its start
     momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
@@ -96,7 +98,8 @@ class Measurement:
         self._stride = stride
         self._ledger = Ledger(scene, together=runner.together)
         self._contacts: list[Contacts] = []
-        self._energy, self._momentum = np.empty(steps + 1), np.empty((steps + 1, 2))
+        self.energy = np.empty(steps + 1)  # kg px²/s², after each step
+        self._momentum = np.empty((steps + 1, 2))
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: float | None = None  # s
@@ -120,7 +123,7 @@ class Measurement:
         first = before + rows.start
         steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
-        self._energy[steps] = energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size)
+        self.energy[steps] = energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size)
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._lengths[steps] = np.einsum("tn,n->t", length(velocity), bodies.mass)
         self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
@@ -160,7 +163,7 @@ class Measurement:
     @property
     def _final(self) -> State:
         """The last state, once all are entered."""
-        time = (len(self._energy) - 1) / self._scene.rate
+        time = (len(self.energy) - 1) / self._scene.rate
         return State(time, self.states.position[0].copy(), self.states.velocity[0].copy())
 
     @cached_property
@@ -168,17 +171,21 @@ class Measurement:
         """The contacts with what the ledger found about them, once all are entered."""
         return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
 
-    def run(self, reference: Record | None, horizon: float | None, disturbed: Bools) -> Run:
-        """Return the whole run. reference: its contacts, None for the reference's own run; horizon: s.
+    def run(
+        self, reference: Record | None, reference_energy: Floats, trusted_until: float | None, disturbed: Bools
+    ) -> Run:
+        """Return the whole run.
 
-        disturbed: (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
+        reference: its contacts, None for the reference's own run; reference_energy: (steps + 1,) kg px²/s²;
+        trusted_until: s, when the reference's paths first mean nothing, None if they do to the end; disturbed:
+        (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
         """
         record, scene = self.record, self._scene
         contacts = record.contacts
         at_wall = contacts[contacts["second"] < 0]
-        total_energy, gap_rms, gap_max = self._energy, self._gap_rms, self._gap_max
+        total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
         final = self._final
-        until = min(time for time in (self._apart, horizon, final.time) if time is not None)
+        until = min(time for time in (self._apart, trusted_until, final.time) if time is not None)
         differing = differences(scene, record, reference, until, final.time) if reference else ()
         unexplained = self._unexplained_momentum(at_wall, disturbed)
         start = total_energy[0]
@@ -186,6 +193,7 @@ class Measurement:
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
             energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
+            energy_error=self._energy_error(reference_energy, trusted_until),
             momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
@@ -211,10 +219,19 @@ class Measurement:
             missed=tuple(sorted(record.missed)),
             escape=self._escape(),
             scores=scores,
-            theory=self._theory(contacts, final.time) if is_gas(scene) or horizon is not None else (),
+            theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
             final=final,
         )
+
+    def _energy_error(self, reference: Floats, trusted_until: float | None) -> float | None:
+        """Return the largest difference from the reference's energy at one time, as a fraction of its start.
+
+        reference: (steps + 1,) kg px²/s².
+        """
+        steps = len(reference) if trusted_until is None else max(1, math.ceil(trusted_until * self._scene.rate - 1e-9))
+        start = reference[0]
+        return float(np.abs(self.energy - reference)[:steps].max() / start) if start else None
 
     def _escape(self) -> Escape | None:
         if self._first_outside is None:

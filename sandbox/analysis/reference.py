@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,19 @@ REFERENCE: Final = "exact"
 def reference_of(engines: Sequence[str]) -> str:
     """Return the engine that others are measured against by default: the exact one, or else the last."""
     return REFERENCE if REFERENCE in engines else engines[-1]
+
+
+class Trust(NamedTuple):
+    """Until when the paths of the reference mean anything: three times, s, each None if that is to the end."""
+
+    horizon: float | None = None
+    undecided: float | None = None
+    unresolved: float | None = None
+
+    @property
+    def until(self) -> float | None:
+        """The earliest of the three."""
+        return min((time for time in self if time is not None), default=None)
 
 
 class Twin:
