@@ -8,7 +8,7 @@ import numpy as np
 
 from sandbox.analysis.difference import Record
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import REFERENCE, Trust, Twin, reference_of
+from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
 from sandbox.engines import can_run, default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input, clock_of
@@ -28,9 +28,8 @@ class Comparison:
     """Several engines' runs of one scene.
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; horizon, undecided, unresolved: s, until when the reference means anything, each None
-    if that is to the end (see `sandbox.analysis.reference`); stride: steps between two frames of the runs' paths;
-    inputs: replayed into all engines.
+    there; time: (steps + 1,) s; horizon, undecided, unresolved, tied: until when the reference means anything, as in
+    `Trust`; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -41,6 +40,7 @@ class Comparison:
     horizon: float | None
     undecided: float | None
     unresolved: float | None
+    tied: tuple[int, int] | None
     stride: int
     inputs: tuple[Input, ...]
 
@@ -194,26 +194,27 @@ def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
 
 
 class _RunningReference:
-    """The reference when it runs along, with its twin. kept: where its positions are kept, (steps + 1, n, 2) px."""
+    """The reference when it runs along, with its twins. kept: where its positions are kept, (steps + 1, n, 2) px."""
 
     def __init__(self, lockstep: Lockstep, measurement: Measurement, kept: Floats | None) -> None:
         self._measurement = measurement
-        self._twin = Twin(lockstep, measurement.runner.name)
-        self._twin_states = States.empty(*measurement.states.position.shape[:2])
-        self._twin_states.position[0] = measurement.states.position[0]
+        self._twins = Twins(lockstep, measurement.runner.name)
+        self.twin_states = {
+            runner: States.empty(*measurement.states.position.shape[:2]) for runner in self._twins.runners
+        }
+        for states in self.twin_states.values():  # at the start they are where the original is
+            states.position[0], states.velocity[0] = measurement.states.rows(slice(1))
         self._rate = lockstep.scene.rate
         self._kept = kept
-        self.twin = {self._twin.runner: self._twin_states}
 
     def positions(self, rows: slice, before: int) -> Floats:
-        """Return as `Reference.positions` does, and compare with the twin. All rows are asked for once, in order."""
-        found = self._measurement.states.position[rows]
+        """Return as `Reference.positions` does, and compare with the twins. All rows are asked for once, in order."""
+        found = self._measurement.states.rows(rows)
         if self._kept is not None:
-            self._kept[before + rows.start : before + rows.stop] = found
-        if self._twin.apart is None:
-            time = np.arange(before + rows.start, before + rows.stop) / self._rate
-            self._twin.compare(self._twin_states.position[rows], found, time)
-        return found
+            self._kept[before + rows.start : before + rows.stop] = found.position
+        time = np.arange(before + rows.start, before + rows.stop) / self._rate
+        self._twins.compare(found, {runner: states.rows(rows) for runner, states in self.twin_states.items()}, time)
+        return found.position
 
     @property
     def record(self) -> Record:
@@ -228,7 +229,7 @@ class _RunningReference:
     @property
     def trust(self) -> Trust:
         """Until when its paths mean anything, at the end of the run."""
-        return Trust(self._twin.apart)
+        return self._twins.trust(self._measurement.record.contacts)
 
 
 class _Segment:
@@ -266,7 +267,7 @@ class _Segment:
             self.reference = reference
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
-            self.states |= self.reference.twin
+            self.states |= self.reference.twin_states
         self.pulled = np.full(self.rows, -1)
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
