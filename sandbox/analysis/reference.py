@@ -1,5 +1,6 @@
 """The reference: the engine that others are measured against, and until when its own paths mean anything."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -7,7 +8,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import find_tie
 from sandbox.engines import Engine
@@ -22,6 +22,8 @@ from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
 REFERENCE: Final = "exact"
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
+PARTED: Final = 1e-9  # of a radius or a speed, by which the renumbered twin is elsewhere, not only rounded otherwise
+RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
 
 
 def reference_of(engines: Sequence[str]) -> str:
@@ -70,6 +72,9 @@ class Twins:
         self._renumbered = [lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))]
         under_gravity = engine == REFERENCE and any(scene.gravity)
         self._finer = [lockstep.new_runner(engine, state, _finer)] if under_gravity else []
+        shortest = HOP_TIME if engine == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
+        self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
+        self._together = lockstep.engines[engine].together
         self._horizon: float | None = None
         self._unresolved: float | None = None
         self._parted: int | None = None  # the step in which the renumbered twin parts from the original
@@ -102,6 +107,14 @@ class Twins:
             self._shifted, self._renumbered, self._finer = [], [], []
         self._hidden[:] = [*self._shifted, *self._renumbered, *self._finer]
 
+    def update(self, original: State, contacts: Contacts, time: float) -> Trust:
+        """Compare as `compare` does after each step. contacts: of the original in this step; time: s, at its end."""
+        if self._hidden:
+            states = {runner: runner.state() for runner in self._hidden}
+            rows = {runner: States(one.position[None], one.velocity[None]) for runner, one in states.items()}
+            self.compare(States(original.position[None], original.velocity[None]), rows, np.array([time]))
+        return self.trust(contacts)
+
     def _compare_renumbered(self, original: States, twin: States, time: Floats) -> None:
         contacts = self._renumbered[0].engine.contacts()
         row = _first(self._is_different(original, twin))
@@ -111,13 +124,16 @@ class Twins:
             self._renumbered = []
 
     def _in_step_of_parting(self, contacts: Contacts) -> Contacts:
-        return contacts[steps_containing(contacts["time"], self._rate) == self._parted]
+        """Return the contacts in the step in which the renumbered twin parts, without those of bodies at rest."""
+        step = steps_containing(contacts["time"], self._rate)
+        found: Contacts = contacts[(step == self._parted) & (contacts["impulse"] > self._resting)]
+        return found
 
     def trust(self, contacts: Contacts) -> Trust:
         """Return what is found so far. contacts: of the original, at least those of the last step."""
         if self._parted is None:
             return Trust(self._horizon, None, self._unresolved)
-        tie = find_tie(self._in_step_of_parting(contacts), self._contacts)
+        tie = find_tie(self._in_step_of_parting(contacts), self._contacts, together=self._together)
         undecided = (tie.time, (tie.first, tie.second)) if tie else (None, None)
         return Trust(self._horizon, undecided[0], self._unresolved, undecided[1])
 
@@ -130,9 +146,9 @@ class Twins:
 
     def _is_different(self, original: States, twin: States) -> Bools:
         """Return whether a ball's place or velocity differs by more than rounding, (steps,)."""
-        offset = np.abs(twin.position - original.position) > NEGLIGIBLE * self._radius[:, None]
+        offset = np.abs(twin.position - original.position) > PARTED * self._radius[:, None]
         speed = np.abs(original.velocity).max(axis=(1, 2), initial=0.0)
-        change = np.abs(twin.velocity - original.velocity) > NEGLIGIBLE * speed[:, None, None]
+        change = np.abs(twin.velocity - original.velocity) > PARTED * speed[:, None, None]
         return np.asarray((offset | change).any(axis=(1, 2)))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from sandbox.state import Contacts, Floats
 
-SIMULTANEOUS: Final = 1e-9  # s between contacts at the same time; rounding makes less, even at 1 px/s
+SIMULTANEOUS: Final = 1e-9  # s between contacts at the same time, far above rounding and far below a path's own delays
 ORDER_MATTERS: Final = 1e-3  # share of the impulses on a ball by which their sum must differ in another order
 
 
@@ -23,22 +23,6 @@ class Tie(NamedTuple):
     second: int
 
 
-def find_tie(contacts: Contacts, otherwise: Contacts) -> Tie | None:
-    """Return the first tie among an engine's contacts, None if they have none.
-
-    contacts, otherwise: of the same steps, by time, with the balls numbered one way and another.
-    """
-    for group in _simultaneous(contacts):
-        time = group["time"]
-        near = np.abs(otherwise["time"] - (time[0] + time[-1]) / 2) <= SIMULTANEOUS + (time[-1] - time[0]) / 2
-        one, other = _of_balls(group), _of_balls(otherwise[near])
-        matters = [ball for ball in one if _sums_differ(one[ball], other.get(ball, []))]
-        for ball in matters:
-            if tied := _first_tied(one[ball], other.get(ball, [])):
-                return Tie(float(time[0]), *tied)
-    return None
-
-
 class _Touch(NamedTuple):
     """A contact as one of its balls has it. impulse: kg px/s on the ball."""
 
@@ -46,13 +30,30 @@ class _Touch(NamedTuple):
     impulse: Floats
 
 
-def _simultaneous(contacts: Contacts) -> Iterator[Contacts]:
-    """Yield the groups of more than one contact at the same time."""
-    bounds = np.flatnonzero(np.diff(contacts["time"]) > SIMULTANEOUS) + 1
-    yield from (group for group in np.split(contacts, bounds) if len(group) > 1)
+def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie | None:
+    """Return the first tie, None if there is none.
+
+    contacts, renumbered: of an engine whose balls have some numbers, and others, in the same step, by time; together:
+    whether the engine resolves all contacts of one time together, so that they are in no order.
+    """
+    for group, again in _simultaneous(contacts, renumbered):
+        one, other = _touches(group), _touches(again)
+        for ball in dict.fromkeys([*one, *other]):
+            mine, theirs = one.get(ball, []), other.get(ball, [])
+            if _sums_differ(mine, theirs) and (tied := _first_two(mine) if together else _reordered(mine, theirs)):
+                return Tie(float(min(*group["time"], *again["time"])), *tied)
+    return None
 
 
-def _of_balls(contacts: Contacts) -> dict[int, list[_Touch]]:
+def _simultaneous(contacts: Contacts, renumbered: Contacts) -> Iterator[tuple[Contacts, Contacts]]:
+    """Yield the contacts of each time, of both."""
+    time = np.sort(np.concatenate([contacts["time"], renumbered["time"]]))
+    later = time[1:][np.diff(time) > SIMULTANEOUS]  # when each group but the first begins
+    groups, again = (np.split(one, np.searchsorted(one["time"], later)) for one in (contacts, renumbered))
+    yield from zip(groups, again, strict=True)
+
+
+def _touches(contacts: Contacts) -> dict[int, list[_Touch]]:
     """Return the contacts of each ball, in order."""
     found: dict[int, list[_Touch]] = {}
     for contact in contacts:
@@ -64,17 +65,20 @@ def _of_balls(contacts: Contacts) -> dict[int, list[_Touch]]:
     return found
 
 
-def _sums_differ(one: list[_Touch], other: list[_Touch]) -> bool:
+def _sums_differ(mine: list[_Touch], theirs: list[_Touch]) -> bool:
     """Return whether a ball gets another impulse in all."""
-    difference = sum((touch.impulse for touch in one), np.zeros(2)) - sum((t.impulse for t in other), np.zeros(2))
-    scale = max(sum(float(np.hypot(*touch.impulse)) for touch in touches) for touches in (one, other))
-    return float(np.hypot(*difference)) > ORDER_MATTERS * scale
+    sums = [np.sum([touch.impulse for touch in touches], axis=0) for touches in (mine, theirs) if touches]
+    scale = max(sum(float(np.hypot(*touch.impulse)) for touch in touches) for touches in (mine, theirs))
+    return float(np.hypot(*(sums[0] - sums[-1]))) > ORDER_MATTERS * scale or len(sums) == 1
 
 
-def _first_tied(one: list[_Touch], other: list[_Touch]) -> tuple[int, int] | None:
-    """Return the first two bodies that a ball touches in another order; if there are none, the first two it touches."""
-    for mine, theirs in zip(one, other, strict=False):
-        if mine.other != theirs.other:
-            return mine.other, theirs.other
-    others = list(dict.fromkeys(touch.other for touch in one))
+def _reordered(mine: list[_Touch], theirs: list[_Touch]) -> tuple[int, int] | None:
+    """Return the first two bodies that a ball touches in another order, None if the order is the same."""
+    others = ((one.other, other.other) for one, other in zip(mine, theirs, strict=False))
+    return next((pair for pair in others if pair[0] != pair[1]), None)
+
+
+def _first_two(touches: list[_Touch]) -> tuple[int, int] | None:
+    """Return the first two bodies that a ball touches, None if there is only one."""
+    others = list(dict.fromkeys(touch.other for touch in touches))
     return (others[0], others[1]) if len(others) > 1 else None
