@@ -8,8 +8,8 @@ import numpy as np
 
 from sandbox.analysis.difference import Record
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
-from sandbox.engines import can_run, default_engines
+from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
+from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
@@ -47,9 +47,14 @@ class Comparison:
     notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     @property
+    def trust(self) -> Trust:
+        """Until when the reference means anything, and why no longer."""
+        return Trust(self.horizon, self.undecided, self.unresolved, self.tied)
+
+    @property
     def trusted_until(self) -> float | None:
         """When the reference's paths first mean nothing, s: the earliest of the three; None if they do to the end."""
-        return Trust(self.horizon, self.undecided, self.unresolved).until
+        return self.trust.until
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -79,11 +84,18 @@ class Comparison:
         show = type(self).notebook_html
         return show(self) if show else None
 
-    def exceeded_limits(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
+    def exceeded_limits(
+        self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
+    ) -> Iterator[str]:
         """Report each limit that an engine exceeds: by how much, and since when."""
         for name, run in self.runs.items():
             drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
-            for what, limit, values, unit in (("gap", max_gap, run.gap_max, " px"), ("drift", max_drift, drift, "")):
+            error = np.nan_to_num(np.abs(run.energy_gap))
+            for what, limit, values, unit in (
+                ("gap", max_gap, run.gap_max, " px"),
+                ("drift", max_drift, drift, ""),
+                ("energy error", max_energy_error, error, ""),
+            ):
                 if limit is not None and values.max() > limit:
                     since = self.time[int((values > limit).argmax())]
                     yield (
@@ -129,9 +141,10 @@ def compare(
     """Run a scene in several engines, in lockstep, for its seconds.
 
     engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene),
-    and "exact" if it can run the scene; against: the engine that the others are measured against, by default "exact"
-    if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then with the fraction
-    that is done. If inputs edit the scene, the comparison covers what follows the last edit.
+    and "exact" or, if it cannot run the scene, Pymunk with many substeps and iterations; against: the engine that the
+    others are measured against, by default "exact" if it takes part, else the last; inputs: recorded inputs to replay;
+    progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
+    follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
     """
     if isinstance(engines, str):
@@ -336,5 +349,4 @@ def _path_stride(scene: Scene, steps: int) -> int:
 
 def _default_names(scene: Scene) -> list[str]:
     initial = spawn(scene)
-    reference = [REFERENCE] if can_run(REFERENCE, scene, initial) else []
-    return default_engines(scene, initial) + reference
+    return [*default_engines(scene, initial), best_reference(scene, initial)]

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
@@ -27,7 +28,7 @@ class Figures:
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
-    energy_error: float | None  # largest difference from the reference's energy at one time, as a fraction of its start
+    energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
     momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
@@ -39,6 +40,12 @@ class Figures:
     met: int  # the number of those that the engine meets
     first_difference: Difference | None  # from the reference
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
+
+
+def keeps_energy(scene: Scene) -> bool:
+    """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
+    factors = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls), *scene.bodies.elasticity]
+    return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
 
 
 class Escape(NamedTuple):
@@ -54,9 +61,11 @@ class Escape(NamedTuple):
 class Run:
     """What one engine did, over time.
 
-    energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
-    reference over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, when a ball is first more than its
-    radius from the reference's, None if never; contacts: in order of time; differences: from the reference, until the
+    energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
+    its start, give or take a step, NaN where the reference's energy means nothing; momentum: (steps + 1, 2) kg px/s;
+    gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
+    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
+    mean anything; contacts: in order of time; differences: from the reference, until the
     two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
     scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
@@ -64,6 +73,7 @@ class Run:
 
     figures: Figures
     energy: Floats
+    energy_gap: Floats
     momentum: Floats
     gap_rms: Floats
     gap_max: Floats
@@ -185,7 +195,11 @@ class Measurement:
         at_wall = contacts[contacts["second"] < 0]
         total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
         final = self._final
-        until = min(time for time in (self._apart, trusted_until, final.time) if time is not None)
+        trusted = math.inf if trusted_until is None else trusted_until
+        apart = self._apart if self._apart is not None and self._apart < trusted else None
+        until = min(trusted, final.time if apart is None else apart)
+        means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
+        energy_gap = self._energy_gap(reference_energy, means_energy)
         differing = differences(scene, record, reference, until, final.time) if reference else ()
         unexplained = self._unexplained_momentum(at_wall, disturbed)
         start = total_energy[0]
@@ -193,7 +207,7 @@ class Measurement:
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
             energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
-            energy_error=self._energy_error(reference_energy, trusted_until),
+            energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
             momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
@@ -209,11 +223,12 @@ class Measurement:
         return Run(
             figures=figures,
             energy=total_energy,
+            energy_gap=energy_gap,
             momentum=self._momentum,
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,
-            apart=self._apart,
+            apart=apart,
             contacts=contacts,
             differences=differing,
             missed=tuple(sorted(record.missed)),
@@ -224,14 +239,20 @@ class Measurement:
             final=final,
         )
 
-    def _energy_error(self, reference: Floats, trusted_until: float | None) -> float | None:
-        """Return the largest difference from the reference's energy at one time, as a fraction of its start.
+    def _energy_gap(self, reference: Floats, until: float) -> Floats:
+        """Return `Run.energy_gap`. reference: (steps + 1,) kg px²/s²; until: s, when its energy first means nothing.
 
-        reference: (steps + 1,) kg px²/s².
+        A time-stepped engine may be a step late, or early, with a loss of energy that the scene asks for. So the
+        difference is from the range of the reference's energy, from a step before to a step after.
         """
-        steps = len(reference) if trusted_until is None else max(1, math.ceil(trusted_until * self._scene.rate - 1e-9))
-        start = reference[0]
-        return float(np.abs(self.energy - reference)[:steps].max() / start) if start else None
+        around = np.stack(
+            [np.append(reference[:1], reference[:-1]), reference, np.append(reference[1:], reference[-1:])]
+        )
+        above = np.maximum(self.energy - around.max(axis=0), 0.0)
+        below = np.minimum(self.energy - around.min(axis=0), 0.0)
+        gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
+        gap[1:][np.arange(1, len(gap)) >= until * self._scene.rate * (1 - NEGLIGIBLE)] = np.nan
+        return gap
 
     def _escape(self) -> Escape | None:
         if self._first_outside is None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import find_tie
-from sandbox.engines import Engine
+from sandbox.engines import TUNED, Engine, can_run, settings_in
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
@@ -22,8 +22,32 @@ from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
 REFERENCE: Final = "exact"
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
+FINER_SUBSTEPS: Final = 16  # times the scene's, of Pymunk as the reference where `exact` cannot run
+MANY_ITERATIONS: Final = 200  # of its solver
 PARTED: Final = 1e-9  # of a radius or a speed, by which the renumbered twin is elsewhere, not only rounded otherwise
 RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
+
+
+def best_reference(scene: Scene, initial: State) -> str:
+    """Return the engine to measure others against: the exact one or, if it cannot run the scene, a converged one."""
+    return REFERENCE if can_run(REFERENCE, scene, initial) else converged(scene)
+
+
+def converged(scene: Scene) -> str:
+    """Return Pymunk with settings so fine that little would change if they were finer still."""
+    substeps = FINER_SUBSTEPS * scene.pymunk.substeps
+    return f"{TUNED}(substeps={substeps}, iterations={MANY_ITERATIONS}, collision_persistence=1)"
+
+
+def described(engine: str) -> str:
+    """Return an engine's name in a sentence.
+
+    >>> described("pymunk(substeps=16, iterations=200)")
+    'Pymunk with 16 substeps and 200 iterations'
+    """
+    name, settings = settings_in(engine)
+    counts = [f"{settings[key]:g} {key}" for key in ("substeps", "iterations") if key in settings]
+    return f"{name.capitalize()} with {' and '.join(counts)}" if counts else engine
 
 
 def reference_of(engines: Sequence[str]) -> str:
@@ -45,8 +69,18 @@ class Trust(NamedTuple):
     @property
     def until(self) -> float | None:
         """The earliest of the three."""
-        times = self.horizon, self.undecided, self.unresolved
-        return min((time for time in times if time is not None), default=None)
+        return min(self._found.values(), default=None)
+
+    @property
+    def ends_by(self) -> str:
+        """Which of the three is the earliest; empty if none is within the run."""
+        return min(self._found, key=self._found.__getitem__, default="")
+
+    @property
+    def _found(self) -> dict[str, float]:
+        """Those that are within the run. At equal times, the one that says more comes first."""
+        times = {"undecided": self.undecided, "unresolved": self.unresolved, "horizon": self.horizon}
+        return {name: time for name, time in times.items() if time is not None}
 
 
 class Twins:

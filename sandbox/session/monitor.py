@@ -31,6 +31,11 @@ class Marks:
     unresolved: float | None = None
     differences: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def trust(self) -> Trust:
+        """Until when the reference means anything."""
+        return Trust(self.horizon, self.undecided, self.unresolved)
+
 
 class Monitor:
     """Follows the engines of a lockstep and marks what stands out.
