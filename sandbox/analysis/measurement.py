@@ -14,9 +14,9 @@ from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.tunnelling import Passage
-from sandbox.quantity import energy, length, momentum, outside
+from sandbox.quantity import dot, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.model import Expect, Scene
+from sandbox.scene.model import ARENA_WALLS, Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -110,6 +110,8 @@ class Measurement:
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._momentum = np.empty((steps + 1, 2))
+        self._pull_momentum = np.zeros((steps + 1, 2))  # kg px/s, given by the mouse in the step that led to each state
+        self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: float | None = None  # s
@@ -167,6 +169,9 @@ class Measurement:
         self._contacts.append(self.runner.engine.contacts())
         position, velocity = self.states.rows(slice(rows))
         self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
+        steps = self._entered + np.flatnonzero(pulled >= 0)
+        self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
+        self._entered += rows - 1
         position[0], velocity[0] = position[-1], velocity[-1]
         self.pull[:] = 0.0
 
@@ -201,7 +206,7 @@ class Measurement:
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
         differing = differences(scene, record, reference, until, final.time) if reference else ()
-        unexplained = self._unexplained_momentum(at_wall, disturbed)
+        unexplained = self._unexplained_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
@@ -260,13 +265,21 @@ class Measurement:
         furthest = self._furthest_outside
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
 
-    def _unexplained_momentum(self, at_wall: Contacts, disturbed: Bools) -> Floats:
-        """Return the momentum not given by walls, gravity or mouse, (steps,) kg px/s. disturbed: (steps + 1,)."""
-        disturbed = disturbed.copy()
-        disturbed[steps_containing(at_wall["time"], self._scene.rate)] = True
-        fall = np.multiply(self._scene.gravity, self._scene.bodies.mass.sum() / self._scene.rate)
-        change = np.diff(self._momentum, axis=0) - fall
-        return length(np.cumsum(np.where(disturbed[1:, None], 0.0, change), axis=0))
+    def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
+        """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
+
+        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts.
+        """
+        scene, steps = self._scene, len(self._momentum) - 1
+        unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
+        unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
+        step = np.clip(steps_containing(at_wall["time"], scene.rate), 1, steps) - 1
+        np.add.at(unexplained, step, at_wall["impulse"][:, None] * at_wall["normal"])
+        walls = np.array([scene.arena.friction] * len(ARENA_WALLS) + [wall.friction for wall in scene.walls])
+        rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
+        for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
+            unexplained[k] = dot(unexplained[k], normal) * normal
+        return length(np.cumsum(unexplained, axis=0))
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws:
