@@ -268,7 +268,8 @@ class Measurement:
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
         """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
 
-        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts.
+        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts; in a
+        step with any contact at a wall nothing does if the engine reports no impulses either.
         """
         scene, steps = self._scene, len(self._momentum) - 1
         unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
@@ -279,6 +280,8 @@ class Measurement:
         rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
         for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
             unexplained[k] = dot(unexplained[k], normal) * normal
+        if self.runner.infers_impulses:
+            unexplained[step] = 0.0
         return length(np.cumsum(unexplained, axis=0))
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:

@@ -44,6 +44,11 @@ class Runner:
         """Whether the engine resolves all contacts of one time together."""
         return getattr(self.engine, "together", False)
 
+    @property
+    def infers_impulses(self) -> bool:
+        """Whether the impulses of the engine's contacts are inferred from the changes of velocity."""
+        return getattr(self.engine, "infers_impulses", False)
+
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:

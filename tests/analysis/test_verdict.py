@@ -12,7 +12,7 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.verdict import energy_error, verdict
+from sandbox.analysis.verdict import verdict
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import load
 
