@@ -31,6 +31,7 @@ REMEDIES: Final = {
 OF_PATHS: Final = ("RMS gap", "largest gap")  # rows that mean something only while paths do
 OF_ENERGY: Final = ("energy left", "largest energy change")  # the same, unless the scene keeps its energy
 SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off before it counts as wrong
+MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
 MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
 MAX_COOLING: Final = 0.01  # fraction of the energy; an engine that changes more of it is not in equilibrium
 ROWS: Final[tuple[tuple[str, str, Callable[[Figures], float | None]], ...]] = (  # label, format, figure
@@ -229,9 +230,10 @@ def _errors_of_reference(comparison: Comparison) -> str:
     worst = max(entries, key=lambda entry: abs(entry.energy), default=None)
     if not start or not worst or abs(worst.energy / start) <= NEGLIGIBLE_ENERGY:
         return ""
+    share = 100 * worst.energy / start
     return (
-        f"{_reference(comparison)} is not free of errors: its own ledger has {100 * worst.energy / start:+.3g} % of the "
-        f"energy under “{worst.cause.label}”."
+        f"{_reference(comparison)} is not free of errors: its own ledger has {share:+.3g} % of the energy under "
+        f"“{worst.cause.label}”."
     )
 
 
@@ -244,10 +246,10 @@ def _energy(comparison: Comparison) -> str:
     step = _step_of_energy_error(run)
     share, cause = float(run.energy_gap[step]), _explained(run)
     through = f", mostly through “{cause.label}”" if cause else ""
+    than = f"{'less' if share < 0 else 'more'} than {_reference(comparison)}"
     return (
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
-        f"{100 * abs(share):.3g} % of the start's energy {'less' if share < 0 else 'more'} than {_reference(comparison)}"
-        f"{through}."
+        f"{100 * abs(share):.3g} % of the start's energy {than}{through}."
     ).strip()
 
 
@@ -343,7 +345,8 @@ def _statistics(comparison: Comparison) -> str:
         return ""
     found, agree = [], []
     for name, run in comparison.runs.items():
-        if (run.figures.energy_drift or 0.0) > MAX_COOLING:  # no equilibrium, and no theory
+        cools = (run.figures.energy_drift or 0.0) > MAX_COOLING  # then there is no equilibrium, and no theory
+        if cools or run.figures.pair_contacts < MIN_SAMPLE:
             continue
         wrong = [(error, row) for row in run.theory if (error := _beyond_noise(comparison, run, row))]
         if wrong:
