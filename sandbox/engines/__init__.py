@@ -5,8 +5,11 @@ group `sandbox.engines`:
 
     [project.entry-points."sandbox.engines"]
     mine = "my_package:MyEngine"
+
+Where an engine is named, Pymunk may have other settings than the scene's: `pymunk(substeps=16, iterations=200)`.
 """
 
+import json
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -30,6 +33,7 @@ _BUILT_IN: Final = {
     )
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
+TUNED: Final = "pymunk"  # the engine that a scene has settings for
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 
@@ -38,6 +42,9 @@ class Engine(Protocol):
 
     A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
     class: the ledger then judges each contact by the velocities after all of them.
+
+    A solver that reports no impulses, so that those of its contacts are inferred from the changes of velocity, sets
+    `infers_impulses = True`: they are then no evidence of where its momentum went.
 
     An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
     engine to find out, which takes a second for many balls.
@@ -91,6 +98,43 @@ def _lacks_library(engine: str) -> bool:
     return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
+def settings_in(name: str) -> tuple[str, dict[str, float]]:
+    """Return an engine's name without its settings, and these. Raises SandboxError if they cannot be read.
+
+    >>> settings_in("pymunk(substeps=4, collision_bias=0.5)")
+    ('pymunk', {'substeps': 4, 'collision_bias': 0.5})
+    """
+    base, bracket, rest = name.partition("(")
+    if not bracket:
+        return name, {}
+    if base != TUNED:
+        raise SandboxError(f"{name}: {base} takes no settings; only {TUNED} does")
+    pairs = [pair.partition("=") for pair in rest.removesuffix(")").split(",")]
+    try:
+        values = {key.strip(): json.loads(value) for key, _, value in pairs}
+    except ValueError:
+        values = {}
+    numbers = all(isinstance(value, int | float) for value in values.values())
+    if not rest.endswith(")") or len(values) < len(pairs) or not numbers:
+        raise SandboxError(f"{name}: must be written as {TUNED}(substeps=4, iterations=30)")
+    return base, values
+
+
+def _with_settings(name: str, scene: Scene) -> tuple[str, Scene]:
+    """Return an engine's name without its settings, and the scene with them. Raises SandboxError if one is wrong."""
+    base, settings = settings_in(name)
+    if not settings:
+        return base, scene
+    known = type(scene.pymunk).model_fields
+    for key in settings:
+        if key not in known:
+            raise SandboxError(f"{name}: {key} is not a setting of {TUNED}; {suggestion(key, known)}")
+    try:
+        return base, scene.changed(pymunk=scene.pymunk.model_dump(exclude_unset=True) | settings)
+    except SandboxError as error:
+        raise SandboxError(f"{name}: {error}") from error
+
+
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
     engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
     if _lacks_library(name):
@@ -111,6 +155,7 @@ class _CheckedEngine:
 
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
         self.together = getattr(engine, "together", False)
+        self.infers_impulses = getattr(engine, "infers_impulses", False)
         self.step = engine.step
         self.kick = engine.kick
         self._name = name
@@ -166,6 +211,7 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
 
     An engine from an entry point also raises SandboxError when its states or contacts are not valid.
     """
+    name, scene = _with_settings(name, scene)
     engine = _engine(name)
     if name in _BUILT_IN:
         return engine(scene, initial)
@@ -189,6 +235,7 @@ def _owner(engine: type, method: str) -> type:
 
 def can_run(name: str, scene: Scene, initial: State) -> bool:
     """Return whether the named engine can run a scene: by its `check` or, if it has none, by building it."""
+    name, scene = _with_settings(name, scene)
     engine = _engine(name)
     try:
         if check := getattr(engine, "check", None):

@@ -21,8 +21,8 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 
 FIGURES = {
-    "energy_ratio", "energy_drift", "momentum_drift", "gap_rms", "gap_max", "pair_contacts", "wall_contacts",
-    "max_overlap", "escaped", "expected", "met", "first_difference", "ledger",
+    "energy_ratio", "energy_drift", "energy_error", "momentum_drift", "gap_rms", "gap_max", "pair_contacts",
+    "wall_contacts", "max_overlap", "escaped", "expected", "met", "first_difference", "ledger",
 }  # fmt: skip
 
 
@@ -227,7 +227,8 @@ def test_a_gas_is_compared_with_theory_and_three_balls_are_not() -> None:
 def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0))
     document = comparison.as_json()
-    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", "horizon", "engines"]
+    trust = ["horizon", "undecided", "unresolved"]
+    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
     rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
