@@ -39,9 +39,14 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
         values = [figure(run.figures) for run in runs]
         yield [label, *("-" if value is None else template.format(value) for value in values)]
     if any(run.scores for run in runs):
-        yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
+        yield ["expectations met", *map(_met, runs)]
     firsts = [run.figures.first_difference for run in runs]
     yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
+
+
+def _met(run: Run) -> str:
+    met, expected, skipped = run.figures.met, run.figures.expected, run.figures.skipped
+    return f"{met} of {expected}" + (f", {skipped} skipped" if skipped else "")
 
 
 def horizon_words(comparison: Comparison) -> str:

@@ -234,28 +234,45 @@ def verify(
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
+    junit: Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML.")] = None,
 ) -> None:
     """Score engines against what scenes expect.
 
-    The table shows the largest error in each scene. Exit code 1: an engine named with --engines missed an expectation;
-    without --engines, the exact engine did.
+    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. Exit code 1:
+    an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
-    from sandbox.analysis.verify import all_passed, as_json
+    from sandbox.analysis.verify import all_passed, as_json, as_junit
     from sandbox.analysis.verify import verify as score_engines
-    from sandbox.cli.tables import print_board
+    from sandbox.cli.tables import Scoreboard, print_misses, print_tally
     from sandbox.engines import registry
     from sandbox.scene.files import bundled, load
 
-    check_outputs({"--json": json_file}, scenes or ())
+    check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     show_compiling()
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
-    board = score_engines(chosen, engines or list(registry()))
-    if not board:
+    scored = [scene for scene in chosen if scene.expect]
+    if not scored:
         raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
+    names = engines or list(registry())
+    rows = score_engines(scored, names)
+    printed = not {json_file, junit} & {*STANDARD_OUTPUT}
+    scoreboard = Scoreboard([scene.name for scene in scored], names) if printed else None
+    board = {}
+    for scene, row in rows:
+        board[scene] = row
+        if scoreboard:
+            scoreboard.print_row(scene, row)
+        for result in row.values():
+            if result.details:
+                print(result.details, end="", file=sys.stderr)
     if json_file:
         _write(_json(as_json(board)), json_file)
-    if json_file not in STANDARD_OUTPUT:
-        print_board(board)
+    if junit:
+        _write(as_junit(board), junit)
+    if printed:
+        print_misses(board)
+        print()
+        print_tally(board)
     if not all_passed(board, engines):
         raise typer.Exit(1)
 

@@ -91,12 +91,19 @@ def _lacks_library(engine: str) -> bool:
     return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
-def _engine(name: str) -> "Callable[[Scene, State], Engine]":
-    engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
+def check_name(name: str) -> None:
+    """Raise SandboxError if there is no engine of this name, or its library is not installed."""
+    if name in _BUILT_IN:
+        return
     if _lacks_library(name):
         raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
-    if name not in engines:
+    if name not in (engines := registry()):
         raise SandboxError(f"no engine {name!r}; {suggestion(name, engines)}")
+
+
+def _engine(name: str) -> "Callable[[Scene, State], Engine]":
+    check_name(name)
+    engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
     try:
         return cast("Callable[[Scene, State], Engine]", engines[name].load())
     except (ImportError, AttributeError) as error:
