@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY, TUNED, energy_error
+from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY
+from sandbox.engines import TUNED
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
@@ -57,8 +58,7 @@ def _try(scene: Scene, changes: dict[str, int], against: str, inputs: Sequence[I
     settings = {key: value for key, value in changes.items() if key != "rate"}
     changed = scene.changed(rate=rate, pymunk=scene.pymunk.model_copy(update=settings))
     run = compare(changed, [TUNED, against], against=against, inputs=inputs).runs[TUNED]
-    error = energy_error(run)
-    return Trial(changes, run.apart, abs(error[0]) if error else 0.0, run.figures.gap_rms)
+    return Trial(changes, run.apart, run.figures.energy_error or 0.0, run.figures.gap_rms)
 
 
 def recommend(trials: Sequence[Trial]) -> str:

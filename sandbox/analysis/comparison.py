@@ -9,8 +9,8 @@ import numpy as np
 from sandbox.analysis.difference import Record
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import REFERENCE, Trust, Twin, reference_of
-from sandbox.engines import can_run, default_engines
+from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
+from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
@@ -29,9 +29,8 @@ class Comparison:
     """Several engines' runs of one scene.
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; horizon, undecided, unresolved: s, until when the reference means anything, each None
-    if that is to the end (see `sandbox.analysis.reference`); stride: steps between two frames of the runs' paths;
-    inputs: replayed into all engines.
+    there; time: (steps + 1,) s; horizon, undecided, unresolved, tied: until when the reference means anything, as in
+    `Trust`; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -42,15 +41,21 @@ class Comparison:
     horizon: float | None
     undecided: float | None
     unresolved: float | None
+    tied: tuple[int, int] | None
     stride: int
     inputs: tuple[Input, ...]
 
     notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     @property
+    def trust(self) -> Trust:
+        """Until when the reference means anything, and why no longer."""
+        return Trust(self.horizon, self.undecided, self.unresolved, self.tied)
+
+    @property
     def trusted_until(self) -> float | None:
         """When the reference's paths first mean nothing, s: the earliest of the three; None if they do to the end."""
-        return Trust(self.horizon, self.undecided, self.unresolved).until
+        return self.trust.until
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
@@ -80,11 +85,18 @@ class Comparison:
         show = type(self).notebook_html
         return show(self) if show else None
 
-    def exceeded_limits(self, max_gap: float | None = None, max_drift: float | None = None) -> Iterator[str]:
+    def exceeded_limits(
+        self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
+    ) -> Iterator[str]:
         """Report each limit that an engine exceeds: by how much, and since when."""
         for name, run in self.runs.items():
             drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
-            for what, limit, values, unit in (("gap", max_gap, run.gap_max, " px"), ("drift", max_drift, drift, "")):
+            error = np.nan_to_num(np.abs(run.energy_gap))
+            for what, limit, values, unit in (
+                ("gap", max_gap, run.gap_max, " px"),
+                ("drift", max_drift, drift, ""),
+                ("energy error", max_energy_error, error, ""),
+            ):
                 if limit is not None and values.max() > limit:
                     since = self.time[int((values > limit).argmax())]
                     yield (
@@ -130,9 +142,10 @@ def compare(
     """Run a scene in several engines, in lockstep, for its seconds.
 
     engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene),
-    and "exact" if it can run the scene; against: the engine that the others are measured against, by default "exact"
-    if it takes part, else the last; inputs: recorded inputs to replay; progress: called now and then with the fraction
-    that is done. If inputs edit the scene, the comparison covers what follows the last edit.
+    and "exact" or, if it cannot run the scene, Pymunk with many substeps and iterations; against: the engine that the
+    others are measured against, by default "exact" if it takes part, else the last; inputs: recorded inputs to replay;
+    progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
+    follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
     """
     if isinstance(engines, str):
@@ -195,26 +208,27 @@ def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
 
 
 class _RunningReference:
-    """The reference when it runs along, with its twin. kept: where its positions are kept, (steps + 1, n, 2) px."""
+    """The reference when it runs along, with its twins. kept: where its positions are kept, (steps + 1, n, 2) px."""
 
     def __init__(self, lockstep: Lockstep, measurement: Measurement, kept: Floats | None) -> None:
         self._measurement = measurement
-        self._twin = Twin(lockstep, measurement.runner.name)
-        self._twin_states = States.empty(*measurement.states.position.shape[:2])
-        self._twin_states.position[0] = measurement.states.position[0]
+        self._twins = Twins(lockstep, measurement.runner.name)
+        self.twin_states = {
+            runner: States.empty(*measurement.states.position.shape[:2]) for runner in self._twins.runners
+        }
+        for states in self.twin_states.values():  # at the start they are where the original is
+            states.position[0], states.velocity[0] = measurement.states.rows(slice(1))
         self._rate = lockstep.scene.rate
         self._kept = kept
-        self.twin = {self._twin.runner: self._twin_states}
 
     def positions(self, rows: slice, before: int) -> Floats:
-        """Return as `Reference.positions` does, and compare with the twin. All rows are asked for once, in order."""
-        found = self._measurement.states.position[rows]
+        """Return as `Reference.positions` does, and compare with the twins. All rows are asked for once, in order."""
+        found = self._measurement.states.rows(rows)
         if self._kept is not None:
-            self._kept[before + rows.start : before + rows.stop] = found
-        if self._twin.apart is None:
-            time = np.arange(before + rows.start, before + rows.stop) / self._rate
-            self._twin.compare(self._twin_states.position[rows], found, time)
-        return found
+            self._kept[before + rows.start : before + rows.stop] = found.position
+        time = np.arange(before + rows.start, before + rows.stop) / self._rate
+        self._twins.compare(found, {runner: states.rows(rows) for runner, states in self.twin_states.items()}, time)
+        return found.position
 
     @property
     def record(self) -> Record:
@@ -229,7 +243,7 @@ class _RunningReference:
     @property
     def trust(self) -> Trust:
         """Until when its paths mean anything, at the end of the run."""
-        return Trust(self._twin.apart)
+        return self._twins.trust(self._measurement.record.contacts)
 
 
 class _Segment:
@@ -267,7 +281,7 @@ class _Segment:
             self.reference = reference
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
-            self.states |= self.reference.twin
+            self.states |= self.reference.twin_states
         self.pulled = np.full(self.rows, -1)
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
@@ -340,5 +354,4 @@ def _path_stride(scene: Scene, steps: int) -> int:
 
 def _default_names(scene: Scene) -> list[str]:
     initial = spawn(scene)
-    reference = [REFERENCE] if can_run(REFERENCE, scene, initial) else []
-    return default_engines(scene, initial) + reference
+    return [*default_engines(scene, initial), best_reference(scene, initial)]

@@ -9,14 +9,15 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.tunnelling import Passage
-from sandbox.quantity import energy, length, momentum, outside
+from sandbox.quantity import dot, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.model import Expect, Scene
+from sandbox.scene.model import ARENA_WALLS, Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -28,7 +29,7 @@ class Figures:
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
-    energy_error: float | None  # largest difference from the reference's energy at one time, as a fraction of its start
+    energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
     momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
@@ -41,6 +42,12 @@ class Figures:
     skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
     first_difference: Difference | None  # from the reference
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
+
+
+def keeps_energy(scene: Scene) -> bool:
+    """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
+    factors = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls), *scene.bodies.elasticity]
+    return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
 
 
 class Escape(NamedTuple):
@@ -56,9 +63,11 @@ class Escape(NamedTuple):
 class Run:
     """What one engine did, over time.
 
-    energy: (steps + 1,) kg px²/s²; momentum: (steps + 1, 2) kg px/s; gap_rms, gap_max: (steps + 1,) px from the
-    reference over the balls; gap_of_ball: (n,) px, each ball's largest; apart: s, when a ball is first more than its
-    radius from the reference's, None if never; contacts: in order of time; differences: from the reference, until the
+    energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
+    its start, give or take a step, NaN where the reference's energy means nothing; momentum: (steps + 1, 2) kg px/s;
+    gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
+    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
+    mean anything; contacts: in order of time; differences: from the reference, until the
     two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
     scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
@@ -66,6 +75,7 @@ class Run:
 
     figures: Figures
     energy: Floats
+    energy_gap: Floats
     momentum: Floats
     gap_rms: Floats
     gap_max: Floats
@@ -102,6 +112,8 @@ class Measurement:
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._momentum = np.empty((steps + 1, 2))
+        self._pull_momentum = np.zeros((steps + 1, 2))  # kg px/s, given by the mouse in the step that led to each state
+        self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: float | None = None  # s
@@ -164,6 +176,9 @@ class Measurement:
         self._contacts.append(self.runner.engine.contacts())
         position, velocity = self.states.rows(slice(rows))
         self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
+        steps = self._entered + np.flatnonzero(pulled >= 0)
+        self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
+        self._entered += rows - 1
         position[0], velocity[0] = position[-1], velocity[-1]
         self.pull[:] = 0.0
 
@@ -192,15 +207,19 @@ class Measurement:
         at_wall = contacts[contacts["second"] < 0]
         total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
         final = self._final
-        until = min(time for time in (self._apart, trusted_until, final.time) if time is not None)
+        trusted = math.inf if trusted_until is None else trusted_until
+        apart = self._apart if self._apart is not None and self._apart < trusted else None
+        until = min(trusted, final.time if apart is None else apart)
+        means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
+        energy_gap = self._energy_gap(reference_energy, means_energy)
         differing = differences(scene, record, reference, until, final.time) if reference else ()
-        unexplained = self._unexplained_momentum(at_wall, disturbed)
+        unexplained = self._unexplained_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
             energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
-            energy_error=self._energy_error(reference_energy, trusted_until),
+            energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
             momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
@@ -217,11 +236,12 @@ class Measurement:
         return Run(
             figures=figures,
             energy=total_energy,
+            energy_gap=energy_gap,
             momentum=self._momentum,
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,
-            apart=self._apart,
+            apart=apart,
             contacts=contacts,
             differences=differing,
             missed=tuple(sorted(record.missed)),
@@ -232,14 +252,20 @@ class Measurement:
             final=final,
         )
 
-    def _energy_error(self, reference: Floats, trusted_until: float | None) -> float | None:
-        """Return the largest difference from the reference's energy at one time, as a fraction of its start.
+    def _energy_gap(self, reference: Floats, until: float) -> Floats:
+        """Return `Run.energy_gap`. reference: (steps + 1,) kg px²/s²; until: s, when its energy first means nothing.
 
-        reference: (steps + 1,) kg px²/s².
+        A time-stepped engine may be a step late, or early, with a loss of energy that the scene asks for. So the
+        difference is from the range of the reference's energy, from a step before to a step after.
         """
-        steps = len(reference) if trusted_until is None else max(1, math.ceil(trusted_until * self._scene.rate - 1e-9))
-        start = reference[0]
-        return float(np.abs(self.energy - reference)[:steps].max() / start) if start else None
+        around = np.stack(
+            [np.append(reference[:1], reference[:-1]), reference, np.append(reference[1:], reference[-1:])]
+        )
+        above = np.maximum(self.energy - around.max(axis=0), 0.0)
+        below = np.minimum(self.energy - around.min(axis=0), 0.0)
+        gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
+        gap[1:][np.arange(1, len(gap)) >= until * self._scene.rate * (1 - NEGLIGIBLE)] = np.nan
+        return gap
 
     def _escape(self) -> Escape | None:
         if self._first_outside is None:
@@ -247,13 +273,21 @@ class Measurement:
         furthest = self._furthest_outside
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
 
-    def _unexplained_momentum(self, at_wall: Contacts, disturbed: Bools) -> Floats:
-        """Return the momentum not given by walls, gravity or mouse, (steps,) kg px/s. disturbed: (steps + 1,)."""
-        disturbed = disturbed.copy()
-        disturbed[steps_containing(at_wall["time"], self._scene.rate)] = True
-        fall = np.multiply(self._scene.gravity, self._scene.bodies.mass.sum() / self._scene.rate)
-        change = np.diff(self._momentum, axis=0) - fall
-        return length(np.cumsum(np.where(disturbed[1:, None], 0.0, change), axis=0))
+    def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
+        """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
+
+        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts.
+        """
+        scene, steps = self._scene, len(self._momentum) - 1
+        unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
+        unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
+        step = np.clip(steps_containing(at_wall["time"], scene.rate), 1, steps) - 1
+        np.add.at(unexplained, step, at_wall["impulse"][:, None] * at_wall["normal"])
+        walls = np.array([scene.arena.friction] * len(ARENA_WALLS) + [wall.friction for wall in scene.walls])
+        rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
+        for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
+            unexplained[k] = dot(unexplained[k], normal) * normal
+        return length(np.cumsum(unexplained, axis=0))
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws:

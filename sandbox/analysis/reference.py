@@ -1,16 +1,53 @@
-"""The reference: the engine that others are measured against, and until when its own paths can be trusted."""
+"""The reference: the engine that others are measured against, and until when its own paths mean anything."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Final, NamedTuple
 
 import numpy as np
 
+from sandbox.analysis.ledger import steps_containing
+from sandbox.analysis.ties import find_tie
+from sandbox.engines import TUNED, Engine, can_run, settings_in
+from sandbox.engines.exact.contact import HOP_TIME
+from sandbox.engines.exact.engine import ExactEngine
+from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.quantity import length
-from sandbox.run.lockstep import Lockstep
-from sandbox.state import Floats, State
+from sandbox.run.lockstep import Lockstep, Runner
+from sandbox.scene.model import Scene
+from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
 
 REFERENCE: Final = "exact"
+SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
+MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
+FINER_SUBSTEPS: Final = 16  # times the scene's, of Pymunk as the reference where `exact` cannot run
+MANY_ITERATIONS: Final = 200  # of its solver
+PARTED: Final = 1e-9  # of a radius or a speed, by which the renumbered twin is elsewhere, not only rounded otherwise
+RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
+
+
+def best_reference(scene: Scene, initial: State) -> str:
+    """Return the engine to measure others against: the exact one or, if it cannot run the scene, a converged one."""
+    return REFERENCE if can_run(REFERENCE, scene, initial) else converged(scene)
+
+
+def converged(scene: Scene) -> str:
+    """Return Pymunk with settings so fine that little would change if they were finer still."""
+    substeps = FINER_SUBSTEPS * scene.pymunk.substeps
+    return f"{TUNED}(substeps={substeps}, iterations={MANY_ITERATIONS}, collision_persistence=1)"
+
+
+def described(engine: str) -> str:
+    """Return an engine's name in a sentence.
+
+    >>> described("pymunk(substeps=16, iterations=200)")
+    'Pymunk with 16 substeps and 200 iterations'
+    """
+    name, settings = settings_in(engine)
+    counts = [f"{settings[key]:g} {key}" for key in ("substeps", "iterations") if key in settings]
+    return f"{name.capitalize()} with {' and '.join(counts)}" if counts else engine
 
 
 def reference_of(engines: Sequence[str]) -> str:
@@ -19,49 +56,148 @@ def reference_of(engines: Sequence[str]) -> str:
 
 
 class Trust(NamedTuple):
-    """Until when the paths of the reference mean anything: three times, s, each None if that is to the end."""
+    """Until when the paths of the reference mean anything: three times, s, each None if that is to the end.
+
+    tied: the two bodies (balls, or ~walls) of which the order is undecided.
+    """
 
     horizon: float | None = None
     undecided: float | None = None
     unresolved: float | None = None
+    tied: tuple[int, int] | None = None
 
     @property
     def until(self) -> float | None:
         """The earliest of the three."""
-        return min((time for time in self if time is not None), default=None)
+        return min(self._found.values(), default=None)
+
+    @property
+    def ends_by(self) -> str:
+        """Which of the three is the earliest; empty if none is within the run."""
+        return min(self._found, key=self._found.__getitem__, default="")
+
+    @property
+    def _found(self) -> dict[str, float]:
+        """Those that are within the run. At equal times, the one that says more comes first."""
+        times = {"undecided": self.undecided, "unresolved": self.unresolved, "horizon": self.horizon}
+        return {name: time for name, time in times.items() if time is not None}
 
 
-class Twin:
-    """A second copy of an engine of a lockstep, with the first ball one unit in the last place further right.
+class Twins:
+    """Copies of an engine of a lockstep that run along with it, hidden.
 
-    The difference grows by a factor at every contact. Once a ball is a radius from where the original has it, no
-    solver that rounds can be right about paths: that is the horizon. apart: s, the horizon; None while it is to come.
+    Each kind finds one time from which the paths of the original mean nothing:
+
+    - The horizon. Shifted twins begin with every coordinate of every ball some units in the last place elsewhere. The
+      difference grows by a factor at every contact. Once a ball of any of them is a radius from where the original has
+      it, no solver that rounds can be right about paths.
+    - Undecided. The renumbered twin has its balls in reverse order, and agrees to the bit until contacts that share a
+      ball are simultaneous. If the velocities after them then depend on the order, no law says which is right.
+    - Unresolved. Under gravity, the finer twin of `exact` has half the hop of discs that lean on each other. Once a
+      ball of it is a radius away, the treatment of heaps matters.
+
+    A kind runs until it has found its time, and none beyond the horizon. Times count from when the twins were built.
     """
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
-        state = lockstep.engines[engine].state()
-        position = state.position.copy()
-        position[0, 0] = np.nextafter(position[0, 0], np.inf)
-        self.runner = lockstep.new_runner(engine, replace(state, position=position))
-        self.apart: float | None = None
-        self._lockstep = lockstep
-        lockstep.hidden[:] = [self.runner]
+        scene, state = lockstep.scene, lockstep.engines[engine].state()
+        self._hidden, self._radius, self._rate = lockstep.hidden, scene.bodies.radius, scene.rate
+        self._shifted = [lockstep.new_runner(engine, _shifted(state, seed)) for seed in range(SHIFTED_TWINS)]
+        self._renumbered = [lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))]
+        under_gravity = engine == REFERENCE and any(scene.gravity)
+        self._finer = [lockstep.new_runner(engine, state, _finer)] if under_gravity else []
+        shortest = HOP_TIME if engine == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
+        self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
+        self._together = lockstep.engines[engine].together
+        self._horizon: float | None = None
+        self._unresolved: float | None = None
+        self._parted: int | None = None  # the step in which the renumbered twin parts from the original
+        self._contacts = no_contacts()  # of the renumbered twin in that step
+        for runner in self._renumbered:
+            runner.engine.contacts()  # starts recording
+        self._hidden[:] = [*self._shifted, *self._renumbered, *self._finer]
 
-    def update(self, original: State) -> None:
-        """Check whether a ball is a radius away from the original's after a step."""
-        if self.apart is None:
-            position = self.runner.engine.state().position
-            self.compare(position[None], original.position[None], np.array([original.time]))
+    @property
+    def runners(self) -> list[Runner]:
+        """The twins that still run."""
+        return list(self._hidden)
 
-    def compare(self, position: Floats, original: Floats, time: Floats) -> None:
-        """Find the first of some steps after which a ball is a radius away; the twin then no longer runs along.
-
-        position, original: (steps, n, 2) px, of the twin and of the original; time: (steps,) s, after each step.
-        """
-        offset, radius = position - original, self._lockstep.scene.bodies.radius
-        if 2 * np.abs(offset).max(initial=0.0) < radius.min():  # saves the lengths of almost all offsets
+    def compare(self, original: States, twins: Mapping[Runner, States], time: Floats) -> None:
+        """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
+        if not self._hidden:
             return
-        apart = (length(offset) > radius).any(axis=1)
-        if apart.any():
-            self.apart = float(time[apart.argmax()])
-            self._lockstep.hidden.clear()
+        row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
+        ends = row < len(time)
+        rows = slice(row + 1)  # what comes after the horizon does not count
+        if self._renumbered:
+            self._compare_renumbered(original.rows(rows), twins[self._renumbered[0]].rows(rows), time[rows])
+        if self._finer:
+            found = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
+            if found < len(time[rows]):
+                self._unresolved = float(time[found])
+                self._finer = []
+        if ends:
+            self._horizon = float(time[row])
+            self._shifted, self._renumbered, self._finer = [], [], []
+        self._hidden[:] = [*self._shifted, *self._renumbered, *self._finer]
+
+    def update(self, original: State, contacts: Contacts, time: float) -> Trust:
+        """Compare as `compare` does after each step. contacts: of the original in this step; time: s, at its end."""
+        if self._hidden:
+            states = {runner: runner.state() for runner in self._hidden}
+            rows = {runner: States(one.position[None], one.velocity[None]) for runner, one in states.items()}
+            self.compare(States(original.position[None], original.velocity[None]), rows, np.array([time]))
+        return self.trust(contacts)
+
+    def _compare_renumbered(self, original: States, twin: States, time: Floats) -> None:
+        contacts = self._renumbered[0].engine.contacts()
+        row = _first(self._is_different(original, twin))
+        if row < len(time):
+            self._parted = round(time[row] * self._rate)
+            self._contacts = self._in_step_of_parting(contacts)
+            self._renumbered = []
+
+    def _in_step_of_parting(self, contacts: Contacts) -> Contacts:
+        """Return the contacts in the step in which the renumbered twin parts, without those of bodies at rest."""
+        step = steps_containing(contacts["time"], self._rate)
+        found: Contacts = contacts[(step == self._parted) & (contacts["impulse"] > self._resting)]
+        return found
+
+    def trust(self, contacts: Contacts) -> Trust:
+        """Return what is found so far. contacts: of the original, at least those of the last step."""
+        if self._parted is None:
+            return Trust(self._horizon, None, self._unresolved)
+        tie = find_tie(self._in_step_of_parting(contacts), self._contacts, together=self._together)
+        undecided = (tie.time, (tie.first, tie.second)) if tie else (None, None)
+        return Trust(self._horizon, undecided[0], self._unresolved, undecided[1])
+
+    def _is_away(self, original: States, twin: States) -> Bools:
+        """Return whether a ball is more than its radius away, (steps,)."""
+        offset = twin.position - original.position
+        if 2 * np.abs(offset).max(initial=0.0) < self._radius.min():  # saves the lengths of almost all offsets
+            return np.zeros(len(offset), bool)
+        return np.asarray((length(offset) > self._radius).any(axis=1))
+
+    def _is_different(self, original: States, twin: States) -> Bools:
+        """Return whether a ball's place or velocity differs by more than rounding, (steps,)."""
+        offset = np.abs(twin.position - original.position) > PARTED * self._radius[:, None]
+        speed = np.abs(original.velocity).max(axis=(1, 2), initial=0.0)
+        change = np.abs(twin.velocity - original.velocity) > PARTED * speed[:, None, None]
+        return np.asarray((offset | change).any(axis=(1, 2)))
+
+
+def _first(found: Bools) -> int:
+    """Return the first row that is true, or the number of rows."""
+    return int(found.argmax()) if found.any() else len(found)
+
+
+def _shifted(state: State, seed: int) -> State:
+    """Return a state with every coordinate of every ball up to MAX_SHIFT units in the last place elsewhere."""
+    rng, position = np.random.default_rng(seed), state.position
+    units = rng.integers(1, MAX_SHIFT + 1, position.shape) * rng.choice((-1, 1), position.shape)
+    return replace(state, position=position + units * np.spacing(position))
+
+
+def _finer(scene: Scene, initial: State) -> Engine:
+    """Build `exact` with half the hop of discs that lean on each other."""
+    return ExactEngine(scene, initial, hop_time=HOP_TIME / 2)

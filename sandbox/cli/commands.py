@@ -165,6 +165,12 @@ def compare(
     max_drift: Annotated[
         float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger fraction.")
     ] = None,
+    max_energy_error: Annotated[
+        float | None,
+        typer.Option(
+            min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."
+        ),
+    ] = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
@@ -194,7 +200,7 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift)):
+    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
         print("\n".join(exceeded), file=sys.stderr)
         raise typer.Exit(1)
 

@@ -48,10 +48,10 @@ class Setting(NamedTuple):
 def parse_names(text: str) -> Sequence[str]:
     """Parse "pymunk,article".
 
-    >>> parse_names("pymunk, article")
-    ['pymunk', 'article']
+    >>> parse_names("pymunk(substeps=4, iterations=30), article")
+    ['pymunk(substeps=4, iterations=30)', 'article']
     """
-    names = [name.strip() for name in text.split(",")]
+    names = [name.strip() for name in re.split(r",(?![^(]*\))", text)]  # not at the commas in brackets
     if not any(names):
         raise OptionError(f"{text!r}: must be names separated by commas")
     if not all(names):

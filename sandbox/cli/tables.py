@@ -11,7 +11,7 @@ from sandbox.analysis.advice import Trial, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
-from sandbox.analysis.verdict import horizon_words, key_figures, verdict
+from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
 from sandbox.analysis.verify import Board, Outcome, Result, tally
 from sandbox.bench.against import worse
 from sandbox.bench.figure import Figure
@@ -36,7 +36,7 @@ def print_comparison(comparison: Comparison) -> None:
     terminal.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
         f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} per second, "
-        f"measured against {comparison.against}; {horizon_words(comparison)}\n"
+        f"measured against {comparison.against}; {trust_words(comparison)}\n"
     )
     terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
@@ -46,6 +46,8 @@ def print_comparison(comparison: Comparison) -> None:
     for label, *values in comparison_rows(comparison):
         table.add_row(label, *values)
     terminal.print(table)
+    if words := mark_words(comparison):
+        terminal.print(f"\n{words}")
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
             terminal.print(

@@ -5,8 +5,11 @@ group `sandbox.engines`:
 
     [project.entry-points."sandbox.engines"]
     mine = "my_package:MyEngine"
+
+Where an engine is named, Pymunk may have other settings than the scene's: `pymunk(substeps=16, iterations=200)`.
 """
 
+import json
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -30,6 +33,7 @@ _BUILT_IN: Final = {
     )
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
+TUNED: Final = "pymunk"  # the engine that a scene has settings for
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 
@@ -91,14 +95,52 @@ def _lacks_library(engine: str) -> bool:
     return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
+def settings_in(name: str) -> tuple[str, dict[str, float]]:
+    """Return an engine's name without its settings, and these. Raises SandboxError if they cannot be read.
+
+    >>> settings_in("pymunk(substeps=4, collision_bias=0.5)")
+    ('pymunk', {'substeps': 4, 'collision_bias': 0.5})
+    """
+    base, bracket, rest = name.partition("(")
+    if not bracket:
+        return name, {}
+    if base != TUNED:
+        raise SandboxError(f"{name}: {base} takes no settings; only {TUNED} does")
+    pairs = [pair.partition("=") for pair in rest.removesuffix(")").split(",")]
+    try:
+        values = {key.strip(): json.loads(value) for key, _, value in pairs}
+    except ValueError:
+        values = {}
+    numbers = all(isinstance(value, int | float) for value in values.values())
+    if not rest.endswith(")") or len(values) < len(pairs) or not numbers:
+        raise SandboxError(f"{name}: must be written as {TUNED}(substeps=4, iterations=30)")
+    return base, values
+
+
+def _with_settings(name: str, scene: Scene) -> tuple[str, Scene]:
+    """Return an engine's name without its settings, and the scene with them. Raises SandboxError if one is wrong."""
+    base, settings = settings_in(name)
+    if not settings:
+        return base, scene
+    known = type(scene.pymunk).model_fields
+    for key in settings:
+        if key not in known:
+            raise SandboxError(f"{name}: {key} is not a setting of {TUNED}; {suggestion(key, known)}")
+    try:
+        return base, scene.changed(pymunk=scene.pymunk.model_dump(exclude_unset=True) | settings)
+    except SandboxError as error:
+        raise SandboxError(f"{name}: {error}") from error
+
+
 def check_name(name: str) -> None:
     """Raise SandboxError if there is no engine of this name, or its library is not installed."""
-    if name in _BUILT_IN:
+    base, _ = settings_in(name)
+    if base in _BUILT_IN:
         return
-    if _lacks_library(name):
-        raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
-    if name not in (engines := registry()):
-        raise SandboxError(f"no engine {name!r}; {suggestion(name, engines)}")
+    if _lacks_library(base):
+        raise SandboxError(f'{base}: needs {_EXTRAS[base]}, which is not installed; pip install -e ".[{base}]"')
+    if base not in (engines := registry()):
+        raise SandboxError(f"no engine {base!r}; {suggestion(base, engines)}")
 
 
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
@@ -173,6 +215,7 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
 
     An engine from an entry point also raises SandboxError when its states or contacts are not valid.
     """
+    name, scene = _with_settings(name, scene)
     engine = _engine(name)
     if name in _BUILT_IN:
         return engine(scene, initial)
@@ -196,6 +239,7 @@ def _owner(engine: type, method: str) -> type:
 
 def can_run(name: str, scene: Scene, initial: State) -> bool:
     """Return whether the named engine can run a scene: by its `check` or, if it has none, by building it."""
+    name, scene = _with_settings(name, scene)
     engine = _engine(name)
     try:
         if check := getattr(engine, "check", None):

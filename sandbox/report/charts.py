@@ -160,16 +160,17 @@ def _gap(comparison: Comparison) -> Chart:
     # A log axis has no 0, so a line begins at the first gap.
     _draw(plot, comparison, {name: np.where(values > 0, values, np.nan) for name, values in series.items()})
     _mark_first_differences(plot, comparison)
-    if comparison.horizon is not None:
-        late = comparison.horizon > comparison.time[-1] / 2
-        label = Label(x=comparison.horizon, y=6, y_units="screen", text="horizon")
+    trust = comparison.trust
+    if trust.until is not None:
+        late = trust.until > comparison.time[-1] / 2
+        label = Label(x=trust.until, y=6, y_units="screen", text=trust.ends_by)
         label.text_align, label.x_offset = ("right", -6) if late else ("left", 6)
         plot.add_layout(label)
     return Chart(
         "gap",
         "Gap",
         f"The largest distance of a ball from its position in {comparison.against}, on a log scale. A line starts at "
-        "the first gap; a large marker is the first contact that differs; after the horizon only statistics are "
+        "the first gap; a large marker is the first contact that differs; after the dashed line only statistics are "
         "meaningful.",
         _ends("Largest gap at the end", series, "px"),
         plot,
@@ -203,7 +204,7 @@ def _contacts(comparison: Comparison) -> Chart:
 
 
 def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
-    """Return an empty chart over time, with the horizon and the cursor that the player moves."""
+    """Return an empty chart over time, with the end of the reference's trust and the cursor that the player moves."""
     end = float(comparison.time[-1]) or 1.0
     plot = figure(
         height=300,
@@ -214,8 +215,9 @@ def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
         **options,
     )
     plot.toolbar.logo = None
-    if comparison.horizon is not None:
-        plot.add_layout(Span(location=comparison.horizon, dimension="height", line_dash="dashed", line_color="#777777"))
+    until = comparison.trusted_until
+    if until is not None:
+        plot.add_layout(Span(location=until, dimension="height", line_dash="dashed", line_color="#777777"))
     # On the overlay level, moving the cursor does not redraw the lines.
     plot.add_layout(
         Span(name="cursor", location=0, dimension="height", line_color=BLACK, line_width=2, level="overlay")

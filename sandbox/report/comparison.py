@@ -19,7 +19,7 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.verdict import horizon_words, key_figures, verdict
+from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
 from sandbox.report.charts import as_document, charts, contacts_by, energies
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import parse
@@ -68,6 +68,7 @@ def page(comparison: Comparison) -> str:
         others={name: run for name, run in comparison.runs.items() if name != comparison.against},
         ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
         figures=[(label, values) for label, *values in key_figures(comparison)],
+        mark=mark_words(comparison),
         verdict=verdict(comparison),
         theory={name: run.theory for name, run in comparison.runs.items() if run.theory},
         charts=drawn,
@@ -173,7 +174,7 @@ def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
     replayed = " Recorded mouse input was replayed into all engines." if comparison.inputs else ""
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
-    against = f"measured against {comparison.against}; {horizon_words(comparison)}"
+    against = f"measured against {comparison.against}; {trust_words(comparison)}"
     return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} per second, {against}.{replayed}"
 
 

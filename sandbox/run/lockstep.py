@@ -1,6 +1,7 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from time import perf_counter
 from typing import Final
 
@@ -20,12 +21,19 @@ FIRST_STEPS: Final = 32  # that engines do in one call while it is not known how
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 
-class Runner:
-    """A named engine of a lockstep; each edit replaces the engine, while time and contacts continue."""
+Build = Callable[[Scene, State], Engine]
 
-    def __init__(self, name: str, engine: Engine, clock: Clock, steps: int) -> None:
+
+class Runner:
+    """A named engine of a lockstep; each edit replaces the engine, while time and contacts continue.
+
+    build: builds the engine from a scene and a state.
+    """
+
+    def __init__(self, name: str, build: Build, scene: Scene, state: State, clock: Clock, steps: int) -> None:
         self.name = name
-        self.engine = engine
+        self.build = build
+        self.engine = build(scene, state)
         self._clock = clock
         self._steps = steps
         self._start = clock.time(steps)  # s, when the engine was built
@@ -96,9 +104,9 @@ class Lockstep:
         self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
 
-    def new_runner(self, name: str, state: State) -> Runner:
-        """Build an engine that continues from a state at this step."""
-        return Runner(name, create(name, self.scene, state), self.clock, self.steps)
+    def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
+        """Build an engine that continues from a state at this step; by default the named one."""
+        return Runner(name, build or partial(create, name), self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -117,7 +125,7 @@ class Lockstep:
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
-        built = [(one, create(one.name, scene, edit.change_state(one.state()))) for one in self._runners]
+        built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
         for runner, engine in built:
             runner.replace(engine)
         self.scene = self.mouse.scene = scene

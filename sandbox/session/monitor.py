@@ -1,4 +1,4 @@
-"""What stands out in a run while it goes on: each engine's first difference from the reference, and the horizon."""
+"""What stands out in a run while it goes on: until when the reference means anything, and first differences from it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ import numpy as np
 
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
-from sandbox.analysis.reference import Twin, reference_of
+from sandbox.analysis.reference import Trust, Twins, reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
@@ -20,10 +20,21 @@ RECENT_STEPS: Final = 2 * CHECK_STEPS  # since the last contact, after which a s
 
 @dataclass(frozen=True)
 class Marks:
-    """Times in a run that stand out, s. differences: for each engine that has one, its first from the reference."""
+    """Times in a run that stand out, s.
+
+    horizon, undecided, unresolved: until when the reference means anything, as in `Trust`; differences: for each engine
+    that has one, its first from the reference.
+    """
 
     horizon: float | None = None
+    undecided: float | None = None
+    unresolved: float | None = None
     differences: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def trust(self) -> Trust:
+        """Until when the reference means anything."""
+        return Trust(self.horizon, self.undecided, self.unresolved)
 
 
 class Monitor:
@@ -36,7 +47,7 @@ class Monitor:
         """Follow engines that are at their first step."""
         self._lockstep = lockstep
         self._reference = reference_of(list(lockstep.engines))
-        self._twin = Twin(lockstep, self._reference)
+        self._marked = Trust()
         self._differences: dict[str, float] = {}
         self._compiled = False
         self._begin_segment()
@@ -44,11 +55,11 @@ class Monitor:
     @property
     def marks(self) -> Marks:
         """What has been found so far."""
-        return Marks(self._twin.apart, dict(self._differences))
+        return Marks(self._marked.horizon, self._marked.undecided, self._marked.unresolved, dict(self._differences))
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
-        self._twin.update(states[self._reference])
+        self._update_trust(states[self._reference], contacts[self._reference])
         if self._lockstep.edited:
             self._begin_segment()
         elif self._followed and self._lockstep.steps > self._begun + self._steps:
@@ -63,9 +74,24 @@ class Monitor:
                 if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
                     self._find_differences()
 
+    def _update_trust(self, state: State, contacts: Contacts) -> None:
+        """Compare the reference with its twins. After an edit, what was found before stays marked."""
+        found = self._twins.update(state, _since(contacts, self._since), self._lockstep.time - self._since)
+        marked = self._marked
+        self._marked = Trust(
+            self._earlier(marked.horizon, found.horizon),
+            self._earlier(marked.undecided, found.undecided),
+            self._earlier(marked.unresolved, found.unresolved),
+        )
+
+    def _earlier(self, marked: float | None, found: float | None) -> float | None:
+        """Return the time marked before, s, or else the one found since the segment began, if any."""
+        return marked if marked is not None or found is None else self._since + found
+
     def _begin_segment(self) -> None:
         """Follow the engines that have not differed yet from the present step on."""
         lockstep = self._lockstep
+        self._twins = Twins(lockstep, self._reference)
         names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
         followed = [*names, self._reference] if names else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
@@ -92,13 +118,14 @@ class Monitor:
         records = {name: engine.record() for name, engine in self._followed.items()}
         reference = records.pop(self._reference)
         end = self._steps / self._scene.rate
+        until = np.inf if self._marked.until is None else self._marked.until - self._since
         for name, record in records.items():
-            found = differences(self._scene, record, reference, np.inf, end)
+            found = differences(self._scene, record, reference, until, end)
             if found:
                 self._differences[name] = self._since + found[0].time
             if found or max(len(record.contacts), len(reference.contacts)) > MAX_CONTACTS_COMPARED:
                 del self._followed[name]
-        if len(self._followed) == 1:
+        if len(self._followed) == 1 or until < end:
             self._followed.clear()
 
 
@@ -122,9 +149,7 @@ class _FollowedEngine:
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
         """Add a step."""
         if len(contacts):
-            contacts = contacts.copy()
-            contacts["time"] -= self._since
-            self._block.append(contacts)
+            self._block.append(_since(contacts, self._since))
         self._states.append(state)
         self._pulled.append(-1 if lockstep.pulled is None else lockstep.pulled)
         self._pulls.append(lockstep.pulls.get(self._name, (0.0, 0.0)))
@@ -148,3 +173,10 @@ class _FollowedEngine:
     def record(self) -> Record:
         """Return all contacts so far with what the ledger found about them."""
         return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
+
+
+def _since(contacts: Contacts, time: float) -> Contacts:
+    """Return contacts with times that count from a time (s)."""
+    contacts = contacts.copy()
+    contacts["time"] -= time
+    return contacts

@@ -16,8 +16,7 @@ from sandbox.analysis.comparison import Comparison, Reference, compare, compare_
 from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Figures, Run
 from sandbox.analysis.reference import REFERENCE
-from sandbox.analysis.verdict import TUNED
-from sandbox.engines import TEXTBOOK_ENGINES, can_run, create
+from sandbox.engines import TEXTBOOK_ENGINES, TUNED, can_run, create
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -46,7 +45,7 @@ class Job(NamedTuple):
 
 
 COLUMNS: Final = (
-    *("scene", *Job._fields, "seconds", "against", "horizon"),
+    *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved"),
     *(field.name for field in fields(Figures)),
     *(*LIBRARIES, "python", "wall_s"),
 )
@@ -138,6 +137,8 @@ def run_job(scene: Scene, against: str, job: Job, reference: Reference | None = 
         "seconds": float(comparison.time[-1]),
         "against": against,
         "horizon": comparison.horizon,
+        "undecided": comparison.undecided,
+        "unresolved": comparison.unresolved,
         **comparison.as_json()["engines"][job.engine],
         **versions(),
         "wall_s": round(wall, 6),

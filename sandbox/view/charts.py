@@ -174,13 +174,14 @@ class Charts:
             pygame.draw.lines(surface, line.colour, False, list(zip(xs, ys, strict=True)), width)
 
     def _draw_marks(self, surface: Surface, plots: list[Rect], text_height: int) -> None:
-        """Draw the horizon and each engine's first difference as labelled lines through all charts."""
+        """Draw the end of the reference's trust and first differences as labelled lines through all charts."""
         marks = [
             (time, f"{name}: first difference", self.palette.line(self.data.engines.index(name)))
             for name, time in self.marks.differences.items()
         ]
-        if self.marks.horizon is not None:
-            marks.append((self.marks.horizon, "horizon", Line(self.palette.ink, (2, 2))))
+        trust = self.marks.trust
+        if trust.until is not None:
+            marks.append((trust.until, trust.ends_by, Line(self.palette.ink, (2, 2))))
         small = max(10, round(0.8 * text_height))
         for row, (time, text, line) in enumerate(marks):
             if time > self._axes.seconds:

@@ -9,11 +9,11 @@ infinitely many contacts in finite time, from stopping the clock:
 - Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
   disc from then on. The disc lies still, slides down a slope, or is stopped where two walls meet, all without events,
   until another disc or a kick moves it or the face ends; each step reports one contact. It slides round the end of a
-  wall in hops of END_HOP_TIME. Discs that lean on each other move apart in hops of about HOP_TIME: at 900 px/s² these
-  are 1.1e-4 px high, and cost about 1/HOP_TIME contacts a second for each pair that touches.
+  wall in hops. Discs that lean on each other move apart in hops of about the world's hop time: at 900 px/s² and
+  HOP_TIME these are 1.1e-4 px high, and cost about 1/HOP_TIME contacts a second for each pair that touches.
 - Rattling. A disc enclosed by others that press on it has ever more, ever slower contacts. After MAX_SLOW_CONTACTS of
-  them within HOP_TIME it is held where it is, as if its mass were infinite, for HOP_TIME or until something hits it
-  faster. So a heap costs about MAX_SLOW_CONTACTS/HOP_TIME contacts a second per disc, however tightly it is packed.
+  them within a hop time it is held where it is, as if its mass were infinite, for a hop time or until something hits
+  it faster. So a heap costs about MAX_SLOW_CONTACTS/HOP_TIME contacts a second per disc, however tightly it is packed.
 """
 
 import math
@@ -28,10 +28,10 @@ from sandbox.engines.walls import ARENA_COUNT
 
 CONTACT_TIME: Final = 1e-6  # s, the TC model's t_c: far below the time between contacts, far above the clock's rounding
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
-END_HOP_TIME: Final = 1e-4  # s, the hops in which a disc slides round the end of a wall
-LEAN_TIME: Final = 2 * HOP_TIME  # s, for which a disc counts as leaning after a hop
+HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall
+LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a hop
 RATTLE_SPEED: Final = 10  # in units of the hop speed; a slower contact counts as rattling
-MAX_SLOW_CONTACTS: Final = 10  # within HOP_TIME, before a disc is held
+MAX_SLOW_CONTACTS: Final = 10  # within a hop time, before a disc is held
 MIN_PARTING: Final = 1e-12  # of the discs' speeds, so that they part even where e = 0 has left no closing speed
 MAX_STREAK: Final = 10_000  # contacts, each within CONTACT_TIME of the last, before a wall stops a disc: it is wedged
 MAX_LOSSLESS_STREAK: Final = 10_000_000  # the same if no contact takes energy; then only its normal motion is stopped
@@ -65,9 +65,15 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
 
 
 @kernel
-def _shortest_flight(body: Record, now: float) -> float:
+def _lean_time(world: World) -> float:
+    """Return how long a disc counts as leaning after a hop, s."""
+    return LEAN_HOPS * world.hop_time
+
+
+@kernel
+def _shortest_flight(world: World, body: Record, now: float) -> float:
     """Return how long a bounce off a face must last, s, for the disc not to rest instead."""
-    return HOP_TIME if now < body.leans_until else CONTACT_TIME
+    return world.hop_time if now < body.leans_until else CONTACT_TIME
 
 
 @kernel
@@ -79,10 +85,11 @@ def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now
     else:
         speed = body.elasticity * piece.elasticity * closing
     leans, is_face = now < body.leans_until, piece.length > 0
-    if is_face and speed <= pull * _shortest_flight(body, now) / 2:
+    if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
         return Parting(0.0, False, True)
     if leans or (pull > 0 and not is_face):
-        hop = world.hop_speed if now - body.last_disc_contact < LEAN_TIME else pull * END_HOP_TIME / 2
+        touches_discs = now - body.last_disc_contact < _lean_time(world)
+        hop = world.hop_speed if touches_discs else pull * (world.hop_time / HOPS_ROUND_END) / 2
         if speed < hop:
             return Parting(hop, True, False)
     return Parting(speed, False, False)
@@ -115,7 +122,7 @@ def collide(world: World, i: int, j: int, now: float) -> tuple[float, float, flo
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if parting.hops:
-        of_a.leans_until = of_b.leans_until = now + LEAN_TIME
+        of_a.leans_until = of_b.leans_until = now + _lean_time(world)
     for k, per_k in ((i, per_a), (j, per_b)):
         if per_k > 0:
             _count_contact(world, k, now)
@@ -163,8 +170,8 @@ def bounce(world: World, i: int, p: int, now: float) -> tuple[float, float, floa
     if parting.rests:
         _carry(world, i, p, carrier, now, nx, ny)
     if parting.hops:
-        body.leans_until = now + LEAN_TIME
-    if now - body.last_disc_contact < LEAN_TIME:
+        body.leans_until = now + _lean_time(world)
+    if now - body.last_disc_contact < _lean_time(world):
         _hold_if_it_rattles(world, i, closing, now)
     _stop_if_wedged(world, i, p, parting.speed, nx, ny)
     return nx, ny, body.mass * (closing + parting.speed), disc.radius + piece.half_thickness - distance
@@ -186,16 +193,16 @@ def _stop(disc: Record, body: Record) -> None:
 
 @kernel
 def _hold_if_it_rattles(world: World, i: int, closing: float, now: float) -> None:
-    """Count disc i's slow contacts, which only gravity causes, and hold it for HOP_TIME if they are too many."""
+    """Count disc i's slow contacts, which only gravity causes, and hold it for a hop time if they are too many."""
     body = world.body[i]
     if closing >= RATTLE_SPEED * world.hop_speed:
         return
-    if now - body.slow_since > HOP_TIME:
+    if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += 1
     if body.slow_contacts > MAX_SLOW_CONTACTS:
         _stop(world.disc[i], body)
-        world.event[i].carrier, body.held_until = HELD, now + HOP_TIME
+        world.event[i].carrier, body.held_until = HELD, now + world.hop_time
 
 
 @kernel
@@ -221,5 +228,5 @@ def _carry(world: World, i: int, p: int, before: int, now: float, nx: float, ny:
     if before != NONE:
         mx, my, _ = _normal(disc, world.piece[before])
         pull = body.ax * mx + body.ay * my
-        if pull > 0 and abs(disc.vx * mx + disc.vy * my) <= pull * _shortest_flight(body, now) / 2:
+        if pull > 0 and abs(disc.vx * mx + disc.vy * my) <= pull * _shortest_flight(world, body, now) / 2:
             _stop(disc, body)

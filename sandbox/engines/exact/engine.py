@@ -23,13 +23,16 @@ LOG_ROWS: Final = 64  # of a new engine's log, besides one for each ball
 
 
 class ExactEngine:
-    """Hard discs, event by event. `collisions` counts the contacts between balls."""
+    """Hard discs, event by event. `collisions` counts the contacts between balls.
 
-    def __init__(self, scene: Scene, initial: State) -> None:
+    hop_time: s, for which discs that lean on each other are apart; where a result depends on it, it is not exact.
+    """
+
+    def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
         self.check(scene)
         self._rate = scene.rate
         self._steps = 0
-        self._world = _world(scene, initial)
+        self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         shape = (1, len(scene.bodies), 2)
         self._row = np.empty(shape), np.empty(shape)  # for `step`
@@ -91,7 +94,7 @@ class ExactEngine:
         kick(self._world, self._disc_of_ball[ball], self._now, float(dv[0]), float(dv[1]))
 
 
-def _world(scene: Scene, initial: State) -> World:
+def _world(scene: Scene, initial: State, hop_time: float) -> World:
     bodies, n = scene.bodies, len(scene.bodies)
     piece = pieces_of(scene)
     grid = empty_grid(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
@@ -106,8 +109,8 @@ def _world(scene: Scene, initial: State) -> World:
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
     body["last_disc_contact"] = -np.inf
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * HOP_TIME / 2
-    return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), hop_speed)
+    queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * hop_time / 2
+    return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), hop_time, hop_speed)
 
 
 def _has_friction(scene: Scene) -> bool:

@@ -17,7 +17,7 @@ class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is
-    not 0; hop_speed: px/s, at which discs that lean on each other part.
+    not 0; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at which they part.
     """
 
     disc: NDArray[np.void]
@@ -28,6 +28,7 @@ class World(NamedTuple):
     queue: EventQueue
     gravity: tuple[float, float]
     has_gravity: bool
+    hop_time: float
     hop_speed: float
 
 
