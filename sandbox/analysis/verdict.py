@@ -366,6 +366,16 @@ def _error_words(error: float, row: TheoryRow) -> str:
     return f"{figure} {verb} {100 * abs(error):.2g} % too {'low' if error < 0 else 'high'} ({row.because})"
 
 
+def worst_of_theory(comparison: Comparison, run: Run) -> float | None:
+    """Return by what fraction the worst figure differs from theory, 0 if none does by more than its sample allows.
+
+    None if no theory applies.
+    """
+    if not run.theory or (run.figures.energy_drift or 0.0) > MAX_COOLING:
+        return None
+    return max(abs(_beyond_noise(comparison, run, row)) for row in run.theory)
+
+
 def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:
     """Return by what fraction a figure differs from theory; 0 if no more than its sample, or the theory, allows.
 

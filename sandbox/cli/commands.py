@@ -38,7 +38,14 @@ from sandbox.cli.options import (
     complete_scene,
     settings_by_key,
 )
-from sandbox.cli.progress import compare_with_bar, displayed, frames_bar, show_compiling, sweep_with_bar
+from sandbox.cli.progress import (
+    advise_with_bar,
+    compare_with_bar,
+    displayed,
+    frames_bar,
+    show_compiling,
+    sweep_with_bar,
+)
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
 from sandbox.text import console, printable
@@ -177,7 +184,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
-    from sandbox.analysis.advice import try_settings
+    from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.cli.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
@@ -187,16 +194,15 @@ def compare(
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     comparison = compare_with_bar(chosen, engines, against, replayed)
-    trials = try_settings(chosen, comparison.against, replayed) if advise else []
+    trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        tried = {"advice": [trial.as_json() for trial in trials]} if advise else {}
-        _write(_json(comparison.as_json() | tried), json_file)
+        _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
     if report:
         from sandbox.report.comparison import page
 
-        _write(page(comparison), report)
+        _write(page(comparison, trials), report)
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)

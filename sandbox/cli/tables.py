@@ -7,7 +7,7 @@ from typing import Final
 from rich.cells import cell_len
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, recommend
+from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
@@ -96,14 +96,13 @@ def print_advice(trials: Sequence[Trial]) -> None:
     if not trials:
         return
     table = Table(box=None, pad_edge=False)
-    table.add_column("pymunk with", overflow="fold")
-    for column in ("agrees until", "energy error", "RMS gap"):
-        table.add_column(column, justify="right", overflow="fold")
-    for trial in trials:
-        until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
-        table.add_row(
-            trial.settings.replace(", ", ",\n"), until, f"{trial.energy_error:.2e}", f"{trial.gap_rms:.4g} px"
-        )
+    for label, *values in advice_rows(trials):
+        if not table.columns:
+            table.add_column(label, overflow="fold")
+            for column in values:
+                table.add_column(column, justify="right", overflow="fold")
+        else:
+            table.add_row(label.replace(", ", ",\n"), *values)
     terminal = console()
     terminal.print()
     terminal.print(table)

@@ -1,19 +1,16 @@
 """What a comparison comes to, and what other settings gain."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.analysis.advice import Trial, recommend, try_settings
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
 from sandbox.analysis.verdict import energy_error, verdict
-from sandbox.run.inputs import Grab
 from sandbox.scene.files import load
 
 
@@ -83,62 +80,3 @@ def test_energy_lost_to_the_scene_s_elasticity_is_no_error() -> None:
     run = compare(scene, ["pymunk", "exact"]).runs["pymunk"]
     assert run.figures.energy_ratio == pytest.approx(0.25)
     assert energy_error(run) is None
-
-
-DENSE = scene_of("radius = 14\ngrid = [19, 19]\nspacing = 30.5\nspeed = 100", size="[600, 600]", more="seconds = 3")
-
-
-def test_advice_finds_what_keeps_the_energy_of_a_dense_gas() -> None:
-    trials = try_settings(DENSE, "exact")
-    assert [trial.changes for trial in trials] == [
-        {},
-        {"rate": 240},
-        {"substeps": 4},
-        {"iterations": 200},
-        {"collision_persistence": 1},
-        {"iterations": 200, "collision_persistence": 1},
-        {"substeps": 4, "iterations": 200, "collision_persistence": 1},
-    ]
-    assert trials[0].energy_error > 1e-4
-    assert trials[5].energy_error == 0
-    assert recommend(trials).startswith(
-        f"iterations = 200, collision_persistence = 1: the energy error is 0 % instead of "
-        f"{100 * trials[0].energy_error:.2g} %."
-    )
-
-
-def test_a_trial_has_the_figures_of_the_changed_scene() -> None:
-    scene = load("article").changed(seconds=4.0)
-    finer = scene.changed(rate=240)
-    [trial] = [trial for trial in try_settings(scene, "exact") if trial.changes == {"rate": 240}]
-    run = compare(finer, ["pymunk", "exact"]).runs["pymunk"]
-    assert (trial.apart, trial.gap_rms) == (run.apart, run.figures.gap_rms)
-
-
-def test_a_recorded_mouse_keeps_its_rate() -> None:
-    scene = load("article").changed(seconds=0.2)
-    tried = try_settings(scene, "exact", [Grab(step=3, ball=0, at=(100, 100))])
-    assert not any("rate" in trial.changes for trial in tried)
-
-
-def test_advice_names_the_fewest_changes_that_help() -> None:
-    before = Trial({}, 1.0, 1e-3, 50.0)
-    finer = Trial({"substeps": 4}, 3.0, 1e-4, 20.0)
-    both = Trial({"substeps": 4, "iterations": 200}, 3.0, 1.1e-4, 20.0)
-    assert recommend([before, finer, both]) == (
-        "substeps = 4: the energy error is 0.01 % instead of 0.1 %. "
-        "substeps = 4: the paths agree until 3.00 s instead of until 1.00 s."
-    )
-    agreeing = [Trial({"substeps": n}, None, 0.0, gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
-    assert recommend(agreeing) == "substeps = 4: the RMS gap is 1 px instead of 5 px."
-    assert recommend([before, before, before]) == "None of the settings tried is better."
-
-
-def test_a_trial_s_json_has_the_documented_keys() -> None:
-    trial = Trial({"substeps": 4}, 3.0, 1e-4, 20.0)
-    assert json.loads(json.dumps(trial.as_json())) == {
-        "changes": {"substeps": 4},
-        "apart": 3.0,
-        "astray": 1e-4,
-        "gap_rms": 20.0,
-    }
