@@ -119,8 +119,18 @@ def _off_energy(trial: Trial) -> str:
 
 
 RANKS: Final = (  # what matters most comes first
-    Rank("passages", lambda trial: trial.passages, lambda trial: str(trial.passages), "{} passages instead of {}"),
-    Rank("escapes", lambda trial: trial.escapes, lambda trial: str(trial.escapes), "{} balls escape instead of {}"),
+    Rank(
+        "passages",
+        lambda trial: trial.passages,
+        lambda trial: str(trial.passages),
+        "{} passages without a contact instead of {}",
+    ),
+    Rank(
+        "escapes",
+        lambda trial: trial.escapes,
+        lambda trial: str(trial.escapes),
+        "{} balls leave the arena instead of {}",
+    ),
     Rank(
         "paths",
         lambda trial: 0.0 if trial.apart is None else 1 / trial.apart if trial.apart else math.inf,

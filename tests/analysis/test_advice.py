@@ -123,7 +123,9 @@ def test_more_substeps_or_a_higher_rate_end_tunnelling() -> None:
     assert trials[0].passages == 2
     for key, value in (("substeps", 4), ("rate", 150), ("rate", 240)):
         assert settings_of(trials, **{key: value}).passages == 0
-    assert recommend(trials).startswith("rate = 150: 0 passages instead of 2; the paths agree to the end instead of")
+    assert recommend(trials).startswith(
+        "rate = 150: 0 passages without a contact instead of 2; the paths agree to the end instead of"
+    )
 
 
 def test_a_dense_gas_is_advised_by_its_pressure_too() -> None:
@@ -211,7 +213,7 @@ def test_what_becomes_worse_is_said() -> None:
     now = trial({}, passages=3, energy_error=1e-4)
     finer = trial({"substeps": 4}, energy_error=2e-3)
     assert recommend([now, finer]) == (
-        "substeps = 4: 0 passages instead of 3. But the energy error is 0.2 % instead of 0.01 %."
+        "substeps = 4: 0 passages without a contact instead of 3. But the energy error is 0.2 % instead of 0.01 %."
     )
 
 

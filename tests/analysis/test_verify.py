@@ -17,7 +17,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
 
@@ -277,6 +277,23 @@ def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Comman
     assert err.startswith("Traceback")
     suite = ElementTree.parse(Path("results.xml")).getroot()[0]
     assert (suite.get("tests"), suite.get("errors"), suite.get("skipped")) == ("4", "1", "1")
+
+
+class Interrupted(ExactEngine):
+    """Is interrupted in a scene with more than five balls."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        if len(scene.bodies) > 5:
+            raise KeyboardInterrupt
+
+
+def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", sandbox.engines.ENTRY_POINTS)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "interrupted", entry)
+    code, out, _ = command("verify", "oblique", "newtons-cradle", "--engines", "interrupted")
+    assert code == 130
+    assert out == "scene              interrupted\noblique             2.0e-14 ok\n"
 
 
 def test_an_unknown_engine_is_an_error_of_the_user() -> None:
