@@ -9,11 +9,13 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
+from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import dot, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
@@ -209,10 +211,11 @@ class Measurement:
         final = self._final
         trusted = math.inf if trusted_until is None else trusted_until
         apart = self._apart if self._apart is not None and self._apart < trusted else None
-        until = min(trusted, final.time if apart is None else apart)
+        known = min(final.time, trusted - SIMULTANEOUS)  # up to here, contacts can be compared
+        until = min(final.time if apart is None else apart, trusted - MAX_TRACE_STEPS / scene.rate - SIMULTANEOUS)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
-        differing = differences(scene, record, reference, until, final.time) if reference else ()
+        differing = differences(scene, record, reference, until, known) if reference else ()
         unexplained = self._unexplained_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
@@ -276,7 +279,8 @@ class Measurement:
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
         """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
 
-        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts.
+        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts; in a
+        step with any contact at a wall nothing does if the engine reports no impulses either.
         """
         scene, steps = self._scene, len(self._momentum) - 1
         unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
@@ -287,6 +291,8 @@ class Measurement:
         rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
         for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
             unexplained[k] = dot(unexplained[k], normal) * normal
+        if self.runner.infers_impulses:
+            unexplained[step] = 0.0
         return length(np.cumsum(unexplained, axis=0))
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:

@@ -2,7 +2,7 @@
 
 import math
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from sandbox.scene.spawn import spawn
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what the scene and the mouse ask for
+SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
@@ -30,6 +31,7 @@ REMEDIES: Final = {
 OF_PATHS: Final = ("RMS gap", "largest gap")  # rows that mean something only while paths do
 OF_ENERGY: Final = ("energy left", "largest energy change")  # the same, unless the scene keeps its energy
 SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off before it counts as wrong
+MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
 MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
 MAX_COOLING: Final = 0.01  # fraction of the energy; an engine that changes more of it is not in equilibrium
 ROWS: Final[tuple[tuple[str, str, Callable[[Figures], float | None]], ...]] = (  # label, format, figure
@@ -77,7 +79,7 @@ def mark_words(comparison: Comparison) -> str:
     if comparison.trusted_until is None:
         return ""
     return (
-        f"{MARK.strip()} over the whole run, though {comparison.against} is no reference for it after "
+        f"{MARK.strip()} over the whole run, though {_reference(comparison)} is no measure for it after "
         f"{comparison.trusted_until:.2f} s."
     )
 
@@ -109,11 +111,17 @@ def verdict(comparison: Comparison) -> str:
         _statistics,
         _remedies,
     )
-    return " ".join(sentence for part in parts if (sentence := part(comparison)))
+    sentences = [sentence for part in parts if (sentence := part(comparison))]
+    return " ".join(f"T{one[1:]}" if one.startswith("the reference") else one for one in sentences)  # names stay
 
 
 def _others(comparison: Comparison) -> dict[str, Run]:
     return {name: run for name, run in comparison.runs.items() if name != comparison.against}
+
+
+def _reference(comparison: Comparison) -> str:
+    """Return what sentences call the reference: its name, unless settings make that long."""
+    return comparison.against if "(" not in comparison.against else "the reference"
 
 
 # The paths, and until when they mean anything
@@ -144,12 +152,12 @@ def _alone(comparison: Comparison) -> str:
 
 def _start(comparison: Comparison) -> str:
     """Say which engines begin elsewhere than the reference, as after edits of a run in which they were apart."""
-    largest = NEGLIGIBLE * float(comparison.scene.bodies.radius.min())
+    largest = SEEN_AT_START * float(comparison.scene.bodies.radius.min())
     away = {name: run.gap_max[0] for name, run in _others(comparison).items() if run.gap_max[0] > largest}
     if not away:
         return ""
     gaps = ", ".join(f"{name} up to {gap:.4g} px" for name, gap in away.items())
-    against = comparison.against
+    against = _reference(comparison)
     return f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
 
 
@@ -161,7 +169,7 @@ def _agreement(comparison: Comparison) -> str:
     runs.sort(key=lambda item: -(math.inf if item[1] is None else item[1]))
     until = [_until(comparison) if apart is None else f"until {apart:.2f} s" for _, apart in runs]
     (best, _), *others = runs
-    sentence = f"{best} agrees with {comparison.against} {until[0]}"
+    sentence = f"{best} agrees with {_reference(comparison)} {until[0]}"
     sentence += "".join(f", {name} {time}" for (name, _), time in zip(others, until[1:], strict=True))
     if any(apart is not None for _, apart in runs):
         return f"{sentence}, when a ball is first more than its radius off."
@@ -170,7 +178,7 @@ def _agreement(comparison: Comparison) -> str:
 
 def _until(comparison: Comparison) -> str:
     """Say until when paths can agree with the reference's."""
-    trust, against = comparison.trust, comparison.against
+    trust, against = comparison.trust, _reference(comparison)
     match trust.ends_by:
         case "undecided":
             return f"up to {trust.undecided:.2f} s, where {against} is undecided"
@@ -183,11 +191,11 @@ def _until(comparison: Comparison) -> str:
 
 def _trust(comparison: Comparison) -> str:
     """Say from when on no path can be trusted, and why."""
-    trust, against = comparison.trust, comparison.against
+    trust, against = comparison.trust, _reference(comparison)
     match trust.ends_by:
         case "undecided":
             reason = "at the same time, and no law says which first"
-            if against != REFERENCE:
+            if comparison.against != REFERENCE:
                 reason = "in the same step, and the result depends on which has the lower number"
             return (
                 f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {reason}. "
@@ -227,9 +235,10 @@ def _errors_of_reference(comparison: Comparison) -> str:
     worst = max(entries, key=lambda entry: abs(entry.energy), default=None)
     if not start or not worst or abs(worst.energy / start) <= NEGLIGIBLE_ENERGY:
         return ""
+    share = 100 * worst.energy / start
     return (
-        f"{comparison.against} is not free of errors: its own ledger has {100 * worst.energy / start:+.3g} % of the "
-        f"energy under “{worst.cause.label}”."
+        f"{_reference(comparison)} is not free of errors: its own ledger has {share:+.3g} % of the energy under "
+        f"“{worst.cause.label}”."
     )
 
 
@@ -242,10 +251,10 @@ def _energy(comparison: Comparison) -> str:
     step = _step_of_energy_error(run)
     share, cause = float(run.energy_gap[step]), _explained(run)
     through = f", mostly through “{cause.label}”" if cause else ""
+    than = f"{'less' if share < 0 else 'more'} than {_reference(comparison)}"
     return (
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
-        f"{100 * abs(share):.3g} % of the start's energy {'less' if share < 0 else 'more'} than {comparison.against}"
-        f"{through}."
+        f"{100 * abs(share):.3g} % of the start's energy {than}{through}."
     ).strip()
 
 
@@ -261,24 +270,24 @@ def _step_of_energy_error(run: Run) -> int:
 def _rightful(comparison: Comparison, step: int) -> str:
     """Say how much of the energy the scene and the mouse have taken or given by a step, if they have."""
     run = comparison.runs[comparison.against]
-    entries = [entry for entry in run.figures.ledger if entry.cause in NO_ERROR and entry.energy]
-    if not run.energy[0] or not entries:
+    if not run.energy[0] or not (_others(comparison) or comparison.against == REFERENCE):
         return ""
+    least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
+    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and abs(entry.energy) > least]
     share = float(run.energy[step] / run.energy[0] - 1)
-    cause = max(entries, key=lambda entry: abs(entry.energy)).cause
-    if abs(share) <= NEGLIGIBLE_ENERGY:
+    if not causes or abs(share) <= NEGLIGIBLE_ENERGY:
         return ""
     change = "lost" if share < 0 else "gained"
     return (
         f"By {comparison.time[step]:.2f} s, {100 * abs(share):.3g} % of the energy is rightly {change}: "
-        f"{_reason(comparison, cause)}."
+        f"{_reason(comparison, causes)}."
     )
 
 
-def _reason(comparison: Comparison, cause: Cause) -> str:
+def _reason(comparison: Comparison, causes: Sequence[Cause]) -> str:
     products = _elasticities(comparison)
-    if cause != Cause.ELASTICITY or len(products) > 1:
-        return f"through {cause.label}"
+    if [*causes] != [Cause.ELASTICITY] or len(products) > 1:
+        return f"through {' and '.join(cause.label for cause in causes)}"
     [e] = products
     return f"an elasticity of {e:g} leaves {e:g} x {e:g} = {e * e:.4g} of the energy of approach at every bounce"
 
@@ -341,7 +350,8 @@ def _statistics(comparison: Comparison) -> str:
         return ""
     found, agree = [], []
     for name, run in comparison.runs.items():
-        if (run.figures.energy_drift or 0.0) > MAX_COOLING:  # no equilibrium, and no theory
+        cools = (run.figures.energy_drift or 0.0) > MAX_COOLING  # then there is no equilibrium, and no theory
+        if cools or run.figures.pair_contacts < MIN_SAMPLE:
             continue
         wrong = [(error, row) for row in run.theory if (error := _beyond_noise(comparison, run, row))]
         if wrong:

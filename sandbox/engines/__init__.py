@@ -43,6 +43,9 @@ class Engine(Protocol):
     A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
     class: the ledger then judges each contact by the velocities after all of them.
 
+    A solver that reports no impulses, so that those of its contacts are inferred from the changes of velocity, sets
+    `infers_impulses = True`: they are then no evidence of where its momentum went.
+
     An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
     engine to find out, which takes a second for many balls.
     """
@@ -160,6 +163,7 @@ class _CheckedEngine:
 
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
         self.together = getattr(engine, "together", False)
+        self.infers_impulses = getattr(engine, "infers_impulses", False)
         self.step = engine.step
         self.kick = engine.kick
         self._name = name

@@ -46,6 +46,7 @@ class Box2DEngine:
     """
 
     together = True
+    infers_impulses = True
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(

@@ -17,7 +17,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
 
-FIRST_STEPS: Final = 32  # that engines do in one call while it is not known how fast they are
+FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 
@@ -43,6 +43,11 @@ class Runner:
     def together(self) -> bool:
         """Whether the engine resolves all contacts of one time together."""
         return getattr(self.engine, "together", False)
+
+    @property
+    def infers_impulses(self) -> bool:
+        """Whether the impulses of the engine's contacts are inferred from the changes of velocity."""
+        return getattr(self.engine, "infers_impulses", False)
 
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""

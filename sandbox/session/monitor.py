@@ -6,9 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Trust, Twins, reference_of
+from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
@@ -117,15 +119,17 @@ class Monitor:
     def _find_differences(self) -> None:
         records = {name: engine.record() for name, engine in self._followed.items()}
         reference = records.pop(self._reference)
-        end = self._steps / self._scene.rate
-        until = np.inf if self._marked.until is None else self._marked.until - self._since
+        end, trusted = self._steps / self._scene.rate, np.inf
+        if self._marked.until is not None:
+            trusted = self._marked.until - self._since
+        known, until = min(end, trusted - SIMULTANEOUS), trusted - MAX_TRACE_STEPS / self._scene.rate - SIMULTANEOUS
         for name, record in records.items():
-            found = differences(self._scene, record, reference, until, end)
+            found = differences(self._scene, record, reference, until, known)
             if found:
                 self._differences[name] = self._since + found[0].time
             if found or max(len(record.contacts), len(reference.contacts)) > MAX_CONTACTS_COMPARED:
                 del self._followed[name]
-        if len(self._followed) == 1 or until < end:
+        if len(self._followed) == 1 or trusted <= end:
             self._followed.clear()
 
 

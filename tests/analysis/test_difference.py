@@ -396,17 +396,25 @@ def test_balls_at_rest_that_are_pushed_apart_are_reported_as_pushed() -> None:
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
 def test_each_contact_of_an_unconverged_chain_is_reported_as_unconverged() -> None:
     """Box2D's first contact of the cradle ends with the right restitution, but the next ones take too little on."""
-    for names in (["box2d", "exact"], ["exact", "box2d"]):
-        run = compare(load("newtons-cradle").changed(seconds=2.0), names, against=names[1]).runs[names[0]]
-        one = run.figures.first_difference
-        assert one is not None
-        assert (one.first, one.second, one.cause) == (0, 1, Cause.UNCONVERGED)
-        assert one.because.endswith("Several contacts at once: the solver's iterations ended before all were right.")
+    one = (
+        compare(load("newtons-cradle").changed(seconds=2.0), ["box2d", "exact"]).runs["box2d"].figures.first_difference
+    )
+    assert one is not None
+    assert (one.first, one.second, one.cause) == (0, 1, Cause.UNCONVERGED)
+    assert one.because.endswith("Several contacts at once: the solver's iterations ended before all were right.")
 
 
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
-def test_a_missing_contact_of_balls_that_did_not_approach_is_reported() -> None:
+def test_no_engine_differs_from_a_reference_whose_answer_depends_on_the_numbers_of_the_balls() -> None:
+    comparison = compare(load("newtons-cradle").changed(seconds=2.0), ["exact", "box2d"], against="box2d")
+    assert comparison.undecided == pytest.approx(180 / 240 + 1 / 60)  # s, the step after the first two touch
+    assert comparison.runs["exact"].differences == ()
+
+
+@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+def test_a_missing_contact_of_balls_that_did_not_approach_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     """Box2D has a contact between the cradle's last two while both are at rest; Pymunk does not."""
+    monkeypatch.setattr("sandbox.analysis.reference.find_tie", lambda *_, **__: None)  # as if Box2D were decided
     scene = load("newtons-cradle").changed(seconds=2.0)
     one = compare(scene, ["pymunk", "box2d"], against="box2d").runs["pymunk"].figures.first_difference
     assert one is not None
