@@ -1,86 +1,309 @@
-"""Other settings of Pymunk, and what each would gain."""
+"""Other settings of Pymunk, what each gains and what it costs, and which of them to use."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from functools import partial
+from typing import Any, Final, NamedTuple
 
-from sandbox.analysis.comparison import compare
-from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY
+import numpy as np
+
+from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
 from sandbox.engines import TUNED
 from sandbox.errors import SandboxError
-from sandbox.run.inputs import Input
-from sandbox.scene.model import Scene
+from sandbox.run.edits import SetRate
+from sandbox.run.inputs import Grab, Input, clock_of
+from sandbox.scene.fields import MAX_COUNT
+from sandbox.scene.model import MAX_STEPS, Scene
+from sandbox.scene.spawn import needed_rate, spawn
 
 FINER_STEPS: Final = 4  # factor on the rate or the substeps
 MORE_ITERATIONS: Final = 200
+ALIKE: Final = 0.05  # fraction by which two trials may differ and count as equally good
+NEGLIGIBLE_GAP: Final = 1e-3  # of the smallest radius; a smaller gap counts as none
+
+Changes = dict[str, int]  # of the scene's rate and of Pymunk's settings
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A run of Pymunk with some settings changed."""
+    """A run of Pymunk with some settings changed, compared with the reference.
 
-    changes: dict[str, int]
-    apart: float | None  # s, when its paths leave the reference's; None if they agree to the end
-    energy_error: float  # fraction of the energy gained or lost in error
-    gap_rms: float  # px, over all balls and times
+    passages: of balls through walls or each other, without a contact; escapes: balls that left the arena; apart: s,
+    when its paths leave the reference's, None if they agree as long as the reference means anything; until: s, until
+    when that is, None if to the end; gap: RMS, px, over all balls and the times up to there; theory: the worst figure
+    of a gas, as a fraction of what is expected, None if unknown; energy_error: as in `Figures`, None if the mouse gives
+    each engine its own energy; astray: the same, with the mouse's; gap_rms: px, over all times; scale: px, the gap that
+    counts as none.
+    """
+
+    changes: Changes
+    passages: int
+    escapes: int
+    apart: float | None
+    until: float | None
+    gap: float
+    theory: float | None
+    energy_error: float | None
+    astray: float
+    gap_rms: float
+    scale: float
 
     @property
     def settings(self) -> str:
         """The changes as a scene writes them."""
         return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
 
+    @property
+    def agrees(self) -> str:
+        """Until when its paths agree, in words."""
+        if self.apart is not None:
+            return f"until {self.apart:.2f} s"
+        return "to the end" if self.until is None else f"at least until {self.until:.2f} s"
+
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return {"changes": self.changes, "apart": self.apart, "astray": self.energy_error, "gap_rms": self.gap_rms}
+        return {
+            "changes": self.changes,
+            "passages": self.passages,
+            "escapes": self.escapes,
+            "apart": self.apart,
+            "gap": self.gap,
+            "theory": self.theory,
+            "energy_error": self.energy_error,
+            "astray": self.astray,
+            "gap_rms": self.gap_rms,
+        }
 
 
-def try_settings(scene: Scene, against: str, inputs: Sequence[Input] = ()) -> list[Trial]:
+class Rank(NamedTuple):
+    """Something to rank trials by.
+
+    badness: smaller is better; value: a trial's, in words; words: a sentence around a value, and one to compare with;
+    noise: what two values may differ by and mean the same.
+    """
+
+    name: str
+    badness: Callable[[Trial], float]
+    value: Callable[[Trial], str]
+    words: str
+    noise: float = 0.0
+
+    def better(self, one: Trial, other: Trial) -> bool:
+        """Return whether a trial is better than another by more than ALIKE and the noise."""
+        return self.badness(one) < (1 - ALIKE) * self.badness(other) - self.noise
+
+    def best(self, trials: Sequence[Trial]) -> list[Trial]:
+        """Return the trials that are about as good as the best."""
+        best = min(trials, key=self.badness)
+        return [trial for trial in trials if not self.better(best, trial)]
+
+    def compared(self, one: Trial, other: Trial) -> str:
+        """Return what one trial has, and what another has instead."""
+        return self.words.format(self.value(one), self.value(other))
+
+
+def _off_theory(trial: Trial) -> str:
+    match trial.theory:
+        case None:
+            return "unknown"
+        case 0.0:
+            return "within the noise"
+    return f"{100 * trial.theory:.2g} %"
+
+
+def _off_energy(trial: Trial) -> str:
+    error = trial.energy_error or 0.0
+    return f"{100 * error:.2g} %" if error > NEGLIGIBLE_ENERGY else f"below {100 * NEGLIGIBLE_ENERGY:g} %"
+
+
+RANKS: Final = (  # what matters most comes first
+    Rank(
+        "passages",
+        lambda trial: trial.passages,
+        lambda trial: str(trial.passages),
+        "{} passages without a contact instead of {}",
+    ),
+    Rank(
+        "escapes",
+        lambda trial: trial.escapes,
+        lambda trial: str(trial.escapes),
+        "{} balls leave the arena instead of {}",
+    ),
+    Rank(
+        "paths",
+        lambda trial: 0.0 if trial.apart is None else 1 / trial.apart if trial.apart else math.inf,
+        lambda trial: trial.agrees,
+        "the paths agree {} instead of {}",
+    ),
+    Rank(
+        "gap",
+        lambda trial: max(trial.gap, trial.scale) if trial.apart is None else math.inf,
+        lambda trial: f"{trial.gap:.2g} px",
+        "the RMS gap is {} instead of {}",
+    ),
+    Rank(
+        "theory",
+        lambda trial: math.inf if trial.theory is None else trial.theory,
+        _off_theory,
+        "the largest difference from theory is {} instead of {}",
+        MAX_THEORY_ERROR,
+    ),
+    Rank(
+        "energy",
+        lambda trial: max(trial.energy_error or 0.0, NEGLIGIBLE_ENERGY),
+        _off_energy,
+        "the energy error is {} instead of {}",
+    ),
+)
+
+
+def try_settings(
+    scene: Scene,
+    against: str,
+    inputs: Sequence[Input] = (),
+    progress: Callable[[float], object] | None = None,
+) -> list[Trial]:
     """Run Pymunk with the scene's own settings and then with others, each against the reference.
 
+    The first is without changes; simpler changes come before others. Trials of one rate run together. progress: called
+    now and then with the fraction that is done.
     Raises SandboxError if the reference is Pymunk itself.
     """
     if against == TUNED:
         raise SandboxError(
             f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another reference"
         )
-    pymunk = scene.pymunk
-    steady = {"iterations": MORE_ITERATIONS, "collision_persistence": 1}
-    finer = {"substeps": FINER_STEPS * pymunk.substeps}
-    tried = [{}, finer, *({key: value} for key, value in steady.items()), steady, finer | steady]
-    if not inputs:  # recorded inputs belong to steps, and so to one rate
-        tried.insert(1, {"rate": FINER_STEPS * scene.rate})
-    return [_try(scene, changes, against, inputs) for changes in tried]
+    tried = list(_changes(scene, inputs))
+    rates = dict.fromkeys(changes.get("rate", scene.rate) for changes in tried)
+    trials: list[Trial] = []
+    for number, rate in enumerate(rates):
+        group = [changes for changes in tried if changes.get("rate", scene.rate) == rate]
+        done = partial(_show_part, progress, number / len(rates), 1 / len(rates)) if progress else None
+        trials += _run_together(scene, rate, group, against, inputs, done)
+    return sorted(trials, key=lambda trial: tried.index(trial.changes))
 
 
-def _try(scene: Scene, changes: dict[str, int], against: str, inputs: Sequence[Input]) -> Trial:
-    rate = changes.get("rate", scene.rate)
-    settings = {key: value for key, value in changes.items() if key != "rate"}
-    changed = scene.changed(rate=rate, pymunk=scene.pymunk.model_copy(update=settings))
-    run = compare(changed, [TUNED, against], against=against, inputs=inputs).runs[TUNED]
-    return Trial(changes, run.apart, run.figures.energy_error or 0.0, run.figures.gap_rms)
+def _show_part(progress: Callable[[float], object], before: float, part: float, done: float) -> None:
+    progress(before + part * done)
+
+
+def _changes(scene: Scene, inputs: Sequence[Input]) -> Iterator[Changes]:
+    """Yield what to change, the simplest first; of equally many changes, what costs the least time."""
+    steady = {"collision_persistence": 1}
+    converged = {"iterations": MORE_ITERATIONS, **steady}
+    finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
+    yield from ({}, steady, finer)
+    enough = needed_rate(scene, spawn(scene))
+    for rate in sorted({FINER_STEPS * scene.rate} | ({enough} if enough else set())):
+        highest = max([scene.rate, *(one.rate for one in inputs if isinstance(one, SetRate))]) * rate / scene.rate
+        if highest <= MAX_COUNT and rate * scene.seconds <= MAX_STEPS:
+            yield {"rate": rate}
+    yield from ({"iterations": MORE_ITERATIONS}, converged, finer | converged)
+
+
+def _run_together(
+    scene: Scene,
+    rate: int,
+    group: Sequence[Changes],
+    against: str,
+    inputs: Sequence[Input],
+    progress: Callable[[float], object] | None,
+) -> Iterator[Trial]:
+    """Run trials of one rate in one comparison."""
+    names = [_engine({key: value for key, value in changes.items() if key != "rate"}) for changes in group]
+    inputs = at_rate(inputs, scene.rate, rate)
+    comparison = compare(scene.changed(rate=rate), [*names, against], against=against, inputs=inputs, progress=progress)
+    for changes, name in zip(group, names, strict=True):
+        yield _trial(comparison, name, changes)
+
+
+def _engine(settings: Changes) -> str:
+    """Return the name of Pymunk with settings."""
+    return f"{TUNED}({', '.join(f'{key}={value}' for key, value in settings.items())})" if settings else TUNED
+
+
+def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
+    """Return recorded inputs for another rate: each at the step nearest to its time, rates in proportion."""
+    before, converted = clock_of(old, inputs), list[Input]()
+    for given in inputs:
+        step = clock_of(new, converted).step(before.time(given.step))
+        changed = {"rate": round(given.rate * new / old)} if isinstance(given, SetRate) else {}
+        converted.append(given.model_copy(update={"step": step, **changed}))
+    return converted
+
+
+def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
+    run, until = comparison.runs[engine], comparison.trusted_until
+    trusted = comparison.time < (math.inf if until is None else until)
+    return Trial(
+        changes,
+        passages=len(run.missed),
+        escapes=run.escape.balls if run.escape else 0,
+        apart=run.apart,
+        until=until,
+        gap=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,
+        theory=worst_of_theory(comparison, run),
+        energy_error=None if any(isinstance(one, Grab) for one in comparison.inputs) else run.figures.energy_error,
+        astray=run.figures.energy_error or 0.0,
+        gap_rms=run.figures.gap_rms,
+        scale=NEGLIGIBLE_GAP * float(comparison.scene.bodies.radius.min()),
+    )
+
+
+def advice_rows(trials: Sequence[Trial]) -> Iterator[list[str]]:
+    """Yield the rows of a table of trials: the labels, then a row for each. What no trial has is left out."""
+    columns: list[tuple[str, list[str]]] = [
+        ("passages", [str(trial.passages) for trial in trials] if any(trial.passages for trial in trials) else []),
+        ("escapes", [str(trial.escapes) for trial in trials] if any(trial.escapes for trial in trials) else []),
+        ("paths agree", [trial.agrees for trial in trials]),
+        ("RMS gap", [f"{trial.gap:.4g} px" for trial in trials]),
+        ("off theory", [_off_theory(trial) for trial in trials] if any(trial.theory for trial in trials) else []),
+        ("energy error", ["-" if trial.energy_error is None else f"{trial.energy_error:.2e}" for trial in trials]),
+    ]
+    shown = [(label, values) for label, values in columns if values]
+    yield [f"{TUNED} with", *(label for label, _ in shown)]
+    for row, trial in enumerate(trials):
+        yield [trial.settings, *(values[row] for _, values in shown)]
+
+
+def advised(trials: Sequence[Trial]) -> Trial:
+    """Return the trial to use: of those about as good as the best by every rank in turn, the simplest."""
+    for rank in RANKS:
+        trials = rank.best(trials)
+    return min(trials, key=lambda trial: len(trial.changes))
 
 
 def recommend(trials: Sequence[Trial]) -> str:
-    """Return a paragraph that recommends the trials that gain most: for the energy, and for the paths."""
-    now, *others = trials
-    sentences = []
-    best = min(others, key=lambda trial: (_magnitude(trial.energy_error), len(trial.changes)))
-    if _magnitude(best.energy_error) < _magnitude(now.energy_error):
-        sentences.append(f"{best.settings}: the energy error is {_percent(best)} instead of {_percent(now)}.")
-    best = max(others, key=lambda trial: (trial.apart or math.inf, -trial.gap_rms))
-    if (best.apart or math.inf) > (now.apart or math.inf):
-        until = f"until {best.apart:.2f} s" if best.apart else "to the end"
-        sentences.append(f"{best.settings}: the paths agree {until} instead of until {now.apart:.2f} s.")
-    elif now.apart is None and best.gap_rms < now.gap_rms:
-        sentences.append(f"{best.settings}: the RMS gap is {best.gap_rms:.2g} px instead of {now.gap_rms:.2g} px.")
-    return " ".join(sentences) or "None of the settings tried is better."
+    """Return a paragraph that says what to change, what that gains, and what becomes worse.
+
+    Where other changes do better in something that matters less, it names them, with what they cost.
+    """
+    now, chosen = trials[0], advised(trials)
+    sentences = [_described(chosen, now)] if chosen is not now else ["None of the settings tried is better."]
+    named = [chosen]
+    for rank in RANKS:
+        best = min(rank.best(trials), key=lambda trial: len(trial.changes))
+        if rank.better(best, chosen) and rank.better(best, now) and best not in named:
+            named.append(best)
+            sentences.append(f"For the {rank.name} alone, {_described(best, now)}")
+    return " ".join(sentences)
 
 
-def _magnitude(share: float) -> int:
-    """Return the power of ten of a fraction; everything negligible has the same."""
-    return math.floor(math.log10(max(share, NEGLIGIBLE_ENERGY)))
+def _described(trial: Trial, now: Trial) -> str:
+    """Say what a trial gains and what it costs."""
+    gains = [rank.compared(trial, now) for rank in RANKS if rank.better(trial, now)]
+    costs = [rank.compared(trial, now) for rank in RANKS if rank.better(now, trial)]
+    return f"{trial.settings}: {'; '.join(gains)}." + (f" But {'; '.join(costs)}." if costs else "")
 
 
-def _percent(trial: Trial) -> str:
-    return f"{100 * trial.energy_error:.2g} %"
+def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
+    """Return what `--json` writes of trials; nothing if there are none."""
+    if not trials:
+        return {}
+    best = advised(trials)
+    return {
+        "advice": [trial.as_json() | {"advised": trial is best} for trial in trials],
+        "recommendation": recommend(trials),
+    }

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from sandbox.analysis.difference import Record
+from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
 from sandbox.engines import default_engines
@@ -307,10 +308,10 @@ class _Segment:
         for name, measurement in self.measurements.items():
             measurement.measure(rows, None if name == self.against else reference, self.before)
         for number, expect in enumerate(self.expect):
-            row = round(expect.at * self.scene.rate) - self.before
-            if rows.start <= row < rows.stop:
+            around = [step - self.before for step in steps_around(expect.at, self.scene.rate)]
+            if rows.start <= around[1] < rows.stop and not self.disturbed[: self.before + around[1] + 1].any():
                 for measurement in self.measurements.values():
-                    measurement.score(number, expect, self.initial, row)
+                    measurement.score(number, expect, self.initial, around, self.before)
         self.measured = self.filled
 
     def _enter(self) -> None:
@@ -333,6 +334,10 @@ class _Segment:
         """Return the comparison, once all steps are done."""
         if self.filled > 1 or not self.before:
             self._enter()
+        for number, expect in enumerate(self.expect):
+            if expect.at <= self.scene.seconds and steps_around(expect.at, self.scene.rate)[1] > self.steps:
+                for measurement in self.measurements.values():
+                    measurement.skip(number, expect)
         record, energy, trust = self.reference.record, self.reference.energy, self.reference.trust
         runs = {
             name: measurement.run(None if name == self.against else record, energy, trust.until, self.disturbed)

@@ -1,49 +1,210 @@
 """Expectations: how far a state is from what its scene expects."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Final
 
 import numpy as np
 
-from sandbox.quantity import energy, momentum
+from sandbox.quantity import deepest_overlap, energy, length, momentum, outside, segment_distance
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import State
+from sandbox.state import Floats, State
+
+SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
+SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is rounding, also in 32 bits
+
+
+class Quantity(Enum):
+    """What is expected; the values are the keys of `[[expect]]`."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+    ENERGY_RATIO = "energy_ratio"
+    MOMENTUM = "momentum"
+    CENTRE_OF_MASS = "centre_of_mass"
+    OVERLAP = "overlap"
+
+    @property
+    def label(self) -> str:
+        """The quantity in words."""
+        return self.value.replace("_", " ")
+
+    @property
+    def unit(self) -> str:
+        """The unit; empty for a ratio."""
+        return {Quantity.VELOCITY: "px/s", Quantity.MOMENTUM: "kg px/s", Quantity.ENERGY_RATIO: ""}.get(self, "px")
+
+    @property
+    def of_ball(self) -> bool:
+        """Whether it is of one ball, not of all together."""
+        return self in (Quantity.POSITION, Quantity.VELOCITY)
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """What was expected of one quantity, what was found, and how far apart the two are, in the quantity's unit."""
+
+    quantity: Quantity
+    expected: float | Vector
+    found: float | Vector
+
+    @property
+    def error(self) -> float:
+        """The distance of the two."""
+        error = math.dist(np.atleast_1d(self.expected), np.atleast_1d(self.found))
+        return math.inf if math.isnan(error) else error
 
 
 @dataclass(frozen=True)
 class Score:
-    """How an engine did on one expectation. error is in the unit of what is expected, as is the tolerance."""
+    """How an engine did on one expectation. skipped: why it could not be judged; empty if it was."""
 
     expect: Expect
-    error: float
+    deviations: tuple[Deviation, ...] = ()
+    skipped: str = ""
+
+    @property
+    def error(self) -> float:
+        """The largest error, in the unit of what is expected, as is the tolerance."""
+        return max((one.error for one in self.deviations), default=0.0)
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance."""
+        """Whether the error is within the tolerance; True if it was not judged."""
         return self.error <= self.expect.tolerance
 
+    @property
+    def missed(self) -> tuple[Deviation, ...]:
+        """What is further off than the tolerance, the furthest first."""
+        found = [one for one in self.deviations if one.error > self.expect.tolerance]
+        return tuple(sorted(found, key=lambda one: -one.error))
 
-def score(scene: Scene, expect: Expect, initial: State, state: State) -> Score:
-    """Return the score of a state at the time of an expectation: its largest distance from anything expected."""
-    mass = scene.bodies.mass
-    errors = [
-        math.dist(expected, actual[expect.ball])
-        for expected, actual in ((expect.position, state.position), (expect.velocity, state.velocity))
-        if expected is not None
-    ]
-    if expect.energy_ratio is not None:
-        before, after = (
-            energy(at.position, at.velocity, mass, scene.gravity, scene.arena.size) for at in (initial, state)
+    def lines(self) -> Iterator[str]:
+        """Yield a line for each quantity that is missed, or one that says why none was judged."""
+        at = f"at {self.expect.at:g} s"
+        of_ball = f"ball {self.expect.ball} {at}"
+        if self.skipped:
+            yield f"{at if self.expect.ball is None else of_ball}: skipped, since {self.skipped}"
+        for one in self.missed:
+            yield (
+                f"{of_ball if one.quantity.of_ball else at}: {one.quantity.label} {_words(one.found)} instead of "
+                f"{_words(one.expected)}, off by {f'{one.error:.2g} {one.quantity.unit}'.strip()} (tolerance "
+                f"{self.expect.tolerance:g}): {' '.join(self.expect.because.split())}"
+            )
+
+    def as_json(self) -> Iterator[dict[str, Any]]:
+        """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
+        for one in self.missed:
+            yield {
+                "at": self.expect.at,
+                "ball": self.expect.ball if one.quantity.of_ball else None,
+                "quantity": one.quantity.value,
+                "unit": one.quantity.unit,
+                "expected": one.expected,
+                "found": finite(one.found),
+                "error": finite(one.error),
+                "tolerance": self.expect.tolerance,
+                "because": self.expect.because,
+            }
+
+
+def finite(value: float | Vector) -> float | Vector | None:
+    """Return a number or a vector for JSON, None if it is not finite."""
+    return value if np.isfinite(value).all() else None
+
+
+def _words(value: float | Vector) -> str:
+    numbers = ", ".join(f"{number:.10g}" for number in np.atleast_1d(value))
+    return f"({numbers})" if isinstance(value, tuple) else numbers
+
+
+def steps_around(at: float, rate: int) -> tuple[int, int]:
+    """Return the step before a time and the step after it; twice the same step if the time is that step's."""
+    nearest = round(at * rate)
+    if abs(at * rate - nearest) <= SAME_TIME:
+        return nearest, nearest
+    return math.floor(at * rate), math.ceil(at * rate)
+
+
+def score(scene: Scene, expect: Expect, initial: State, before: State, after: State) -> Score:
+    """Score an engine by its states at the steps around the time of an expectation, as of `steps_around`.
+
+    Between two steps, the state of the nearer one is flown to that time: x + v t + g t²/2, v + g t. If a ball that the
+    expectation is about touched something in this step, no state is known for that time, and the score is skipped.
+    """
+    if after.time > before.time and (touched := _first_touched(scene, expect, before, after)) is not None:
+        return Score(
+            expect, skipped=f"{expect.at:g} s is between two steps, and ball {touched} touches something between them"
         )
-        errors.append(abs(float(after / before) - expect.energy_ratio))
+    nearest = min((before, after), key=lambda state: abs(state.time - expect.at))
+    state = nearest if after.time == before.time else _flown(scene, nearest, expect.at)
+    if expect.energy_ratio is not None and not _energy(scene, initial):
+        return Score(expect, skipped="the energy at the start is 0, so it has no ratio")
+    return Score(expect, tuple(_deviations(scene, expect, initial, state)))
+
+
+def _first_touched(scene: Scene, expect: Expect, before: State, after: State) -> int | None:
+    """Return the first ball of those expected whose velocity changed by more than its fall; None if none's did."""
+    fall = np.multiply(scene.gravity, after.time - before.time)
+    change = length(after.velocity - before.velocity - fall)
+    touched = change > SAME_VELOCITY * (length(before.velocity) + length(after.velocity) + math.hypot(*fall))
+    of_all = any(getattr(expect, one.value) is not None for one in Quantity if not one.of_ball)
+    balls = range(len(touched)) if of_all or expect.ball is None else [expect.ball]
+    return next((ball for ball in balls if touched[ball]), None)
+
+
+def _flown(scene: Scene, state: State, at: float) -> State:
+    """Return where a state is at another time if nothing is touched."""
+    time, gravity = at - state.time, np.array(scene.gravity)
+    flight = state.velocity * time + gravity * time**2 / 2
+    return State(at, state.position + flight, state.velocity + gravity * time)
+
+
+def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> Iterator[Deviation]:
+    mass = scene.bodies.mass
+    if expect.ball is not None:
+        for quantity, expected, found in (
+            (Quantity.POSITION, expect.position, state.position),
+            (Quantity.VELOCITY, expect.velocity, state.velocity),
+        ):
+            if expected is not None:
+                yield Deviation(quantity, expected, _vector(found[expect.ball]))
+    if expect.energy_ratio is not None:
+        yield Deviation(Quantity.ENERGY_RATIO, expect.energy_ratio, _energy(scene, state) / _energy(scene, initial))
     if expect.momentum is not None:
-        errors.append(math.dist(expect.momentum, momentum(state.velocity, mass)))
+        yield Deviation(Quantity.MOMENTUM, expect.momentum, _vector(momentum(state.velocity, mass)))
     if expect.centre_of_mass is not None:
-        errors.append(math.dist(expect.centre_of_mass, np.average(state.position, axis=0, weights=mass)))
-    return Score(expect, max(errors))
+        centre = np.average(state.position, axis=0, weights=mass)
+        yield Deviation(Quantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
+    if expect.overlap is not None:
+        yield Deviation(Quantity.OVERLAP, expect.overlap, _overlap(scene, state.position))
+
+
+def _vector(values: Floats) -> Vector:
+    x, y = values.tolist()
+    return x, y
+
+
+def _energy(scene: Scene, state: State) -> float:
+    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
+
+
+def _overlap(scene: Scene, position: Floats) -> float:
+    """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
+    radius = scene.bodies.radius
+    at_walls = (radius + wall.thickness / 2 - segment_distance(position, wall.start, wall.to) for wall in scene.walls)
+    depths = (radius + outside(position, scene.arena.size), *at_walls)
+    return max(deepest_overlap(position, radius)[0], *(float(depth.max()) for depth in depths))
+
+
+def relative_error(score: Score) -> float:
+    """Return the error in units of the tolerance."""
+    return score.error / score.expect.tolerance
 
 
 def worst(scores: Sequence[Score]) -> Score:
     """Return the score with the largest error relative to its tolerance."""
-    return max(scores, key=lambda score: score.error / score.expect.tolerance)
+    return max(scores, key=relative_error)

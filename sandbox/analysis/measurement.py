@@ -1,6 +1,7 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -38,8 +39,9 @@ class Figures:
     wall_contacts: int
     max_overlap: float  # px, of two balls at the end of any step
     escaped: int  # balls whose centre is outside the arena at the end
-    expected: int  # of the scene's expectations, the number that fall into the run
+    expected: int  # of the scene's expectations, the number that fall into the run and can be judged
     met: int  # the number of those that the engine meets
+    skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
     first_difference: Difference | None  # from the reference
     ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
 
@@ -158,10 +160,15 @@ class Measurement:
             self._first_outside = (first + step) / self._scene.rate, ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
-    def score(self, number: int, expect: Expect, initial: State, row: int) -> None:
-        """Score the state of a row on an expectation of the scene."""
+    def score(self, number: int, expect: Expect, initial: State, rows: Sequence[int], before: int) -> None:
+        """Score the states of the rows around the time of an expectation; before: as in `measure`."""
         position, velocity = self.states
-        self._scores[number] = score(self._scene, expect, initial, State(expect.at, position[row], velocity[row]))
+        around = (State((before + row) / self._scene.rate, position[row], velocity[row]) for row in rows)
+        self._scores[number] = score(self._scene, expect, initial, *around)
+
+    def skip(self, number: int, expect: Expect) -> None:
+        """Score an expectation that falls between the last step and the end of the run."""
+        self._scores[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
 
     def enter(self, rows: int, pulled: Integers) -> None:
         """Enter the first rows of the block in the ledger, and begin another block with the last of them.
@@ -223,8 +230,9 @@ class Measurement:
             wall_contacts=len(at_wall),
             max_overlap=self._ledger.max_overlap,
             escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)),
-            expected=len(scores),
-            met=sum(one.passed for one in scores),
+            expected=sum(not one.skipped for one in scores),
+            met=sum(one.passed for one in scores if not one.skipped),
+            skipped=sum(bool(one.skipped) for one in scores),
             first_difference=differing[0] if differing else None,
             ledger=self._ledger.entries(),
         )

@@ -57,9 +57,14 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
         mark = MARK if label in marked else ""
         yield [label + mark, *("-" if value is None else template.format(value) for value in values)]
     if any(run.scores for run in runs):
-        yield ["expectations met", *(f"{run.figures.met} of {run.figures.expected}" for run in runs)]
+        yield ["expectations met", *map(_met, runs)]
     firsts = [run.figures.first_difference for run in runs]
     yield ["first difference", *(f"{first.time:.3f} s" if first else "-" for first in firsts)]
+
+
+def _met(run: Run) -> str:
+    met, expected, skipped = run.figures.met, run.figures.expected, run.figures.skipped
+    return f"{met} of {expected}" + (f", {skipped} skipped" if skipped else "")
 
 
 def _marked(comparison: Comparison) -> tuple[str, ...]:
@@ -369,6 +374,16 @@ def _error_words(error: float, row: TheoryRow) -> str:
     figure = row.figure.partition(",")[0]
     verb = "are" if figure.startswith("contacts") else "is"
     return f"{figure} {verb} {100 * abs(error):.2g} % too {'low' if error < 0 else 'high'} ({row.because})"
+
+
+def worst_of_theory(comparison: Comparison, run: Run) -> float | None:
+    """Return by what fraction the worst figure differs from theory, 0 if none does by more than its sample allows.
+
+    None if no theory applies.
+    """
+    if not run.theory or (run.figures.energy_drift or 0.0) > MAX_COOLING:
+        return None
+    return max(abs(_beyond_noise(comparison, run, row)) for row in run.theory)
 
 
 def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:

@@ -1,50 +1,222 @@
 """The scoreboard: how well engines meet the expectations of scenes."""
 
-from collections.abc import Iterable, Sequence
+import traceback
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import chain, count
+from typing import Any, Final
+from xml.etree import ElementTree
 
-from sandbox.analysis.comparison import compare
-from sandbox.analysis.expectations import Score, worst
+from sandbox.analysis.expectations import Score, finite, relative_error, score, steps_around, worst
 from sandbox.analysis.reference import REFERENCE
-from sandbox.errors import Refused
+from sandbox.engines import check_name
+from sandbox.errors import Refused, SandboxError
+from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.state import State, States
+from sandbox.text import printable
 
-Board = dict[str, dict[str, Score | Refused]]  # scene -> engine -> its worst score, or why it refused the scene
+MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
 
 
-def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Board:
-    """Score engines on scenes by the expectation that each misses most, relative to its tolerance.
+class Outcome(Enum):
+    """What became of an engine in a scene; the values are words of the table and of JSON."""
 
-    Scenes without expectations are left out. Raises SandboxError for an unknown engine.
+    MET = "ok"
+    MISSED = "MISSED"
+    SKIPPED = "skipped"
+    REFUSED = "refused"
+    BROKE = "BROKE"
+    NOT_RUN = "not run"
+
+
+@dataclass(frozen=True)
+class Result:
+    """How an engine did in a scene.
+
+    scores: one for each expectation, if it ran to their end; message: why it refused the scene, broke or was not run;
+    details: the traceback of an engine that broke, empty if the message says all.
     """
-    return {scene.name: {name: _score(scene, name) for name in engines} for scene in scenes if scene.expect}
+
+    outcome: Outcome
+    scores: tuple[Score, ...] = ()
+    message: str = ""
+    details: str = ""
+
+    @property
+    def judged(self) -> list[Score]:
+        """The scores of the expectations that could be judged."""
+        return [one for one in self.scores if not one.skipped]
+
+    @property
+    def worst(self) -> Score:
+        """The score of the expectation that is missed most, relative to its tolerance, if any could be judged."""
+        return worst(self.judged)
+
+    @property
+    def lines(self) -> list[str]:
+        """What to say of it: a line for each quantity that is missed, the furthest first, and for each skipped one.
+
+        The message if there are none.
+        """
+        by_error = sorted(self.scores, key=relative_error, reverse=True)
+        return [line for one in by_error for line in one.lines()] or [self.message]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `--json` writes."""
+        match self.outcome:
+            case Outcome.REFUSED | Outcome.BROKE | Outcome.NOT_RUN:
+                return {self.outcome.name.lower(): self.message}
+        skipped = [{"at": one.expect.at, "because": one.skipped} for one in self.scores if one.skipped]
+        if self.outcome is Outcome.SKIPPED:
+            return {"skipped": skipped}
+        figures = {"error": finite(self.worst.error), "tolerance": self.worst.expect.tolerance}
+        missed = [one for score in self.scores for one in score.as_json()]
+        return figures | {"passed": self.outcome is Outcome.MET, "missed": missed, "skipped": skipped}
 
 
-def _score(scene: Scene, engine: str) -> Score | Refused:
+Row = dict[str, Result]  # by engine
+Board = dict[str, Row]  # by scene
+
+
+def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Iterator[tuple[str, Row]]:
+    """Score engines on scenes by all of their expectations; yield each scene's name and row when it is done.
+
+    Scenes without expectations are left out. An engine that raises an exception is not run any more.
+    Raises SandboxError for an unknown engine, or a scene that no engine can run.
+    """
+    for engine in engines:
+        check_name(engine)
+    scored = {name: _checked(scene) for name, scene in _named(scenes) if scene.expect}
+    return _rows(scored, engines)
+
+
+def _named(scenes: Iterable[Scene]) -> Iterator[tuple[str, Scene]]:
+    """Yield each scene with its name, with its file if another one has the same name, or else with a number too."""
+    taken = set()
+    for scene in scenes:
+        file = printable(str(scene.file))
+        name = next(one for one in chain((scene.name, file), (f"{file} ({n})" for n in count(2))) if one not in taken)
+        taken.add(name)
+        yield name, scene
+
+
+def _checked(scene: Scene) -> Scene:
+    """Return the scene with seconds that reach the last step that is needed, of which there is at least one.
+
+    Raises SandboxError if that is too late for any run, or if the balls do not fit.
+    """
+    spawn(scene)
+    last = max(steps_around(expect.at, scene.rate)[1] for expect in scene.expect)
+    return scene.changed(seconds=max(1, last) / scene.rate)
+
+
+def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple[str, Row]]:
+    broken: dict[str, str] = {}  # engine -> the scene that it broke in
+    for name, scene in scored.items():
+        row = {}
+        for engine in engines:
+            if engine in broken:
+                row[engine] = Result(Outcome.NOT_RUN, message=f"{engine} broke in {broken[engine]}")
+                continue
+            row[engine] = _result(scene, engine)
+            if row[engine].outcome is Outcome.BROKE:
+                broken[engine] = name
+        yield name, row
+
+
+def _result(scene: Scene, engine: str) -> Result:
     try:
-        end = max(1 / scene.rate, *(expect.at for expect in scene.expect))  # s; a run has at least one step
-        run = compare(scene.changed(seconds=end), [engine]).runs[engine]
+        scores = tuple(_scores(scene, engine))
     except Refused as refusal:
-        return refusal
-    return worst(run.scores)
+        return Result(Outcome.REFUSED, message=str(refusal))
+    except SandboxError as error:
+        return Result(Outcome.BROKE, message=str(error))
+    except Exception as error:  # whatever an engine raises ends its own column only
+        said = printable(f"{engine}: {type(error).__name__}: {error}")
+        details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
+        return Result(Outcome.BROKE, message=said, details=details)
+    judged = [one for one in scores if not one.skipped]
+    if not judged:
+        return Result(Outcome.SKIPPED, scores)
+    return Result(Outcome.MET if all(one.passed for one in judged) else Outcome.MISSED, scores)
+
+
+def _scores(scene: Scene, engine: str) -> Iterator[Score]:
+    around = {expect: steps_around(expect.at, scene.rate) for expect in scene.expect}
+    lockstep = Lockstep(scene, [engine])
+    states = _states(lockstep, engine, sorted({step for steps in around.values() for step in steps}))
+    for expect, steps in around.items():
+        yield score(scene, expect, lockstep.initial, *(states[step] for step in steps))
+
+
+def _states(lockstep: Lockstep, engine: str, steps: Sequence[int]) -> dict[int, State]:
+    """Run to each of some steps, in order, and return the states there."""
+    runner, balls, states = lockstep.engines[engine], len(lockstep.scene.bodies), {}
+    for step in steps:
+        while lockstep.steps < step:
+            lockstep.advance({runner: States.empty(min(MAX_ROWS, step - lockstep.steps), balls)})
+        states[step] = runner.state()
+    return states
 
 
 def as_json(board: Board) -> dict[str, object]:
     """Return what `--json` writes."""
+    return {
+        "scenes": {scene: {name: result.as_json() for name, result in row.items()} for scene, row in board.items()},
+        "tally": {
+            name: {outcome.name.lower(): count for outcome, count in counts.items()}
+            for name, counts in tally(board).items()
+        },
+    }
 
-    def entry(result: Score | Refused) -> dict[str, object]:
-        if isinstance(result, Refused):
-            return {"refused": str(result)}
-        return {"error": result.error, "tolerance": result.expect.tolerance, "passed": result.passed}
 
-    return {"scenes": {scene: {name: entry(one) for name, one in row.items()} for scene, row in board.items()}}
+def tally(board: Board) -> dict[str, dict[Outcome, int]]:
+    """Count each engine's outcomes; those that it never had are left out."""
+    engines = next(iter(board.values()), {})
+    counts = {name: Counter(row[name].outcome for row in board.values()) for name in engines}
+    return {
+        name: {outcome: count[outcome] for outcome in Outcome if outcome in count} for name, count in counts.items()
+    }
+
+
+def as_junit(board: Board) -> str:
+    """Return what `--junit` writes: XML with a test case for each scene and engine."""
+    suite = ElementTree.Element("testsuite", name="sandbox verify")
+    kinds = {
+        Outcome.MISSED: "failure",
+        Outcome.BROKE: "error",
+        Outcome.SKIPPED: "skipped",
+        Outcome.REFUSED: "skipped",
+        Outcome.NOT_RUN: "skipped",
+    }
+    for scene, row in board.items():
+        for engine, result in row.items():
+            case = ElementTree.SubElement(suite, "testcase", classname=engine, name=scene)
+            if result.outcome in kinds:
+                ElementTree.SubElement(case, kinds[result.outcome], message=result.lines[0]).text = (
+                    result.details or "\n".join(result.lines)
+                )
+    for kind in ("failure", "error", "skipped"):
+        suite.set({"failure": "failures", "error": "errors"}.get(kind, kind), str(len(suite.findall(f"*/{kind}"))))
+    suite.set("tests", str(len(suite)))
+    root = ElementTree.Element("testsuites")
+    root.append(suite)
+    ElementTree.indent(root)
+    xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+    return xml.decode() + "\n"
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:
-    """Return whether the given engines, by default the exact one, met every expectation that they did not refuse."""
+    """Return whether the given engines, by default the exact one, met every expectation that they did not refuse.
+
+    An expectation that could not be judged counts as met, an engine that broke as having missed one.
+    """
     must_pass = engines or [REFERENCE]
-    return all(
-        result.passed
-        for row in board.values()
-        for name, result in row.items()
-        if name in must_pass and isinstance(result, Score)
+    failures = (Outcome.MISSED, Outcome.BROKE, Outcome.NOT_RUN)
+    return not any(
+        result.outcome in failures for row in board.values() for name, result in row.items() if name in must_pass
     )

@@ -38,7 +38,14 @@ from sandbox.cli.options import (
     complete_scene,
     settings_by_key,
 )
-from sandbox.cli.progress import compare_with_bar, displayed, frames_bar, show_compiling, sweep_with_bar
+from sandbox.cli.progress import (
+    advise_with_bar,
+    compare_with_bar,
+    displayed,
+    frames_bar,
+    show_compiling,
+    sweep_with_bar,
+)
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
 from sandbox.text import console, printable
@@ -177,7 +184,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
-    from sandbox.analysis.advice import try_settings
+    from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.cli.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
@@ -187,16 +194,15 @@ def compare(
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     comparison = compare_with_bar(chosen, engines, against, replayed)
-    trials = try_settings(chosen, comparison.against, replayed) if advise else []
+    trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        tried = {"advice": [trial.as_json() for trial in trials]} if advise else {}
-        _write(_json(comparison.as_json() | tried), json_file)
+        _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
     if report:
         from sandbox.report.comparison import page
 
-        _write(page(comparison), report)
+        _write(page(comparison, trials), report)
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
@@ -240,28 +246,45 @@ def verify(
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
+    junit: Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML.")] = None,
 ) -> None:
     """Score engines against what scenes expect.
 
-    The table shows the largest error in each scene. Exit code 1: an engine named with --engines missed an expectation;
-    without --engines, the exact engine did.
+    Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. Exit code 1:
+    an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
-    from sandbox.analysis.verify import all_passed, as_json
+    from sandbox.analysis.verify import all_passed, as_json, as_junit
     from sandbox.analysis.verify import verify as score_engines
-    from sandbox.cli.tables import print_board
+    from sandbox.cli.tables import Scoreboard, print_misses, print_tally
     from sandbox.engines import registry
     from sandbox.scene.files import bundled, load
 
-    check_outputs({"--json": json_file}, scenes or ())
+    check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     show_compiling()
     chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
-    board = score_engines(chosen, engines or list(registry()))
-    if not board:
+    scored = [scene for scene in chosen if scene.expect]
+    if not scored:
         raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
+    names = engines or list(registry())
+    rows = score_engines(scored, names)
+    printed = not {json_file, junit} & {*STANDARD_OUTPUT}
+    scoreboard = Scoreboard([scene.name for scene in scored], names) if printed else None
+    board = {}
+    for scene, row in rows:
+        board[scene] = row
+        if scoreboard:
+            scoreboard.print_row(scene, row)
+        for result in row.values():
+            if result.details:
+                print(result.details, end="", file=sys.stderr)
     if json_file:
         _write(_json(as_json(board)), json_file)
-    if json_file not in STANDARD_OUTPUT:
-        print_board(board)
+    if junit:
+        _write(as_junit(board), junit)
+    if printed:
+        print_misses(board)
+        print()
+        print_tally(board)
     if not all_passed(board, engines):
         raise typer.Exit(1)
 

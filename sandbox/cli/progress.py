@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
     from rich.status import Status
 
+    from sandbox.analysis.advice import Trial
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
@@ -83,6 +84,14 @@ def compare_with_bar(
 
     with _comparison_bar(scene.title or scene.name) as progress:
         return compare_engines(scene, names, against=against, inputs=inputs, progress=progress)
+
+
+def advise_with_bar(scene: "Scene", against: str, inputs: "Sequence[Input]") -> "list[Trial]":
+    """Try other settings of Pymunk, with a bar on a terminal if that takes long."""
+    from sandbox.analysis.advice import try_settings
+
+    with _comparison_bar("Trying other settings") as progress:
+        return try_settings(scene, against, inputs, progress)
 
 
 def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:

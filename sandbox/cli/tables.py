@@ -4,20 +4,22 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
+from rich.cells import cell_len
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, recommend
+from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
-from sandbox.analysis.expectations import Score
 from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
-from sandbox.analysis.verify import Board
+from sandbox.analysis.verify import Board, Outcome, Result, tally
 from sandbox.bench.against import worse
 from sandbox.bench.figure import Figure
 from sandbox.text import console
 
 MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
+SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
+COLUMN_GAP: Final = 2  # columns
 _KINDS: Final = {
     Kind.OUTCOME: "",
     Kind.MISSING: "Missing contact. ",
@@ -94,33 +96,81 @@ def print_advice(trials: Sequence[Trial]) -> None:
     if not trials:
         return
     table = Table(box=None, pad_edge=False)
-    table.add_column("pymunk with", overflow="fold")
-    for column in ("agrees until", "energy error", "RMS gap"):
-        table.add_column(column, justify="right", overflow="fold")
-    for trial in trials:
-        until = "the end" if trial.apart is None else f"{trial.apart:.2f} s"
-        table.add_row(
-            trial.settings.replace(", ", ",\n"), until, f"{trial.energy_error:.2e}", f"{trial.gap_rms:.4g} px"
-        )
+    for label, *values in advice_rows(trials):
+        if not table.columns:
+            table.add_column(label, overflow="fold")
+            for column in values:
+                table.add_column(column, justify="right", overflow="fold")
+        else:
+            table.add_row(label.replace(", ", ",\n"), *values)
     terminal = console()
     terminal.print()
     terminal.print(table)
     terminal.print(f"\n{recommend(trials)}")
 
 
-def print_board(board: Board) -> None:
-    """Print the scores: a row for each scene, a column for each engine."""
-    table = Table(box=None, pad_edge=False)
-    table.add_column("scene", overflow="fold")
-    for name in next(iter(board.values()), {}):
-        table.add_column(name, justify="right", overflow="fold")
-    for scene, row in board.items():
-        scores = (
-            f"{one.error:.1e} {'ok' if one.passed else 'MISSED'}" if isinstance(one, Score) else "refused"
-            for one in row.values()
+class Scoreboard:
+    """Prints scores as they come: a row for each scene, a column for each engine, as far as the terminal is wide.
+
+    On a narrower one, the names of scenes have lines of their own, and on one narrower still, every cell has.
+    """
+
+    def __init__(self, scenes: Sequence[str], engines: Sequence[str]) -> None:
+        self._terminal = console()
+        self._widths = {engine: max(SCORE_WIDTH, cell_len(engine)) for engine in engines}
+        self._name_width = max(map(cell_len, ("scene", *scenes)))
+        columns = sum(COLUMN_GAP + width for width in self._widths.values())
+        self._is_wide = self._name_width + columns <= self._terminal.width
+        self._is_table = columns <= self._terminal.width
+        if self._is_table:
+            self._print("scene", {engine: engine for engine in engines})
+
+    def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
+        """Print the scores of one scene."""
+        self._print(scene, {engine: _cell(result) for engine, result in row.items()})
+
+    def _print(self, scene: str, cells: Mapping[str, str]) -> None:
+        padded = "".join(
+            " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) + cell for name, cell in cells.items()
         )
-        table.add_row(scene, *scores)
-    console().print(table)
+        if self._is_wide:
+            lines = [scene + " " * (self._name_width - cell_len(scene)) + padded]
+        elif self._is_table:
+            lines = [scene, padded]
+        else:
+            labels = max(map(cell_len, cells))
+            lines = [scene, *(f"  {name}{' ' * (labels - cell_len(name))}  {cell}" for name, cell in cells.items())]
+        for line in lines:
+            self._terminal.print(line, soft_wrap=True)
+
+
+def _cell(result: Result) -> str:
+    if result.outcome in (Outcome.MET, Outcome.MISSED):
+        return f"{result.worst.error:.1e} {result.outcome.value}"
+    word: str = result.outcome.value
+    return word
+
+
+def print_misses(board: Board) -> None:
+    """Print what was missed most in each scene by each engine, what could not be judged, and which engines broke."""
+    terminal = console()
+    for scene, row in board.items():
+        for engine, result in row.items():
+            if result.outcome in (Outcome.MET, Outcome.REFUSED, Outcome.NOT_RUN) and not any(
+                one.skipped for one in result.scores
+            ):
+                continue
+            first, *others = result.lines
+            more = f" ({len(others)} more)" if others else ""
+            terminal.print(f"\n{scene}, {engine}{more}: {first}")
+
+
+def print_tally(board: Board) -> None:
+    """Print how many scenes each engine met, missed and so on."""
+    counts = tally(board)
+    for engine, count in counts.items():
+        words = ", ".join(f"{count[outcome]} {outcome.name.lower().replace('_', ' ')}" for outcome in count)
+        console().print(f"{engine}: {words}")
 
 
 def counted(count: int, noun: str) -> str:

@@ -135,12 +135,20 @@ def _with_settings(name: str, scene: Scene) -> tuple[str, Scene]:
         raise SandboxError(f"{name}: {error}") from error
 
 
+def check_name(name: str) -> None:
+    """Raise SandboxError if there is no engine of this name, or its library is not installed."""
+    base, _ = settings_in(name)
+    if base in _BUILT_IN:
+        return
+    if _lacks_library(base):
+        raise SandboxError(f'{base}: needs {_EXTRAS[base]}, which is not installed; pip install -e ".[{base}]"')
+    if base not in (engines := registry()):
+        raise SandboxError(f"no engine {base!r}; {suggestion(base, engines)}")
+
+
 def _engine(name: str) -> "Callable[[Scene, State], Engine]":
+    check_name(name)
     engines = _BUILT_IN if name in _BUILT_IN else registry()  # registry() takes 6 ms, and edits rebuild every engine
-    if _lacks_library(name):
-        raise SandboxError(f'{name}: needs {_EXTRAS[name]}, which is not installed; pip install -e ".[{name}]"')
-    if name not in engines:
-        raise SandboxError(f"no engine {name!r}; {suggestion(name, engines)}")
     try:
         return cast("Callable[[Scene, State], Engine]", engines[name].load())
     except (ImportError, AttributeError) as error:

@@ -5,7 +5,7 @@ import hashlib
 import json
 import platform
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import Any, Final
@@ -15,6 +15,7 @@ from bokeh.resources import Resources
 from jinja2 import Environment, StrictUndefined
 from numpy.typing import NDArray
 
+from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
@@ -48,8 +49,8 @@ KEYS: Final = (
 )
 
 
-def page(comparison: Comparison) -> str:
-    """Return a comparison as one page of HTML. The same comparison gives the same page."""
+def page(comparison: Comparison, trials: Sequence[Trial] = ()) -> str:
+    """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page."""
     scene = comparison.scene
     every = thinning(comparison)
     drawn = charts(comparison)
@@ -70,6 +71,8 @@ def page(comparison: Comparison) -> str:
         figures=[(label, values) for label, *values in key_figures(comparison)],
         mark=mark_words(comparison),
         verdict=verdict(comparison),
+        trials=list(advice_rows(trials)) if trials else [],
+        recommendation=recommend(trials) if trials else "",
         theory={name: run.theory for name, run in comparison.runs.items() if run.theory},
         charts=drawn,
         kinds=KINDS,

@@ -58,7 +58,8 @@ def _check_lines_printable(text: str) -> str:
 Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
-Count = Annotated[int, Strict(), Field(ge=1, le=1_000_000)]
+MAX_COUNT: Final = 1_000_000
+Count = Annotated[int, Strict(), Field(ge=1, le=MAX_COUNT)]
 NotTiny = Annotated[Number, Field(gt=0), AfterValidator(_check_not_tiny)]
 Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
@@ -28,7 +28,7 @@ from sandbox.scene.fields import (
     Vector,
 )
 from sandbox.scene.toml_lines import Source
-from sandbox.scene.validation import Problem, invalid
+from sandbox.scene.validation import invalid
 from sandbox.state import Bodies
 from sandbox.text import printable
 
@@ -92,7 +92,7 @@ class Expect(Model):
     """What a law of physics predicts for a time: for one ball, or for all together."""
 
     at: NotNegative
-    """Time, s; a whole number of steps."""
+    """Time, s; between two steps, the state of the nearer one is flown there."""
     ball: Index | None = None
     """Number of the ball, from 0 in scene order; requires position or velocity."""
     position: Vector | None = None
@@ -105,6 +105,8 @@ class Expect(Model):
     """Momentum of all balls, kg px/s."""
     centre_of_mass: Vector | None = None
     """Centre of mass of all balls, px."""
+    overlap: NotNegative | None = None
+    """Deepest overlap of two balls, or of a ball and a wall, px."""
     tolerance: Positive
     """Largest error that passes, in the unit of the expected value."""
     because: Text
@@ -113,9 +115,10 @@ class Expect(Model):
     @model_validator(mode="after")
     def _check_something_is_expected(self) -> Self:
         of_ball = self.position is not None or self.velocity is not None
-        of_all = [key for key in ("energy_ratio", "momentum", "centre_of_mass") if getattr(self, key) is not None]
+        keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap")
+        of_all = [key for key in keys if getattr(self, key) is not None]
         if not of_ball and not of_all:
-            raise invalid(((), "must contain position, velocity, energy_ratio, momentum or centre_of_mass"))
+            raise invalid(((), f"must contain position, velocity, {', '.join(keys[:-1])} or {keys[-1]}"))
         if of_ball and self.ball is None:
             raise invalid((("ball",), "is missing; position and velocity are those of one ball"))
         if not of_ball and self.ball is not None:
@@ -191,10 +194,9 @@ class Scene(Model):
 
     @field_validator("expect")
     @classmethod
-    def _check_expected_balls_and_times(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
+    def _check_expected_balls(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
         total = sum(group.ball_count for group in info.data.get("balls", ()))
-        found = [*_times_between_steps(expect, info.data.get("rate", 1))]
-        found += [
+        found = [
             ((index, "ball"), f"must be at most {total - 1}, got {one.ball}")
             for index, one in enumerate(expect)
             if total and one.ball is not None and one.ball >= total
@@ -274,9 +276,3 @@ class Scene(Model):
     def wall_name(self, wall: int) -> str:
         """Return the name of a wall in messages: walls 0 to 3 are the arena's, the scene's own follow."""
         return f"the {ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"
-
-
-def _times_between_steps(expect: tuple[Expect, ...], rate: int) -> Iterator[Problem]:
-    for index, one in enumerate(expect):
-        if abs(one.at * rate - round(one.at * rate)) > 1e-6:
-            yield (index, "at"), f"must be a multiple of 1/{rate} s, got {one.at:g}"

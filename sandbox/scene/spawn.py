@@ -78,15 +78,20 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
         depth = radius + wall.thickness / 2 - segment_distance(state.position, wall.start, wall.to)
         if (ball := int(depth.argmax())) >= 0 and depth[ball] > 0:
             yield scene.at_key(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
-    moved = length(state.velocity) / scene.rate  # px per step
-    ball = int((moved / radius).argmax())
-    if moved[ball] > radius[ball] * (1 + DECIMAL_ROUNDING):
-        enough = math.ceil(moved[ball] * scene.rate / (radius[ball] * (1 + DECIMAL_ROUNDING)))
+    if (enough := needed_rate(scene, state)) is not None:
+        moved = length(state.velocity) / scene.rate  # px per step
+        ball = int((moved / radius).argmax())
         yield scene.at_key(
             (),
             f"warning: ball {ball} moves {moved[ball]:.3g} px per step, more than its radius of {radius[ball]:g}: "
             f"time-stepped engines may miss contacts; a rate of {enough} would do",
         )
+
+
+def needed_rate(scene: Scene, state: State) -> int | None:
+    """Return the rate at which no ball moves by more than its radius in a step; None if the scene's is enough."""
+    radii = float((length(state.velocity) / scene.bodies.radius).max()) / (1 + DECIMAL_ROUNDING)  # per second
+    return math.ceil(radii) if radii > scene.rate else None
 
 
 def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: Vector, high: Vector) -> list[Vector]:

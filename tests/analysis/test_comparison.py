@@ -22,7 +22,7 @@ from sandbox.state import Floats
 
 FIGURES = {
     "energy_ratio", "energy_drift", "energy_error", "momentum_drift", "gap_rms", "gap_max", "pair_contacts",
-    "wall_contacts", "max_overlap", "escaped", "expected", "met", "first_difference", "ledger",
+    "wall_contacts", "max_overlap", "escaped", "expected", "met", "skipped", "first_difference", "ledger",
 }  # fmt: skip
 
 

@@ -1,58 +1,106 @@
 """The scoreboard: exact meets every truth, the others get honest scores."""
 
 import json
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
-from conftest import scene_of
+from conftest import Command, scene_of
 
-from sandbox.analysis.expectations import Score
-from sandbox.analysis.verify import all_passed, as_json, verify
-from sandbox.errors import Refused
+import sandbox.engines
+from sandbox.analysis.comparison import compare
+from sandbox.analysis.expectations import Quantity, Score
+from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
+from sandbox.engines.exact import ExactEngine
+from sandbox.errors import SandboxError
+from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
+from sandbox.scene.model import Scene
+from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
 
 
+def board_of(*scenes: Scene, engines: tuple[str, ...] = ("exact",)) -> Board:
+    return dict(verify(scenes, engines))
+
+
+def result_of(scene: Scene, engine: str = "exact") -> Result:
+    [row] = board_of(scene, engines=(engine,)).values()
+    return row[engine]
+
+
+def score_of(scene: Scene, engine: str = "exact") -> Score:
+    return result_of(scene, engine).worst
+
+
 @pytest.mark.parametrize("name", TRUTHS)
 def test_the_exact_engine_meets_every_truth(name: str) -> None:
-    [[score]] = [row.values() for row in verify([load(name)], ["exact"]).values()]
-    assert isinstance(score, Score)
-    assert score.error < 1e-9
+    result = result_of(load(name))
+    assert result.outcome is Outcome.MET
+    assert all(score.error < 1e-9 for score in result.judged if score.expect.tolerance == 1e-6)
 
 
 def test_an_expectation_at_the_start_is_scored() -> None:
     expect = "[[expect]]\nat = 0\nball = 0\nposition = [100, 101]\ntolerance = 2\nbecause = 'It begins there.'"
-    [row] = verify([scene_of(f"radius = 20\nposition = [100, 100]\n{expect}")], ["exact"]).values()
-    assert isinstance(row["exact"], Score)
-    assert row["exact"].error == 1
+    assert score_of(scene_of(f"radius = 20\nposition = [100, 100]\n{expect}")).error == 1
 
 
 def test_pymunk_s_score_is_its_error() -> None:
     """In `oblique` it leaves at 105.88, -99.83 px/s where 100, -100 is true."""
-    [row] = verify([load("oblique")], ["pymunk", "article"]).values()
-    assert isinstance(row["pymunk"], Score)
-    assert row["pymunk"].error == pytest.approx(((105.882353 - 100) ** 2 + (99.826840 - 100) ** 2) ** 0.5, abs=1e-5)
-    assert not row["pymunk"].passed
+    result = result_of(load("oblique"), "pymunk")
+    assert result.worst.error == pytest.approx(((105.882353 - 100) ** 2 + (99.826840 - 100) ** 2) ** 0.5, abs=1e-5)
+    assert result.outcome is Outcome.MISSED
 
 
 def test_the_json_names_error_tolerance_and_passed_or_why_it_was_refused() -> None:
-    board = verify([load("bouncing")], ["exact", "article"])
-    document = json.loads(json.dumps(as_json(board)))["scenes"]["bouncing"]
-    assert document["exact"] == {"error": pytest.approx(0, abs=1e-9), "tolerance": 1e-6, "passed": True}
-    assert list(document["article"]) == ["refused"]
-    assert document["article"]["refused"].startswith("article: gravity and elasticity below 1 are not")
+    board = board_of(load("bouncing"), engines=("exact", "article"))
+    document = json.loads(json.dumps(as_json(board)))
+    row = document["scenes"]["bouncing"]
+    passed = {"error": pytest.approx(0, abs=1e-9), "tolerance": 1e-6, "passed": True, "missed": [], "skipped": []}
+    assert row["exact"] == passed
+    assert list(row["article"]) == ["refused"]
+    assert row["article"]["refused"].startswith("article: gravity and elasticity below 1 are not")
+    assert document["tally"] == {"exact": {"met": 1}, "article": {"refused": 1}}
 
 
-def test_the_score_is_that_of_the_expectation_missed_most() -> None:
+def test_a_miss_names_the_ball_the_quantity_its_unit_what_was_expected_and_what_came() -> None:
+    scene = scene_of(
+        "radius = 20\npositions = [[200, 100], [200, 300]]\nvelocity = [60, 0]\n[[expect]]\nat = 1\nball = 1\n"
+        "position = [260, 300]\nvelocity = [57, 4]\nmomentum = [123, 4]\ntolerance = 1\n"
+        'because = "nothing\\n  acts"\n'
+    )
+    result = result_of(scene)
+    assert result.lines == [
+        "ball 1 at 1 s: velocity (60, 0) instead of (57, 4), off by 5 px/s (tolerance 1): nothing acts",
+        "at 1 s: momentum (120, 0) instead of (123, 4), off by 5 kg px/s (tolerance 1): nothing acts",
+    ]
+    first, second = result.as_json()["missed"]
+    assert first == {
+        "at": 1.0,
+        "ball": 1,
+        "quantity": "velocity",
+        "unit": "px/s",
+        "expected": (57.0, 4.0),
+        "found": (60.0, 0.0),
+        "error": 5.0,
+        "tolerance": 1.0,
+        "because": "nothing\n  acts",
+    }
+    assert (second["ball"], second["quantity"], second["unit"]) == (None, "momentum", "kg px/s")
+
+
+def test_the_score_is_that_of_the_expectation_missed_most_and_so_is_the_first_line() -> None:
     expect = "[[expect]]\nat = 1\nball = 0\nposition = [{}, 300]\ntolerance = {}\nbecause = 'it flies on'\n"
     scene = scene_of(
-        "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n" + expect.format(262, 10) + expect.format(261, 1e-3)
+        "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n" + expect.format(272, 10) + expect.format(261, 1e-3)
     )
-    [row] = verify([scene], ["exact"]).values()
-    score = row["exact"]
-    assert isinstance(score, Score)
-    assert score.error == pytest.approx(1)
-    assert score.expect.tolerance == 1e-3
+    result = result_of(scene)
+    assert result.worst.error == pytest.approx(1)
+    assert result.worst.expect.tolerance == 1e-3
+    assert "instead of (261, 300)" in result.lines[0]
+    assert "instead of (272, 300)" in result.lines[1]
 
 
 def test_an_error_is_the_largest_within_one_expectation() -> None:
@@ -60,18 +108,16 @@ def test_an_error_is_the_largest_within_one_expectation() -> None:
         "radius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n[[expect]]\nat = 1\nball = 0\n"
         "position = [260, 300]\nvelocity = [57, 4]\ntolerance = 1\nbecause = 'its position is right'\n"
     )
-    [row] = verify([scene], ["exact"]).values()
-    assert isinstance(row["exact"], Score)
-    assert row["exact"].error == pytest.approx(5)
+    assert score_of(scene).error == pytest.approx(5)
 
 
 def test_the_engines_asked_for_must_pass_or_else_the_exact_engine() -> None:
-    board = verify([load("oblique")], ["pymunk", "exact"])
+    board = board_of(load("oblique"), engines=("pymunk", "exact"))
     assert all_passed(board, None)
     assert all_passed(board, ["exact"])
     assert not all_passed(board, ["pymunk", "exact"])
-    refused = verify([load("bouncing")], ["article"])
-    assert isinstance(refused["bouncing"]["article"], Refused)
+    refused = board_of(load("bouncing"), engines=("article",))
+    assert refused["bouncing"]["article"].outcome is Outcome.REFUSED
     assert all_passed(refused, ["article"])
 
 
@@ -81,6 +127,241 @@ def test_momentum_and_centre_of_mass_are_of_all_balls() -> None:
         "radius = 20\nposition = [600, 300]\nvelocity = [0, -60]\n[[expect]]\nat = 1\nmomentum = [180, -60]\n"
         "centre_of_mass = [345, 285]\nenergy_ratio = 1\ntolerance = 1e-9\nbecause = 'nothing acts on them'\n",
     )
-    [row] = verify([scene], ["exact"]).values()
-    assert isinstance(row["exact"], Score)
-    assert row["exact"].passed
+    assert result_of(scene).outcome is Outcome.MET
+
+
+@pytest.mark.parametrize(
+    ("balls", "walls", "deep"),
+    [
+        ("[[100, 100], [136, 100]]", "", 4),  # two balls
+        ("[[17, 300], [600, 300]]", "", 3),  # the left wall
+        ("[[400, 300], [600, 277]]", "[[walls]]\nfrom = [500, 250]\nto = [700, 250]\nthickness = 16\n", 1),
+        ("[[400, 300], [440, 300]]", "", 0),
+    ],
+)
+def test_the_deepest_overlap_is_of_two_balls_or_of_a_ball_and_a_wall(balls: str, walls: str, deep: float) -> None:
+    scene = scene_of(
+        f"radius = 20\npositions = {balls}\n{walls}"
+        "[[expect]]\nat = 0\noverlap = 7\ntolerance = 0.5\nbecause = 'nothing is so deep'\n",
+        size="[800, 600]\noverlap = 5",
+    )
+    [deviation] = score_of(scene).deviations
+    assert deviation.quantity is Quantity.OVERLAP
+    assert deviation.found == pytest.approx(deep)
+
+
+# Times between two steps
+
+FALLING = scene_of(
+    "radius = 20\nposition = [200, 100]\nvelocity = [60, -30]",
+    more="gravity = [0, 900]\nrate = 60\nseconds = 1\n"
+    "[[expect]]\nat = 0.51\nball = 0\nposition = [230.6, 201.745]\nvelocity = [60, 429]\nenergy_ratio = 1\n"
+    "tolerance = 1e-9\nbecause = 'x + v t + g t² / 2'",
+)
+
+
+@pytest.mark.parametrize("rate", [60, 61, 7, 100])
+def test_between_two_steps_a_state_is_flown_to_the_time(rate: int) -> None:
+    scene = FALLING.changed(rate=rate)
+    assert score_of(scene).passed
+    figures = compare(scene, ["exact"]).runs["exact"].figures
+    assert (figures.met, figures.expected, figures.skipped) == (1, 1, 0)
+
+
+def bouncing_at(at: float, rate: int) -> Scene:
+    """Return a ball that reaches the right wall at 1.01 s, with an expectation near that time."""
+    x = 780 - 120 * abs(at - 1.01)
+    return scene_of(
+        "radius = 20\nposition = [658.8, 100]\nvelocity = [120, 0]",
+        "radius = 20\nposition = [400, 500]",
+        more=f"rate = {rate}\nseconds = 2\n[[expect]]\nat = {at}\nball = 0\nposition = [{x}, 100]\n"
+        "tolerance = 1e-9\nbecause = 'mirrored at the wall'\n"
+        f"[[expect]]\nat = {at}\nball = 1\nposition = [400, 500]\ntolerance = 1e-9\nbecause = 'at rest'",
+    )
+
+
+def test_a_time_between_two_steps_with_a_contact_between_them_is_skipped_and_said_so() -> None:
+    assert result_of(bouncing_at(1.02, 60)).outcome is Outcome.MET
+    result = result_of(bouncing_at(1.02, 7))  # the wall is met between the steps at 1 s and at 8/7 s
+    assert [bool(score.skipped) for score in result.scores] == [True, False]
+    assert result.lines == [
+        "ball 0 at 1.02 s: skipped, since 1.02 s is between two steps, and ball 0 touches something between them"
+    ]
+    assert result.as_json()["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
+    figures = compare(bouncing_at(1.02, 7), ["exact"]).runs["exact"].figures
+    assert (figures.met, figures.expected, figures.skipped) == (1, 1, 1)
+
+
+def test_a_contact_in_another_step_than_the_time_does_not_matter() -> None:
+    assert [score.skipped for score in result_of(bouncing_at(1.2, 7)).scores] == ["", ""]
+
+
+def test_an_expectation_of_all_balls_is_skipped_if_any_of_them_touches_something() -> None:
+    [expect, _] = bouncing_at(1.02, 7).expect
+    everywhere = expect.model_copy(update={"ball": None, "position": None, "momentum": (-120.0, 0.0)})
+    result = result_of(bouncing_at(1.02, 7).changed(expect=(everywhere,)))
+    assert result.outcome is Outcome.SKIPPED
+    assert all_passed({"scene": {"exact": result}}, ["exact"])
+
+
+def test_a_ball_at_rest_on_the_floor_is_not_flown_through_it() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [200, 580]",
+        more="gravity = [0, 900]\nrate = 7\nseconds = 1\n[[expect]]\nat = 0.5\nball = 0\nposition = [200, 580]\n"
+        "tolerance = 1e-9\nbecause = 'it rests'",
+    )
+    assert result_of(scene).outcome is Outcome.SKIPPED
+    assert result_of(scene.changed(rate=8)).outcome is Outcome.MET
+
+
+def test_compare_says_that_it_ends_before_an_expectation() -> None:
+    scene = FALLING.changed(rate=7, seconds=0.51)  # 3.57 steps: the run has 4
+    assert compare(scene, ["exact"]).runs["exact"].figures.met == 1
+    run = compare(scene.changed(rate=5), ["exact"]).runs["exact"]  # 2.55 steps: the run has 3
+    assert run.figures.met == 1
+    run = compare(FALLING.changed(rate=66, seconds=0.51), ["exact"]).runs["exact"]  # 33.66 steps: the run has 34
+    assert run.figures.met == 1
+    run = compare(FALLING.changed(rate=64, seconds=0.51), ["exact"]).runs["exact"]  # 32.64 steps
+    assert run.figures.met == 1
+    run = compare(FALLING.changed(rate=8, seconds=0.51), ["exact"]).runs["exact"]  # 4.08 steps: the run has 4
+    assert (run.figures.expected, run.figures.skipped) == (0, 1)
+    assert run.scores[0].skipped == "the last step ends before 0.51 s"
+
+
+def test_the_mouse_ends_expectations() -> None:
+    inputs = [Grab(step=3, ball=0, at=(400, 500))]
+    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == []
+    later = [Grab(step=40, ball=0, at=(400, 500))]
+    assert compare(FALLING, ["exact"], inputs=later).runs["exact"].figures.met == 1
+
+
+# Engines that break
+
+
+class Breaks(ExactEngine):
+    """Raises an exception in a scene with more than five balls, after some steps."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+        super().advance(steps, position, velocity)
+        if len(position[0]) > 5:
+            raise ZeroDivisionError("no \x1b mass")
+
+
+@pytest.fixture
+def breaks(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("breaks", f"{__name__}:{Breaks.__name__}", sandbox.engines.ENTRY_POINTS)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "breaks", entry)
+
+
+@pytest.mark.usefixtures("breaks")
+def test_an_engine_that_breaks_ends_its_own_column_only() -> None:
+    scenes = [load(name) for name in ("oblique", "newtons-cradle", "head-on")]
+    board = board_of(*scenes, engines=("breaks", "exact"))
+    assert [row["breaks"].outcome for row in board.values()] == [Outcome.MET, Outcome.BROKE, Outcome.NOT_RUN]
+    assert [row["exact"].outcome for row in board.values()] == [Outcome.MET] * 3
+    broken = board["newtons-cradle"]["breaks"]
+    assert broken.message == "breaks: ZeroDivisionError: no \N{REPLACEMENT CHARACTER} mass"
+    assert "in advance" in broken.details
+    assert board["head-on"]["breaks"].message == "breaks broke in newtons-cradle"
+    assert all_passed(board, None)
+    assert not all_passed(board, ["breaks"])
+
+
+@pytest.mark.usefixtures("breaks", "working_folder")
+def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Command) -> None:
+    arguments = ("newtons-cradle", "head-on", "--engines", "exact,breaks", "--junit", "results.xml")
+    code, out, err = command("verify", *arguments)
+    assert code == 1
+    assert "newtons-cradle, breaks: breaks: ZeroDivisionError: no" in out
+    assert out.endswith("exact: 2 met\nbreaks: 1 broke, 1 not run\n")
+    assert err.startswith("Traceback")
+    suite = ElementTree.parse(Path("results.xml")).getroot()[0]
+    assert (suite.get("tests"), suite.get("errors"), suite.get("skipped")) == ("4", "1", "1")
+
+
+class Interrupted(ExactEngine):
+    """Is interrupted in a scene with more than five balls."""
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        if len(scene.bodies) > 5:
+            raise KeyboardInterrupt
+
+
+def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", sandbox.engines.ENTRY_POINTS)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "interrupted", entry)
+    code, out, _ = command("verify", "oblique", "newtons-cradle", "--engines", "interrupted")
+    assert code == 130
+    assert out == "scene              interrupted\noblique             2.0e-14 ok\n"
+
+
+def test_an_unknown_engine_is_an_error_of_the_user() -> None:
+    with pytest.raises(SandboxError, match=r"^no engine 'exat'; did you mean exact\?$"):
+        verify([load("oblique")], ["pymunk", "exat"])
+
+
+# What the command prints
+
+
+def test_junit_has_a_test_case_for_each_scene_and_engine() -> None:
+    text = as_junit(board_of(load("oblique"), load("bouncing"), engines=("exact", "pymunk", "article")))
+    suite = ElementTree.fromstring(text)[0]
+    cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
+    assert cases == {
+        ("exact", "oblique"): [],
+        ("pymunk", "oblique"): ["failure"],
+        ("article", "oblique"): ["failure"],
+        ("exact", "bouncing"): [],
+        ("pymunk", "bouncing"): ["failure"],
+        ("article", "bouncing"): ["skipped"],
+    }
+    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "3", "0", "1"]
+    missed = suite.find("testcase[@classname='pymunk']/failure")
+    assert missed is not None
+    assert missed.get("message", "").startswith("ball 0 at 1 s: velocity (105.8823529, -99.8268397) instead of")
+    assert len((missed.text or "").splitlines()) == 2
+
+
+WIDE = """\
+scene              exact          pymunk         article
+oblique       2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
+bouncing      0.0e+00 ok  1.5e+01 MISSED         refused
+"""
+NARROW = """\
+scene
+           exact          pymunk         article
+oblique
+      2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
+bouncing
+"""
+NARROWEST = """\
+oblique
+  exact    2.0e-14 ok
+  pymunk   5.9e+00 MISSED
+  article  1.2e+02 MISSED
+bouncing
+"""
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(80, WIDE), (50, NARROW), (30, NARROWEST)])
+def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch, columns: int, rows: str) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")
+    assert out.startswith(rows)
+    assert out.endswith("\n\nexact: 2 met\npymunk: 2 missed\narticle: 1 missed, 1 refused\n")
+
+
+def test_two_scenes_of_one_name_have_a_row_each(command: Command, working_folder: Path) -> None:
+    for folder, x in (("a", 261), ("b", 260)):
+        Path(folder).mkdir()
+        Path(folder, "fly.toml").write_text(
+            "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 20\nposition = [200, 300]\nvelocity = [60, 0]\n"
+            f"[[expect]]\nat = 1\nball = 0\nposition = [{x}, 300]\ntolerance = 1e-9\nbecause = 'it flies on'\n"
+        )
+    code, out, _ = command("verify", "a/fly.toml", "b/fly.toml", "--engines", "exact", "--json", "-")
+    assert code == 1
+    assert {name: row["exact"]["passed"] for name, row in json.loads(out)["scenes"].items()} == {
+        "fly": False,
+        "b/fly.toml": True,
+    }

@@ -389,7 +389,7 @@ def test_errors_in_a_group(group: str, message: str) -> None:
 
 
 EXPECTED = {
-    "nothing": ("", "[0] must contain position, velocity, energy_ratio, momentum or centre_of_mass", 6),
+    "nothing": ("", "[0] must contain position, velocity, energy_ratio, momentum, centre_of_mass or overlap", 6),
     "whose": ("position = [1, 1]", "[0].ball is missing; position and velocity are those of one ball", 6),
     "of-all-balls": (
         "ball = 0\nenergy_ratio = 1",
