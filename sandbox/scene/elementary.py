@@ -7,10 +7,10 @@ whether the processor has FMA. Here a number is an integer in units of 2^-BITS, 
 import math
 from typing import Final
 
-BITS: Final = 96
+BITS: Final = 160  # so that numbers as small as 2^-53 still have more than a float
 ONE: Final = 1 << BITS
-HALF_PI: Final = 124451306656115542615260972311
-LN_2: Final = 54916777467707473351141471128
+HALF_PI: Final = 2295721403524109460692402599871655564227077512209
+LN_2: Final = 1013035739299659071135698605846798551586536899366
 
 _SINE: Final = [(-1) ** k * ONE // math.factorial(2 * k + 1) for k in range(14)]  # of x^(2k + 1)
 _COSINE: Final = [(-1) ** k * ONE // math.factorial(2 * k) for k in range(14)]  # of x^(2k)

@@ -166,7 +166,7 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
         completed = as_completed(futures, loop=client.loop)  # type: ignore[no-untyped-call]
         for future in completed:
             if future.status in ("lost", "pending"):  # its worker died with the row, which another worker runs again
-                completed.add(future)
+                completed.add(future)  # type: ignore[no-untyped-call]
                 continue
             outcome = None
             with suppress(OSError):  # the connection broke while a row was sent
