@@ -1,6 +1,7 @@
 """Fixtures and helpers that several test modules use."""
 
 import os
+import platform
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -39,6 +40,15 @@ def require(*programs: str) -> None:
         pytest.fail(f"not installed: {', '.join(missing)}")
     if missing:
         pytest.skip(f"needs {', '.join(missing)}")
+
+
+def without_fma() -> dict[str, str]:
+    """Return an environment in which a process has glibc's other pow; skip the test where there is none."""
+    from sandbox.engines.article import pow_variant
+
+    if platform.machine() != "x86_64" or pow_variant() != "fma":
+        pytest.skip("needs glibc on an x86-64 processor with FMA")
+    return os.environ | {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA_Usable"}  # the second name before glibc 2.33
 
 
 def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:

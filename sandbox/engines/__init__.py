@@ -38,7 +38,7 @@ TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the s
 
 
 class Engine(Protocol):
-    """One solver running one scene. The same scene and the same kicks give the same bytes, in any process.
+    """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
 
     A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
     class: the ledger then judges each contact by the velocities after all of them.

@@ -18,6 +18,10 @@ from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 
 SQUARE: Final = 2.0  # exponent, passed to `frames` as an argument: a compiler turns a constant one into a product
+POW_PROBES: Final = {  # numbers whose squares only one variant of glibc's pow, with FMA or without, does not round
+    "fma": (2.759, 17.341, 22.072, 32.543, 34.682, 44.015, 44.144, 65.086),
+    "no fma": (9.395, 15.889, 18.543, 18.79, 20.395, 21.457, 22.785, 27.217),
+}
 MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, however pow and sqrt round
 
 
@@ -170,6 +174,18 @@ class ArticleEngine(SteppedEngine):
     ) -> tuple[int, int]:
         """Play frames."""
         return frames(start, steps_before, self._rate, position, velocity, *self._constants, log)
+
+
+def pow_variant() -> str:
+    """Return which pow this process has: glibc's "fma" or "no fma", "rounded" if squares are products, or "other".
+
+    The article's bits depend on it. glibc has two variants, and chooses by whether the processor has FMA.
+    """
+    by_pow = [x**SQUARE != x * x for probes in POW_PROBES.values() for x in probes]
+    for name in POW_PROBES:
+        if by_pow == [name == other for other, probes in POW_PROBES.items() for _ in probes]:
+            return name
+    return "other" if any(by_pow) else "rounded"
 
 
 def _unsupported(scene: Scene) -> list[str]:

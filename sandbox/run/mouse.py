@@ -50,9 +50,9 @@ class Mouse:
         """Return the change of the grabbed ball's velocity for one step, px/s. position: px; velocity: px/s."""
         assert self.ball is not None
         h, w = 1 / self.scene.rate, PULL_RATE
+        damping = (1 + h * w) * (1 + h * w)  # not **, which is the C library's pow and has two variants
         vx, vy = (
-            (v - h * w * w * (x - to)) / (1 + h * w) ** 2
-            for x, v, to in zip(position, velocity, self.target, strict=True)
+            (v - h * w * w * (x - to)) / damping for x, v, to in zip(position, velocity, self.target, strict=True)
         )
         vx, vy = _at_most(float(self.scene.bodies.radius[self.ball]) / h, vx, vy)
         dx, dy = (to - x for x, to in zip(position, self.target, strict=True))

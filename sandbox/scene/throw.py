@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
+from sandbox.scene.elementary import logarithm, sine_cosine
 from sandbox.scene.fields import Range, Vector
 
 
@@ -59,17 +60,19 @@ class RandomDirection(Throw):
 
     def velocities(self, rng: Random) -> Iterator[Vector]:
         while True:
-            angle = rng.uniform(0, 2 * math.pi)
-            yield self.speed * math.cos(angle), self.speed * math.sin(angle)
+            sine, cosine = sine_cosine(rng.uniform(0, 2 * math.pi))
+            yield self.speed * cosine, self.speed * sine
 
 
 @dataclass(frozen=True)
 class Maxwellian(Throw):
-    """Both components drawn from a normal distribution."""
+    """Both components drawn from a normal distribution, by the rule of Box and Muller, as `Random.gauss` draws them."""
 
     rms_speed: float
 
     def velocities(self, rng: Random) -> Iterator[Vector]:
         sigma = self.rms_speed / math.sqrt(2)
         while True:
-            yield rng.gauss(0, sigma), rng.gauss(0, sigma)
+            sine, cosine = sine_cosine(rng.random() * 2 * math.pi)
+            size = math.sqrt(-2 * logarithm(1 - rng.random()))
+            yield cosine * size * sigma, sine * size * sigma

@@ -17,6 +17,7 @@ from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Figures, Run
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TEXTBOOK_ENGINES, TUNED, can_run, create
+from sandbox.engines.article import pow_variant
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
@@ -47,7 +48,7 @@ class Job(NamedTuple):
 COLUMNS: Final = (
     *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved"),
     *(field.name for field in fields(Figures)),
-    *(*LIBRARIES, "python", "wall_s"),
+    *(*LIBRARIES, "python", "pow", "wall_s"),
 )
 
 
@@ -108,27 +109,35 @@ def reference_job(against: str, job: Job) -> Job:
     return job._replace(engine=against, settings="" if against in UNTUNED else job.settings)
 
 
-def run_shared(scene: Scene, job: Job) -> Reference | None:
+class Shared(NamedTuple):
+    """A reference that jobs share. pow: the variant where it ran."""
+
+    reference: Reference
+    pow: str
+
+
+def run_shared(scene: Scene, job: Job) -> Shared | None:
     """Run the job of a reference. Return None if it is too large to keep, or fails; it then runs with each job."""
     try:
         scene = scene_of_job(scene, job)
         is_small = (scene.steps + 1) * len(scene.bodies) * 2 * 8 <= MAX_REFERENCE_BYTES
-        return run_reference(scene, job.engine) if is_small else None
+        return Shared(run_reference(scene, job.engine), pow_variant()) if is_small else None
     except Exception:  # which the job itself will report
         return None
 
 
-def run_job(scene: Scene, against: str, job: Job, reference: Reference | None = None) -> Row:
+def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Row:
     """Run a job and return its row, without empty values. Its `speeds` are for the report only.
 
-    reference: what `run_shared` returns for the job's reference; with None, the reference runs along.
+    shared: what `run_shared` returns for the job's reference. Without it, or if it ran with another variant of pow, the
+    reference runs along.
     """
     start = time.perf_counter()
     scene = scene_of_job(scene, job)
-    if reference is None:
+    if shared is None or shared.pow != pow_variant():
         comparison = compare(scene, list(dict.fromkeys([job.engine, against])), against=against)
     else:
-        comparison = compare_with(reference, scene, job.engine)
+        comparison = compare_with(shared.reference, scene, job.engine)
     wall = time.perf_counter() - start
     job_run = comparison.runs[job.engine]
     row = {
@@ -149,8 +158,9 @@ def run_job(scene: Scene, against: str, job: Job, reference: Reference | None = 
 
 @cache
 def versions() -> Mapping[str, str]:
-    """Return the versions that a row records: with other libraries, results may differ."""
-    return {name: version(package) for name, package in LIBRARIES.items()} | {"python": platform.python_version()}
+    """Return the versions that a row records: with other libraries, or another `pow`, results may differ."""
+    libraries = {name: version(package) for name, package in LIBRARIES.items()}
+    return libraries | {"python": platform.python_version(), "pow": pow_variant()}
 
 
 def count_speeds(comparison: Comparison, run: Run) -> list[int]:
@@ -195,4 +205,5 @@ def is_row(found: object) -> bool:
     """Return whether a value read from a file is a row as `run_job` makes them."""
     if not isinstance(found, dict):
         return False
-    return "wall_s" in found and all(isinstance(found.get(name), kind) for name, kind in Job.__annotations__.items())
+    kinds = Job.__annotations__ | {"pow": str, "wall_s": float | int}
+    return all(isinstance(found.get(name), kind) for name, kind in kinds.items())

@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from sandbox.errors import SandboxError
 from sandbox.files import is_replaceable, write_errors
-from sandbox.sweep.jobs import Row, Sweep, is_row
+from sandbox.sweep.jobs import Row, Sweep, is_row, job_of
 
 
 class Journal:
@@ -25,7 +25,15 @@ class Journal:
         self._file = file
 
     def add(self, row: Row) -> None:
-        """Save a row: when this returns, it is on the disk. Raises SandboxError if it cannot be written."""
+        """Save a row: when this returns, it is on the disk.
+
+        Raises SandboxError if it cannot be written, or ran with another variant of pow than the rows before.
+        """
+        if self.rows and row["pow"] != self.rows[0]["pow"]:
+            raise SandboxError(
+                f"{job_of(row)}: ran where the C library's pow is the variant {row['pow']!r}, the rows before where it "
+                f"is {self.rows[0]['pow']!r}, so results may differ; use processors of one kind, or another --out"
+            )
         self.rows.append(row)
         if self._file:
             with write_errors(self._file.name):

@@ -15,11 +15,10 @@ from itertools import groupby
 from multiprocessing.connection import Connection, wait
 from typing import Any, Final, cast
 
-from sandbox.analysis.comparison import Reference
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
-from sandbox.sweep.jobs import Job, Row, Sweep, reference_job, run_job, run_shared
+from sandbox.sweep.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
@@ -39,10 +38,10 @@ class Outcome:
     failure: str = ""
 
 
-def attempt(scene: Scene, against: str, job: Job, reference: Reference | None = None) -> Outcome:
+def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Outcome:
     """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
-        return Outcome(job, run_job(scene, against, job, reference))
+        return Outcome(job, run_job(scene, against, job, shared))
     except Exception as error:
         return Outcome(job, failure=f"{type(error).__name__}: {error}")
 
@@ -134,14 +133,14 @@ class Worker:
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
     """Run jobs until the other end of the connection is closed. The last reference is kept for jobs that share it."""
     last: Job | None = None
-    reference: Reference | None = None
+    shared: Shared | None = None
     with suppress(EOFError, OSError):
         while True:
             job: Job = connection.recv()
             if reference_job(against, job) != last:
-                last, reference = reference_job(against, job), None  # one reference at a time in memory
-                reference = run_shared(scene, last)
-            connection.send(attempt(scene, against, job, reference))
+                last, shared = reference_job(against, job), None  # one reference at a time in memory
+                shared = run_shared(scene, last)
+            connection.send(attempt(scene, against, job, shared))
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
@@ -161,13 +160,13 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
         submit = partial(client.submit, pure=False)  # else a cluster that has run a job before would return its row
         futures: dict[Any, Job] = {}
         for group in groups(sweep, jobs):
-            shared = reference_job(sweep.against, group[0])
-            reference = submit(run_shared, sweep.scene, shared) if len(group) > 1 else None
-            futures |= {submit(attempt, sweep.scene, sweep.against, job, reference): job for job in group}
+            reference = reference_job(sweep.against, group[0])
+            shared = submit(run_shared, sweep.scene, reference) if len(group) > 1 else None
+            futures |= {submit(attempt, sweep.scene, sweep.against, job, shared): job for job in group}
         completed = as_completed(futures, loop=client.loop)  # type: ignore[no-untyped-call]
         for future in completed:
             if future.status in ("lost", "pending"):  # its worker died with the row, which another worker runs again
-                completed.add(future)
+                completed.add(future)  # type: ignore[no-untyped-call]
                 continue
             outcome = None
             with suppress(OSError):  # the connection broke while a row was sent

@@ -10,8 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import without_fma
+from numba import njit
 
 from sandbox.engines import can_run, registry
+from sandbox.engines.article import POW_PROBES, SQUARE, pow_variant
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -23,6 +26,8 @@ from sandbox.view.window import Window
 SCENES = (*bundled(), *bundled("truths"))
 SHORT = 90  # steps
 OWN = ("article", "impulse", "exact")
+HERE = Path(__file__).parent
+IMPORT = f"import json, sys; sys.path[:0] = {[str(HERE), str(HERE.parent)]}; import test_determinism as t"
 GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 
 
@@ -50,8 +55,7 @@ def all_ends(names: Iterable[str], engines: Iterable[str]) -> dict[str, dict[str
 
 def test_other_processes_give_the_same_bytes() -> None:
     """They have other hash seeds, and run the scenes and the engines in reverse order."""
-    program = f"import json, sys; sys.path.insert(0, {str(Path(__file__).parent)!r}); import test_determinism as t; "
-    program += "print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
+    program = f"{IMPORT}; print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
     others = [
         subprocess.Popen(
             [sys.executable, "-c", program], env=os.environ | {"PYTHONHASHSEED": seed}, stdout=subprocess.PIPE
@@ -60,6 +64,28 @@ def test_other_processes_give_the_same_bytes() -> None:
     ]
     here = all_ends(SCENES, registry())
     assert [json.loads(other.communicate()[0]) for other in others] == [here, here]
+
+
+def test_only_the_article_depends_on_the_variant_of_the_c_library_s_pow() -> None:
+    """Without FMA, glibc has another pow, and other sines, cosines and logarithms, which differ in the last bit."""
+    program = f"{IMPORT}; print(json.dumps([t.pow_variant(), t.squares(), t.all_ends(t.SCENES, t.registry())]))"
+    other = subprocess.run([sys.executable, "-c", program], env=without_fma(), stdout=subprocess.PIPE, check=True)
+    variant, squared, ends = json.loads(other.stdout)
+    assert (variant, pow_variant()) == ("no fma", "fma")
+    assert [one != two for one, two in zip(squared, squares(), strict=True)] == [True] * len(squared)
+    here = all_ends(SCENES, registry())
+    differ = {name: {key for key in here[name] if here[name][key] != ends[name][key]} for name in SCENES}
+    assert differ["gas-1000"] == {"article"}
+    assert set().union(*differ.values()) == {"article"}
+
+
+def squares() -> list[float]:
+    """Square the numbers that distinguish the variants of pow, compiled and in Python."""
+    power = njit(lambda number, exponent: number**exponent)
+    probes = [probe for some in POW_PROBES.values() for probe in some]
+    compiled = [power(probe, SQUARE) for probe in probes]
+    assert compiled == [probe**SQUARE for probe in probes]
+    return compiled
 
 
 @pytest.mark.parametrize("name", SCENES)

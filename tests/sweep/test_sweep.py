@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import NO_KEY, REQUIRED, Command, scene_of, without_notice
+from conftest import NO_KEY, REQUIRED, Command, scene_of, without_fma, without_notice
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import SHIFTED_TWINS
@@ -265,8 +265,9 @@ def test_saved_rows_are_not_run_again() -> None:
 
 INVALID_ROWS = (
     *("[1]", "null", "{}", "[" * 100_000, "1" * 9_999, '{"wall_s"'),
-    '{"seed": 0, "rate": 60, "engine": "article", "settings": ""}',
-    '{"seed": [0], "rate": 60, "engine": "article", "settings": "", "wall_s": 1}',
+    '{"seed": 0, "rate": 60, "engine": "article", "settings": "", "pow": "fma"}',
+    '{"seed": 0, "rate": 60, "engine": "article", "settings": "", "wall_s": 1}',
+    '{"seed": [0], "rate": 60, "engine": "article", "settings": "", "pow": "fma", "wall_s": 1}',
 )
 
 
@@ -274,7 +275,7 @@ INVALID_ROWS = (
 def test_an_invalid_line_in_a_journal_is_run_again(line: str) -> None:
     sweep = small()
     with open_journal(sweep, "f.csv") as kept:
-        kept.add({**sweep.jobs[0]._asdict(), "wall_s": 0.1})
+        kept.add({**sweep.jobs[0]._asdict(), "pow": "fma", "wall_s": 0.1})
     before = journal_path("f.csv").read_bytes()
     journal_path("f.csv").write_bytes(before + line.encode() + b"\n" + before.splitlines(keepends=True)[1])
     with open_journal(sweep, "f.csv") as kept:
@@ -290,6 +291,35 @@ def test_a_journal_torn_in_its_first_line_starts_anew() -> None:
         with open_journal(small(), "f.csv") as kept:
             assert kept.rows == []
         assert journal_path("f.csv").read_bytes() == whole
+
+
+def make_one_row() -> None:
+    sweep = small()
+    with open_journal(sweep, "f.csv") as kept:
+        kept.add(run_job(sweep.scene, sweep.against, sweep.jobs[0]))
+
+
+def test_rows_made_without_fma_are_not_mixed_with_rows_made_with_it(command: Command) -> None:
+    """A journal is resumed on another machine, whose C library has the other pow."""
+    here = Path(__file__).parent
+    program = f"import sys\nsys.path[:0] = {[str(here), str(here.parent)]}\nimport test_sweep as t\nt.make_one_row()"
+    subprocess.run([sys.executable, "-c", program], env=without_fma(), check=True)
+    before = journal_path("f.csv").read_bytes()
+    code, out, error = command("sweep", *TUNED, "--workers", "1", "--out", "f.csv")
+    assert (code, out) == (2, "")
+    assert error == (
+        "seed 3, rate 60, pymunk substeps=2: ran where the C library's pow is the variant 'fma', the rows before "
+        "where it is 'no fma', so results may differ; use processors of one kind, or another --out\n"
+    )
+    assert journal_path("f.csv").read_bytes() == before
+
+
+def test_a_reference_that_ran_with_another_variant_of_pow_is_not_shared() -> None:
+    sweep = plan(load("article").changed(seconds=1.0), [3], [60], ["pymunk"], against="article")
+    other = run_shared(sweep.scene, Job(4, 60, "article"))
+    assert other is not None
+    rows = [run_job(sweep.scene, "article", sweep.jobs[0], shared) for shared in (None, other._replace(pow="no fma"))]
+    assert rows[0]["gap_rms"] == rows[1]["gap_rms"]
 
 
 @pytest.fixture
@@ -351,6 +381,24 @@ def test_rows_that_die_with_their_worker_before_they_are_fetched_are_run_again(
         assert not any(outcome.failure for outcome in outcomes)
         write(sweep, in_order(sweep, kept.rows), "f.csv")
     assert without_times(Path("f.csv").read_text()) == expected
+
+
+def test_a_cluster_whose_workers_have_both_variants_of_pow_is_refused(
+    cluster: tuple[str, list[subprocess.Popen[str]]],
+) -> None:
+    from distributed import Client
+
+    address, processes = cluster
+    program = [sys.executable, "-m", "dask", "worker", address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    silent = subprocess.DEVNULL
+    processes += [subprocess.Popen(program, env=without_fma(), stdout=silent, stderr=silent, text=True)]
+    with Client(address, set_as_default=False) as client:  # type: ignore[no-untyped-call]
+        client.wait_for_workers(3)
+    sweep = small()
+    with open_journal(sweep, "f.csv") as kept:
+        with pytest.raises(SandboxError, match=r"^seed \d.* ran where the C library's pow is the variant"):
+            list(run(sweep, kept, scheduler=address))
+        assert len({row["pow"] for row in kept.rows}) == 1
 
 
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
