@@ -166,7 +166,7 @@ class Measurement:
     @cached_property
     def record(self) -> Record:
         """The contacts with what the ledger found about them, once all are entered."""
-        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
+        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed, self._ledger.flights)
 
     def run(self, reference: Record | None, horizon: float | None, disturbed: Bools) -> Run:
         """Return the whole run. reference: its contacts, None for the reference's own run; horizon: s.
