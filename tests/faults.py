@@ -257,7 +257,7 @@ class Stepped(Discs):
     In time, the balls would have parted along the normal of first touch. Here they part along the normal as found.
     """
 
-    back: ClassVar = 2.0  # of a depth at a wall, how much of it the ball is put back
+    reflects: ClassVar = True  # a ball found in a wall is put where a bounce in time would have led it
 
     def sees(self, i: int, other: int) -> bool:
         return True
@@ -279,7 +279,7 @@ class Stepped(Discs):
                 depth = dot(self.x[i], n) + self.r[i] - (0.0, 0.0, width, height)[wall]
                 if depth > 0 and dot(self.v[i], n) > 0 and self.sees(i, ~wall):
                     self.resolve(self.now, i, ~wall, n, depth)
-                    self.x[i] -= self.back * depth * n
+                    self.x[i] -= (1 + self.restitution(i, ~wall) * self.reflects) * depth * n
         for i, j in self.pairs():
             away = self.x[j] - self.x[i]
             depth, n = self.r[i] + self.r[j] - abs(away), away / abs(away)
@@ -417,10 +417,25 @@ class SwapsMasses(EventDriven):
 
 @fault(Cause.VELOCITY)
 class LosesMomentum(EventDriven):
-    """Only the first of a pair gets the reported impulse."""
+    """The second of a pair gets only half of the reported impulse."""
 
     def push(self, i: int, other: int, impulse: complex) -> None:
-        self.v[i] -= impulse / self.m[i]
+        super().push(i, other, impulse)
+        if other >= 0:
+            self.v[other] -= 0.5 * impulse / self.m[other]
+
+
+@fault(Cause.VELOCITY)
+class LeavesOutSecond(EventDriven):
+    """In the third contact of a pair, only the first gets the reported impulse."""
+
+    seen = 0
+
+    def push(self, i: int, other: int, impulse: complex) -> None:
+        self.seen += other >= 0
+        super().push(i, other, impulse)
+        if other >= 0 and self.seen == 3:
+            self.v[other] -= impulse / self.m[other]
 
 
 @fault(Cause.VELOCITY)
@@ -566,7 +581,6 @@ class SwapsTimes(EventDriven):
     def contacts(self) -> Contacts:
         contacts = super().contacts()
         if len(contacts) > 4:
-            contacts[["first", "second", "normal", "impulse", "depth"]][3:5]
             swapped = contacts.copy()
             swapped[3], swapped[4] = contacts[4], contacts[3]
             swapped["time"] = contacts["time"]
@@ -819,7 +833,7 @@ class SteppedImpulseTooLarge(Stepped):
 class SteppedDiscardsOvershoot(Stepped):
     """A ball found in a wall is put on it, which discards the way that it has flown back already."""
 
-    back: ClassVar = 1.0
+    reflects: ClassVar = False
 
 
 @fault(*LATE_BY_ITSELF, Cause.PUSHED, fits=without_inner_walls)

@@ -46,7 +46,7 @@ FINDING: Final = np.dtype(
         ("normal_error", "f8"),  # rad from the normal of first touch to the normal as found
         ("turned", "f8"),  # rad from the line of centres to the normal along which the impulse acted
         ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
-        ("unexplained", "f8", (2, 2)),  # px/s by which velocities of first and second changed besides the impulse
+        ("unexplained", "f8", (2, 2)),  # px/s by which both velocities changed besides the only impulse
         ("free_flight", "f8"),  # s that both had flown undisturbed, at most MAX_TRACE_STEPS
         ("before", "f8", (2, 2)),  # px/s of first and second
         ("after", "f8", (2, 2)),  # px/s of first and second
@@ -95,7 +95,7 @@ class Block(NamedTuple):
     energy, momentum, displacement, contacts: (causes,), sums over all blocks so far; findings: (contacts,) FINDING;
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
-    second, as flown; line_after: the same at the end of the step; shared: (contacts,), whether it was resolved together
+    second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,), whether it was resolved together
     with another of its balls.
     """
 
@@ -107,6 +107,7 @@ class Block(NamedTuple):
     expected_shift: Floats
     timing: Integers
     line: Floats
+    line_before: Floats
     line_after: Floats
     shared: Bools
 
@@ -209,23 +210,29 @@ def _check_geometry(
         wall = ~contact.second
         outward = -1.0 if wall < 2 else 1.0
         ax, ay = (outward, 0.0) if wall % 2 == 0 else (0.0, outward)
-        bx, by, distance = ax, ay, lx * ax + ly * ay
+        distance = lx * ax + ly * ay
     elif distance <= NEGLIGIBLE * reach:
         return nx, ny, depth
     else:
         ax, ay = lx / distance, ly / distance
-        bx, by = block.line_after[k, 0], block.line_after[k, 1]
     slack, alone = NEGLIGIBLE * reach + _sum_unsteady(unexplained, contact, 1), True
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
         if ball >= 0:
             slack += math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
             alone = alone and unexplained.contacts[ball] == 1
-    turned = min(_turn(nx, ny, ax, ay), _turn(nx, ny, bx, by))
-    if turned * reach > slack and (alone or turned * reach > 2 * slack):
-        finding.turned = turned
+    of_arena = contact.second < 0 and contact.second >= -ARENA_COUNT
+    in_line, found_there = False, False
+    for lines in (block.line, block.line_after, block.line_before):
+        there = math.hypot(lines[k, 0], lines[k, 1])
+        in_line = in_line or _turn(nx, ny, lines[k, 0], lines[k, 1]) * reach <= slack
+        found_there = found_there or abs(reach - there - depth) <= slack
+    if of_arena:
+        in_line = _turn(nx, ny, ax, ay) * reach <= slack
+    if not in_line and (alone or of_arena or slack <= 2 * NEGLIGIBLE * reach):
+        finding.turned = _turn(nx, ny, ax, ay)
         nx, ny = ax, ay
-    if alone and abs(reach - distance - depth) > slack:
+    if alone and not found_there and abs(reach - distance - depth) > slack:
         depth = reach - distance
         wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
         flown = MAX_TRACE_STEPS * constants.dt * math.hypot(wx, wy) + slack
@@ -270,31 +277,33 @@ def _owned(unexplained: Unexplained, k: int, ball: int, axis: int) -> float:
 @kernel
 def attribute_velocity(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
-) -> None:
+) -> tuple[int, float]:
     """Find the cause of what a contact changed besides its impulse: friction, another normal, or something else.
 
     The impulse that acted on each ball is the reported one and this. If both had the same, and it has the size of the
     reported impulse, or obeys the law of restitution along its own direction, it acted along another normal.
+    Returns the error's cause, ROUNDING if there is none, and its size, kg px/s.
     """
     finding, i, j = block.findings[k], contact.first, contact.second
     owns_second = j >= 0 and unexplained.owner[j] == k
     if unexplained.owner[i] != k and not owns_second:
-        return
+        return Cause.ROUNDING, 0.0
     nx, ny, impulse = contact.normal[0], contact.normal[1], contact.impulse
     e, per_i, per_j, _ = _pair_constants(constants, contact)
-    for axis in range(2):
-        finding.unexplained[0, axis] = _owned(unexplained, k, i, axis)
-        finding.unexplained[1, axis] = _owned(unexplained, k, j, axis)
-    on_first_x, on_first_y = finding.unexplained[0, 0] / per_i, finding.unexplained[0, 1] / per_i
+    alone = unexplained.contacts[i] == 1 and (j < 0 or unexplained.contacts[j] == 1)
+    if alone:
+        for axis in range(2):
+            finding.unexplained[0, axis] = _owned(unexplained, k, i, axis)
+            finding.unexplained[1, axis] = _owned(unexplained, k, j, axis)
+    on_first_x, on_first_y = _owned(unexplained, k, i, 0) / per_i, _owned(unexplained, k, i, 1) / per_i
     px, py = impulse * nx - on_first_x, impulse * ny - on_first_y
     on_second_x = on_second_y = off = 0.0
     if j >= 0:
-        on_second_x, on_second_y = finding.unexplained[1, 0] / per_j, finding.unexplained[1, 1] / per_j
+        on_second_x, on_second_y = _owned(unexplained, k, j, 0) / per_j, _owned(unexplained, k, j, 1) / per_j
         off = math.hypot(on_first_x + on_second_x, on_first_y + on_second_y)
     wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
     size = math.hypot(px, py)
     slight = 10 * NEGLIGIBLE * (abs(impulse) + math.hypot(wx, wy) / (per_i + per_j))
-    alone = unexplained.contacts[i] == 1 and (j < 0 or unexplained.contacts[j] == 1)
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
     friction = friction_of(constants, contact)
@@ -311,11 +320,9 @@ def attribute_velocity(
         unexplained.cause[i] = cause
     if owns_second:
         unexplained.cause[j] = cause
-    if cause != Cause.FRICTION:
-        error = math.hypot(on_first_x, on_first_y) + math.hypot(on_second_x, on_second_y)
-        if finding.cause == Cause.ROUNDING or error >= finding.momentum_error:
-            finding.cause = cause
-        finding.momentum_error = max(finding.momentum_error, error)
+    if cause == Cause.FRICTION:
+        return Cause.ROUNDING, 0.0
+    return cause, math.hypot(on_first_x, on_first_y) + math.hypot(on_second_x, on_second_y)
 
 
 @kernel
@@ -350,11 +357,13 @@ def attribute_single(
     e, per_i, per_j, reach = _pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     energy = impulse * (impulse / (2 * mu) - u)
+    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     lx, ly, depth = _check_geometry(constants, block, k, contact, unexplained, reach)
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
     if finding.gap > 0:
-        finding.cause, finding.momentum_error = Cause.UNKNOWN, abs(impulse)
-        enter(block, Cause.UNKNOWN, energy, finding.momentum_error, 0.0)
+        finding.cause = Cause.UNKNOWN if otherwise == Cause.ROUNDING else otherwise
+        finding.momentum_error = abs(impulse)
+        enter(block, finding.cause, energy, finding.momentum_error, 0.0)
         return
     if u <= 0:
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
@@ -362,10 +371,13 @@ def attribute_single(
             cause = Cause.UNTOLD
         if impulse == 0:
             cause = Cause.ROUNDING
-        finding.cause, finding.momentum_error = cause, abs(impulse)
-        enter(block, cause, energy, finding.momentum_error, 0.0)
+        finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
+        finding.momentum_error = max(abs(impulse), other_error)
+        enter(block, finding.cause, energy, abs(impulse), 0.0)
         return
-    delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, depth)
+    delay, u_t, tx, ty = 0.0, u, lx, ly
+    if finding.turned == 0:
+        delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, depth)
     nx, ny = contact.normal[0], contact.normal[1]
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
     expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
@@ -390,6 +402,8 @@ def attribute_single(
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if impulse < expected else Cause.LARGE
+    if otherwise == Cause.NORMAL and cause != Cause.ROUNDING:
+        cause = Cause.NORMAL
     turning = math.hypot(expected * (nx - lx), expected * (ny - ly))
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
@@ -401,12 +415,18 @@ def attribute_single(
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, impulse_error if is_error else 0.0, 0.0)
     enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
-    finding.momentum_error = math.hypot(impulse * nx - at_touch * tx, impulse * ny - at_touch * ty)
+    right = at_touch
+    if finding.turned > 0 and otherwise == Cause.ROUNDING:
+        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
+        right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
+    finding.momentum_error = max(math.hypot(impulse * nx - right * tx, impulse * ny - right * ty), other_error)
     finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
-    if finding.turned > 0:
+    if turning > NEGLIGIBLE * at_touch:
         enter(block, Cause.NORMAL, 0.0, turning, 0.0)
         if turning >= max(impulse_error, timing_error):
             finding.cause = Cause.NORMAL
+    if other_error > max(impulse_error, timing_error, turning):
+        finding.cause = otherwise
 
 
 @kernel
@@ -436,6 +456,9 @@ def attribute_simultaneous(
     energy_error = -impulse * (u + finding.approach_after) / 2 - by_elasticity
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
+    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
+    if other_error > impulse_error:
+        finding.cause, finding.momentum_error = otherwise, other_error
     if u <= (2 * step_pull if contact.second < 0 else 0):
         return
     delay, _, tx, ty = _trace_back(constants, contact, finding, reach, nx, ny, contact.depth)
@@ -444,7 +467,7 @@ def attribute_simultaneous(
     timing = Cause.LATE if delay > 0 else Cause.EARLY if delay < 0 else Cause.ROUNDING
     if finding.normal_error > NEGLIGIBLE:
         enter(block, timing, 0.0, timing_error, 0.0)
-        if timing_error > impulse_error:
+        if timing_error > finding.momentum_error:
             finding.cause, finding.momentum_error = timing, timing_error
     block.timing[k] = timing
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * impulse * tx, delay * impulse * ty

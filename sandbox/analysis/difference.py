@@ -9,6 +9,7 @@ engine's own run, the reference's is searched. Without one there either, the cau
 """
 
 import math
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -301,15 +302,15 @@ class _Matches:
         return None
 
     def _other_time(self, place: Place) -> Reason | None:
-        """Return the reason if the same balls, at the same velocities, meet at another time on another normal."""
+        """Return the reason if balls that overlap are parted at another time, on another normal."""
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
         expected, expected_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
         after = float(contact["time"] - expected["time"])
         turned = math.acos(min(1.0, float(contact["normal"] @ expected["normal"])))
         before, expected_before = finding["before"], expected_finding["before"]
-        fastest, radius = np.abs(before).max(), self.scene.bodies.radius[contact["first"]]
-        alike = np.abs(before - expected_before).max() <= NEGLIGIBLE * fastest
-        if not alike or turned <= NEGLIGIBLE or abs(after) * fastest <= NEGLIGIBLE * radius:
+        alike = np.abs(before - expected_before).max() <= NEGLIGIBLE * np.abs(before).max()
+        overlapped = contact["depth"] > NEGLIGIBLE * self.scene.bodies.radius[contact["first"]]
+        if not (alike and overlapped and turned > NEGLIGIBLE and after):
             return None
         when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
         because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
@@ -431,25 +432,66 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
 
 
 def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair in order, if they are no further apart in time than the slack (s).
+    """Match contacts of the same pair, in order: by time, if they are no further apart than the slack (s), else by order.
 
-    A contact without an impulse matches none. Returns, for each of the engine's contacts up to a time, the number of
-    the reference's or -1, and which of the reference's are matched.
+    Of several that are near enough, the nearest is taken. Later than the slack, a contact matches if it is the next of
+    both its bodies in the engine and in the reference: then the two have met nothing else meanwhile, and one that was
+    missed is not matched with a later one. A contact without an impulse matches none. Returns, for each of the engine's
+    contacts up to a time, the number of the reference's or -1, and which of the reference's are matched.
     """
-    own = own[: np.searchsorted(own["time"], until + slack, "right")]
     reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
-    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for r in range(len(reference) - 1, -1, -1):
-        waiting[int(reference["first"][r]), int(reference["second"][r])].append(r)
     of_reference = np.full(len(own), -1)
     matched = np.zeros(len(reference), bool)
+    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for r, pair in enumerate(zip(reference["first"].tolist(), reference["second"].tolist(), strict=True)):
+        waiting[pair].append(r)
+    begin: dict[tuple[int, int], int] = defaultdict(int)
+    times = reference["time"].tolist()
+    within = int(np.searchsorted(own["time"], until + slack, "right"))
     has_impulse = np.flatnonzero(own["impulse"])
     columns = (own[key][has_impulse].tolist() for key in ("time", "first", "second"))
     for k, time, first, second in zip(has_impulse.tolist(), *columns, strict=True):
-        queue = waiting[first, second]
-        while queue and reference["time"][queue[-1]] < time - slack:
-            queue.pop()
-        if queue and reference["time"][queue[-1]] <= time + slack:
-            of_reference[k] = queue.pop()
-            matched[of_reference[k]] = True
-    return of_reference, matched
+        queue, at = waiting[first, second], begin[first, second]
+        while at < len(queue) and times[queue[at]] < time - slack:
+            at += 1
+        while at + 1 < len(queue) and abs(times[queue[at + 1]] - time) < abs(times[queue[at]] - time):
+            at += 1
+        if k < within and at < len(queue) and times[queue[at]] <= time + slack:
+            of_reference[k] = queue[at]
+            matched[queue[at]] = True
+            at += 1
+        begin[first, second] = at
+    _match_by_order(own, reference, of_reference, matched)
+    count = max(within, int(np.flatnonzero(of_reference >= 0).max(initial=-1)) + 1)
+    return of_reference[:count], matched
+
+
+def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, matched: Bools) -> None:
+    """Match what is left of the reference's contacts, each with the next of both its bodies since their last match."""
+    left = np.flatnonzero(~matched).tolist()
+    if not left:
+        return
+    sequences, expected = _sequences(own), _sequences(reference)
+    own_of = {int(of_reference[k]): k for k in np.flatnonzero(of_reference >= 0).tolist()}
+    for r in left:
+        followers = set()
+        for ball in (int(reference["first"][r]), int(reference["second"][r])):
+            if ball >= 0:
+                earlier = bisect_left(expected[ball], r)
+                last = own_of.get(expected[ball][earlier - 1], len(own)) if earlier else -1
+                later = sequences[ball][bisect_right(sequences[ball], last) :][:1]
+                followers.add(later[0] if later else -1)
+        k = followers.pop()
+        same = all(own[key][k] == reference[key][r] for key in ("first", "second"))
+        if k >= 0 and not followers and same and of_reference[k] < 0:
+            of_reference[k], matched[r], own_of[r] = r, True, k
+
+
+def _sequences(contacts: Contacts) -> dict[int, list[int]]:
+    """Return the numbers of each ball's contacts that have an impulse."""
+    sequences: dict[int, list[int]] = defaultdict(list)
+    for k, first, second in zip(range(len(contacts)), contacts["first"].tolist(), contacts["second"].tolist(), strict=True):
+        if contacts["impulse"][k]:
+            sequences[first].append(k)
+            sequences[second].append(k)
+    return sequences

@@ -30,7 +30,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
     if cause in (Cause.LATE, Cause.EARLY):
         return _explain_timing(scene, contact, finding)
     if cause in (Cause.VELOCITY, Cause.NORMAL):
-        return _explain_velocity(scene, contact, finding) if finding["unexplained"].any() else _explain_normal(finding)
+        return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
         Cause.PLACED: f"The contact left balls {off} from where it should, though there was no overlap to mend.",
@@ -110,21 +110,20 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     return f"The impulse is wrong: {amount}{still}. It amounts to a restitution of {restitution:.3g}."
 
 
-def _explain_normal(finding: np.void) -> str:
-    """Name the angle of a reported normal against the line of centres."""
-    return f"The impulse acted along a normal that is turned by {_degrees(finding['turned'])} from the line of centres."
-
-
 def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
-    """Name what a contact changed besides its impulse: along the normal and across it, and the momentum made."""
+    """Name the angle of the normal, or what a contact changed besides its impulse: momentum, or along and across it."""
+    changed = "The contact changed velocities by something else than its reported impulse"
     if finding["cause"] == Cause.NORMAL:
-        turned = _degrees(finding["turned"])
-        return f"The impulse acted along a direction that is turned by {turned} from the reported normal."
+        turned = f"turned by {math.degrees(finding['turned']):.3g}°"
+        if finding["unexplained"].any():
+            return f"The impulse acted along a direction that is {turned} from the reported normal."
+        return f"The impulse acted along a normal that is {turned} from the line of centres."
+    if not finding["unexplained"].any():
+        return f"{changed}, or another contact of the same step did."
     first, second = int(contact["first"]), int(contact["second"])
     on_first = -scene.bodies.mass[first] * finding["unexplained"][0]
     on_second = scene.bodies.mass[second] * finding["unexplained"][1] if second >= 0 else on_first
     reported, (nx, ny) = float(contact["impulse"]), contact["normal"].tolist()
-    changed = "The contact changed velocities by something else than its reported impulse"
     if second >= 0 and math.hypot(*(on_second - on_first)) > NEGLIGIBLE * 10 * abs(reported):
         got = " and ".join(f"{math.hypot(*(reported * contact['normal'] + extra)):.4g}" for extra in (on_first, on_second))
         return f"{changed} of {reported:.4g} kg px/s: the balls got {got}, which makes or loses momentum."
@@ -135,10 +134,6 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
         if abs(part) > NEGLIGIBLE * 10 * abs(reported)
     ]
     return f"{changed} of {reported:.4g} kg px/s along the normal: {' and '.join(parts)} are besides it."
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.3g}°"
 
 
 def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:

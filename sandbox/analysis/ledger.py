@@ -24,7 +24,6 @@ from sandbox.analysis.attribution import (
     attribute_displacement,
     attribute_simultaneous,
     attribute_single,
-    attribute_velocity,
     enter,
     line_to_wall,
 )
@@ -33,7 +32,7 @@ from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.quantity import length
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import Contacts, Floats, Integers
+from sandbox.state import Bools, Contacts, Floats, Integers
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ def _fly_to_contacts(
 def _find_lines(
     constants: SceneConstants, scratch: Scratch, contact: Record, before: Floats, after: Floats, k: int, block: Block
 ) -> None:
-    """Find the vector from the first to the second body of a contact, as flown and after the step.
+    """Find the vector from the first to the second body of a contact: as flown, before the step, and after it.
 
     before, after: (n, 2) px, where the balls are.
     """
@@ -155,10 +154,12 @@ def _find_lines(
     if j >= 0:
         for axis in range(2):
             flown_axis = scratch.flown[j, axis] - scratch.flown[i, axis]
-            block.line[k, axis] = before[j, axis] - before[i, axis] + flown_axis
+            block.line_before[k, axis] = before[j, axis] - before[i, axis]
+            block.line[k, axis] = block.line_before[k, axis] + flown_axis
             block.line_after[k, axis] = after[j, axis] - after[i, axis]
     else:
         block.line[k, 0], block.line[k, 1] = line_to_wall(constants, ~j, x, y)
+        block.line_before[k, 0], block.line_before[k, 1] = line_to_wall(constants, ~j, before[i, 0], before[i, 1])
         block.line_after[k, 0], block.line_after[k, 1] = line_to_wall(constants, ~j, after[i, 0], after[i, 1])
 
 
@@ -433,7 +434,6 @@ def _replay(
                 attribute_simultaneous(constants, block, k, contacts[k], unexplained)
             else:
                 attribute_single(constants, block, k, contacts[k], unexplained)
-            attribute_velocity(constants, block, k, contacts[k], unexplained)
         for ball in range(n):
             _explain_places(constants, block, unexplained, within, ball)
         for k in range(begin, at):
@@ -501,6 +501,9 @@ class Ledger:
         step_of = steps_containing(contacts["time"], rate)
         within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, 1 / rate)
         step_of = np.clip(step_of - self._steps, 1, steps)
+        if not self._constants.together:
+            moved = self._resolved_next(velocity, contacts, step_of, within)
+            step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if self._off_parabola is None:
             self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
@@ -513,6 +516,7 @@ class Ledger:
             expected_shift=np.zeros((len(contacts), 2)),
             timing=np.full(len(contacts), int(Cause.ROUNDING)),
             line=np.empty((len(contacts), 2)),
+            line_before=np.empty((len(contacts), 2)),
             line_after=np.empty((len(contacts), 2)),
             shared=np.zeros(len(contacts), np.bool_),
         )
@@ -539,6 +543,26 @@ class Ledger:
         self._steps += steps
         self._check_overlaps(position, velocity, contacts, step_of)
         self._check_inner_walls(position, contacts, step_of, within)
+
+    def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
+        """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
+
+        The velocity of one of the two changes in the next step only, and no other contradicts.
+        """
+        at_end = np.flatnonzero((within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < len(velocity) - 1))
+        contact, fall = contacts[at_end], np.multiply(self._constants.gravity, self._constants.dt)
+        next_only, now_only = np.zeros(len(at_end), np.bool_), np.zeros(len(at_end), np.bool_)
+        for key in ("first", "second"):
+            ball, step = np.maximum(contact[key], 0), step_of[at_end]
+            slight = np.abs(contact["impulse"]) / self._constants.mass[ball] / 1000
+            now, later = (
+                length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight for k in range(2)
+            )
+            next_only |= (contact[key] >= 0) & (contact["impulse"] != 0) & ~now & later
+            now_only |= (contact[key] >= 0) & now & ~later
+        found = step_of.copy()
+        found[at_end] += next_only & ~now_only
+        return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
@@ -649,7 +673,10 @@ def _engine_gravity(
     elif len(steps) < MIN_FLIGHTS or _share(sped, faster, slight) < MIN_SHARE_ALIKE:
         return gravity, still
     off -= faster / 2
-    if _share(moved - faster / 2, off, slight) < MIN_SHARE_ALIKE or not _is_integration(off, gravity):
+    alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
+    if faster.any() and not alike:
+        return gravity, still
+    if not alike or not _is_integration(off, gravity):
         off = still
     return gravity + faster * fall / dt, off * fall * dt
 
