@@ -78,7 +78,8 @@ class Unexplained(NamedTuple):
 
     velocity: (n, 2) px/s; place: (n, 2) px; cause: (n,) of the velocity; owner: (n,) the contact that it belongs to, or
     -1; unsteady: (n, 2), how much of both there was in the ball's last step without a contact, px/s and px; contacts:
-    (n,) in the step.
+    (n,) in the step; partner: (n,) what the ball last touched, a ball or ~wall; room: (n,) px, the sum of the depths of
+    the ball's contacts in the step.
     """
 
     velocity: Floats
@@ -87,6 +88,8 @@ class Unexplained(NamedTuple):
     owner: Integers
     unsteady: Floats
     contacts: Integers
+    partner: Integers
+    room: Floats
 
 
 class Block(NamedTuple):
@@ -313,9 +316,10 @@ def attribute_velocity(
             cause = Cause.FRICTION
     elif off <= slight and size > slight:
         lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
-        if abs(size - abs(impulse)) <= slight or abs(size - lawful) <= slight:
-            cause = Cause.NORMAL
-            finding.turned = _turn(px, py, nx, ny)
+        turned = _turn(px, py, nx, ny)
+        lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
+        if lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
+            cause, finding.turned = Cause.NORMAL, turned
     if unexplained.owner[i] == k:
         unexplained.cause[i] = cause
     if owns_second:
@@ -346,6 +350,24 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, e: 
     ago = 2 * depth / (u + then)
     traced, first_order = e * then - pull * ago, e * u - (1 + e) * pull * depth / u
     return abs(size - u - max(traced, 0.0)) <= slight or abs(size - u - max(first_order, 0.0)) <= slight
+
+
+@kernel
+def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
+    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then."""
+    nx, ny = contact.normal[0], contact.normal[1]
+    pull = math.hypot(constants.fall[0], constants.fall[1])
+    if contact.second < 0:
+        pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
+    flown: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
+    return flown and finding.approach <= 2 * pull * constants.dt
+
+
+@kernel
+def _enter_rest(block: Block, k: int, energy: float) -> None:
+    """Enter what a contact at rest takes with what gravity gives in each step: the two lines would only cancel out."""
+    enter(block, Cause.GRAVITY, energy, 0.0, 0.0)
+    block.timing[k] = Cause.GRAVITY
 
 
 @kernel
@@ -387,18 +409,15 @@ def attribute_single(
     finding.normal_error = _turn(lx, ly, tx, ty)
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * at_touch * tx, delay * at_touch * ty
 
-    step_pull = 0.0
-    if contact.second < 0:
-        step_pull = abs(constants.fall[0] * nx + constants.fall[1] * ny) * constants.dt
     impulse_error = abs(impulse - expected)
-    at_rest = u <= 2 * step_pull and finding.free_flight <= (1 + NEGLIGIBLE) * constants.dt
+    at_wall, at_rest = contact.second < 0, _is_at_rest(constants, contact, finding)
     if impulse < 0 and constants.together:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * expected:
         cause = Cause.ROUNDING
     elif impulse_error <= uncertain:
         cause = Cause.UNTOLD
-    elif step_pull > 0 and (at_rest or _by_gravity(constants, contact, finding, e, depth)):
+    elif at_wall and (at_rest or _by_gravity(constants, contact, finding, e, depth)):
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if impulse < expected else Cause.LARGE
@@ -407,8 +426,9 @@ def attribute_single(
     turning = math.hypot(expected * (nx - lx), expected * (ny - ly))
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
-    if at_rest and cause != Cause.ROUNDING:  # the wall takes what gravity gives in each step
-        timing, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, energy
+    if at_rest:
+        _enter_rest(block, k, energy)
+        timing, energy, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, 0.0, 0.0
     block.timing[k] = timing
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     is_mistimed = timing in (Cause.LATE, Cause.EARLY)
@@ -452,14 +472,18 @@ def attribute_simultaneous(
     else:
         cause = Cause.UNCONVERGED
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
+    energy, at_rest = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
+    if at_rest:
+        _enter_rest(block, k, energy)
+        energy = by_elasticity = 0.0
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
-    energy_error = -impulse * (u + finding.approach_after) / 2 - by_elasticity
+    energy_error = energy - by_elasticity
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     if other_error > impulse_error:
         finding.cause, finding.momentum_error = otherwise, other_error
-    if u <= (2 * step_pull if contact.second < 0 else 0):
+    if u <= 0 or at_rest:
         return
     delay, _, tx, ty = _trace_back(constants, contact, finding, reach, nx, ny, contact.depth)
     finding.delay, finding.normal_error = delay, _turn(nx, ny, tx, ty)
@@ -474,12 +498,55 @@ def attribute_simultaneous(
 
 
 @kernel
+def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int) -> float:
+    """Return how deep a ball is in another, or in ~wall, px; 0 if they do not overlap. position: (n, 2) px."""
+    x, y = position[ball, 0], position[ball, 1]
+    if other >= 0:
+        reach = constants.radius[ball] + constants.radius[other]
+        return max(reach - math.hypot(position[other, 0] - x, position[other, 1] - y), 0.0)
+    dx, dy = line_to_wall(constants, ~other, x, y)
+    return max(constants.radius[ball] + constants.wall[~other, 2] - math.hypot(dx, dy), 0.0)
+
+
+@kernel
+def mends_overlap(
+    constants: SceneConstants, unexplained: Unexplained, before: Floats, after: Floats, ball: int, moved: float
+) -> bool:
+    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before or after it.
+
+    before, after: (n, 2) px. A solver that resolves contacts together hands what it mends on from ball to ball: there
+    any overlap will do. Looks first at what the ball touched last.
+    """
+    other, room = unexplained.partner[ball], unexplained.room[ball]
+    depth = max(_depth_in(constants, before, ball, other), _depth_in(constants, after, ball, other))
+    if 2 * (room + depth) >= moved:
+        return True
+    for one in range(-len(constants.wall), len(constants.mass)):
+        if one not in (ball, other):
+            depth += max(_depth_in(constants, before, ball, one), _depth_in(constants, after, ball, one))
+    if constants.together and room + depth > 0:
+        return True
+    return 2 * (room + depth) >= moved
+
+
+@kernel
 def attribute_displacement(
-    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained, last: Integers
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    last: Integers,
+    before: Floats,
+    after: Floats,
 ) -> None:
-    """Attribute how a contact displaced its balls. last: (n,) each ball's last contact."""
+    """Attribute how a contact displaced its balls.
+
+    last: (n,) each ball's last contact; before, after: (n, 2) px, positions at the start and the end of the step.
+    """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
     energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
+    mends = True
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
         if ball < 0:
@@ -499,8 +566,11 @@ def attribute_displacement(
         )
         finding.displacement_error += math.hypot(x - expected_x, y - expected_y)
         put_back -= sign * (x * nx + y * ny)
-        moved += math.hypot(x, y)
-    cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved)
+        by = math.hypot(x, y)
+        moved += by
+        if by > NEGLIGIBLE * constants.radius[ball]:
+            mends = mends and mends_overlap(constants, unexplained, before, after, ball, by)
+    cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, 0.0, finding.displacement_error if is_error else 0.0)
@@ -517,17 +587,17 @@ def _cause_of_displacement(
     unexplained: Unexplained,
     put_back: float,
     moved: float,
+    mends: bool,
 ) -> int:
     """Return why a contact displaced its balls wrongly.
 
-    put_back: px along the normal, away from the other body; moved: px, of both together.
+    put_back: px along the normal, away from the other body; moved: px, of both together; mends: whether overlaps are
+    deep enough for that.
     """
     finding = block.findings[k]
     error, slight = finding.displacement_error, NEGLIGIBLE * constants.radius[contact.first]
     fall = math.hypot(constants.fall[0], constants.fall[1])
-    _, _, _, reach = _pair_constants(constants, contact)
-    depth = max(contact.depth, reach - math.hypot(block.line[k, 0], block.line[k, 1]))
-    delay, at_rest = finding.delay, finding.free_flight <= (1 + NEGLIGIBLE) * constants.dt
+    delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
     if error <= slight:
         return Cause.ROUNDING
     if error <= 3 * _sum_unsteady(unexplained, contact, 1):
@@ -538,8 +608,8 @@ def _cause_of_displacement(
         return Cause.GRAVITY
     if moved <= slight:
         return Cause.LATE if delay > 0 else Cause.EARLY
-    if depth <= slight or moved > 2 * depth + slight:
+    if not mends:
         return Cause.PLACED
     if contact.second >= 0:
         return Cause.PUSHED
-    return Cause.OVERSHOOT if put_back > depth / 2 else Cause.LATE
+    return Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE

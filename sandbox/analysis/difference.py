@@ -11,7 +11,7 @@ engine's own run, the reference's is searched. Without one there either, the cau
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
@@ -138,9 +138,13 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     origin, reason = matches.origin(places[0])
     follows = Reason(reason.cause, f"The balls have been on other courses since {origin.time:.3f} s.")
     others = places[1:] if origin == places[0] else places
+    led_on = matches.led_on(origin)
     return (
         matches.difference(origin, reason),
-        *(matches.difference(place, matches.own_reason(place) or follows) for place in others),
+        *(
+            matches.difference(place, matches.own_reason(place) or (follows if led_on(place) else matches.reason(place)))
+            for place in others
+        ),
     )
 
 
@@ -210,6 +214,20 @@ class _Matches:
                 return place, error.reason
             return self._displacement_at(error.contact), error.reason
         return place, self._reason_elsewhere(place)
+
+    def reason(self, place: Place) -> Reason:
+        """Find why a contact differs, wherever that begins."""
+        return self.origin(place)[1]
+
+    def led_on(self, origin: Place) -> Callable[[Place], bool]:
+        """Return a function that tells whether a place has a ball that an origin can have led to another course."""
+        contacts = self.own.contacts[: len(self.of_reference)]
+        since = {ball: origin.time for ball in self._bodies(origin) if ball >= 0}
+        for k in range(int(np.searchsorted(contacts["time"], origin.time)), len(contacts)):
+            pair = [int(contacts[key][k]) for key in ("first", "second")]
+            if any(ball in since for ball in pair):
+                since |= {ball: float(contacts["time"][k]) for ball in pair if ball >= 0 and ball not in since}
+        return lambda place: any(since.get(ball, math.inf) <= place.time for ball in self._bodies(place))
 
     def _first_error(self, record: Record, place: Place) -> Error | None:
         """Find the first error that can have led to a difference: of its balls, or of balls that they met since.

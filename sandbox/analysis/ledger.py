@@ -26,6 +26,7 @@ from sandbox.analysis.attribution import (
     attribute_single,
     enter,
     line_to_wall,
+    mends_overlap,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
@@ -74,7 +75,7 @@ class Scratch(NamedTuple):
     explained: (n, 2) px/s, the velocity that the contacts so far lead to; flown: (n, 2) px since the step began; clock:
     (n,) s in the step, when the ball was moved last; last: (n,) its last contact in the step, or -1; uses: (n,) its
     contacts among those resolved together, 0 between them; score: (n,) px, how badly the best contact so far explains
-    the ball's change; partner: (n,) what the ball last touched: a ball, or ~wall.
+    the ball's change.
     """
 
     explained: Floats
@@ -83,7 +84,6 @@ class Scratch(NamedTuple):
     last: Integers
     uses: Integers
     score: Floats
-    partner: Integers
 
 
 @kernel
@@ -122,20 +122,20 @@ def _fly_to_contacts(
     end: int,
     within: Floats,
     touched: Floats,
-    contacts_of: Integers,
+    unexplained: Unexplained,
 ) -> None:
-    """Let the balls of contacts that were resolved together fly there. contacts_of: (n,), counted in the step."""
+    """Let the balls of contacts that were resolved together fly there."""
     for k in range(begin, end):
         i, j = contacts[k].first, contacts[k].second
         scratch.last[i] = k
-        contacts_of[i] += 1
-        scratch.partner[i] = j
+        unexplained.contacts[i] += 1
+        unexplained.partner[i] = j
         _fly(constants, scratch, i, within[k])
         since = touched[i]
         if j >= 0:
             scratch.last[j] = k
-            contacts_of[j] += 1
-            scratch.partner[j] = i
+            unexplained.contacts[j] += 1
+            unexplained.partner[j] = i
             _fly(constants, scratch, j, within[k])
             since = max(since, touched[j])
         block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
@@ -143,7 +143,14 @@ def _fly_to_contacts(
 
 @kernel
 def _find_lines(
-    constants: SceneConstants, scratch: Scratch, contact: Record, before: Floats, after: Floats, k: int, block: Block
+    constants: SceneConstants,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    contact: Record,
+    before: Floats,
+    after: Floats,
+    k: int,
+    block: Block,
 ) -> None:
     """Find the vector from the first to the second body of a contact: as flown, before the step, and after it.
 
@@ -161,6 +168,11 @@ def _find_lines(
         block.line[k, 0], block.line[k, 1] = line_to_wall(constants, ~j, x, y)
         block.line_before[k, 0], block.line_before[k, 1] = line_to_wall(constants, ~j, before[i, 0], before[i, 1])
         block.line_after[k, 0], block.line_after[k, 1] = line_to_wall(constants, ~j, after[i, 0], after[i, 1])
+    reach = constants.radius[i] + (constants.radius[j] if j >= 0 else constants.wall[~j, 2])
+    depth = max(contact.depth, reach - math.hypot(block.line[k, 0], block.line[k, 1]), 0.0)
+    unexplained.room[i] += depth
+    if j >= 0:
+        unexplained.room[j] += depth
 
 
 @kernel
@@ -207,6 +219,7 @@ def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats) ->
     for ball in range(len(velocity)):
         scratch.clock[ball], scratch.last[ball] = 0.0, -1
         unexplained.owner[ball], unexplained.cause[ball], unexplained.contacts[ball] = -1, Cause.UNTOLD, 0
+        unexplained.room[ball] = 0.0
         for axis in range(2):
             scratch.explained[ball, axis], scratch.flown[ball, axis] = velocity[ball, axis], 0.0
 
@@ -242,9 +255,7 @@ def _find_unexplained(
         if error <= NEGLIGIBLE * (speeds + pull):
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
-            away = math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
             unexplained.unsteady[ball, 0] = error
-            unexplained.unsteady[ball, 1] = away if away > NEGLIGIBLE * constants.radius[ball] else 0.0
 
 
 @kernel
@@ -308,33 +319,6 @@ def _explain_places(
 
 
 @kernel
-def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int) -> float:
-    """Return how deep a ball is in another, or in ~wall, px; 0 if they do not overlap. position: (n, 2) px."""
-    x, y = position[ball, 0], position[ball, 1]
-    if other >= 0:
-        reach = constants.radius[ball] + constants.radius[other]
-        return max(reach - math.hypot(position[other, 0] - x, position[other, 1] - y), 0.0)
-    dx, dy = line_to_wall(constants, ~other, x, y)
-    return max(constants.radius[ball] + constants.wall[~other, 2] - math.hypot(dx, dy), 0.0)
-
-
-@kernel
-def _mends_overlap(
-    constants: SceneConstants, scratch: Scratch, before: Floats, after: Floats, ball: int, moved: float
-) -> bool:
-    """Return whether a ball that was moved (px) overlaps something by half as much, before or after the step."""
-    other = scratch.partner[ball]
-    depth = max(_depth_in(constants, before, ball, other), _depth_in(constants, after, ball, other))
-    if 2 * depth >= moved:
-        return True
-    depth = 0.0
-    for one in range(-len(constants.wall), len(constants.mass)):
-        if one != ball:
-            depth += max(_depth_in(constants, before, ball, one), _depth_in(constants, after, ball, one))
-    return 2 * depth >= moved
-
-
-@kernel
 def _note_flight(flights: Flights, ball: int, kind: int, step: int, change: Floats, before: Floats) -> None:
     """Note the first change of a kind of a ball in flight."""
     if flights.step[ball, kind] == 0:
@@ -364,16 +348,19 @@ def _enter_unexplained(
     enter(block, cause, energy, constants.mass[ball] * size if is_error else 0.0, 0.0)
     if cause == Cause.UNTOLD:
         _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
-    moved = math.hypot(place[0], place[1])
+    moved, unsteady = math.hypot(place[0], place[1]), 0.0
     energy = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1])
     if moved <= NEGLIGIBLE * constants.radius[ball]:
         enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
-    elif _mends_overlap(constants, scratch, before[0], after[0], ball, moved):
+    elif mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
         enter(block, Cause.PUSHED, energy, 0.0, moved)
         _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
     else:
+        unsteady = moved
         enter(block, Cause.PLACED, energy, 0.0, moved)
         _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
+    if scratch.last[ball] < 0:
+        unexplained.unsteady[ball, 1] = unsteady
 
 
 @entry
@@ -418,11 +405,9 @@ def _replay(
             end = at + 1
             while constants.together and end < len(contacts) and step_of[end] == step and within[end] == within[at]:
                 end += 1
-            _fly_to_contacts(
-                constants, block, scratch, contacts, at, end, within, touched, unexplained.contacts
-            )
+            _fly_to_contacts(constants, block, scratch, contacts, at, end, within, touched, unexplained)
             for k in range(at, end):
-                _find_lines(constants, scratch, contacts[k], before[0], after[0], k, block)
+                _find_lines(constants, scratch, unexplained, contacts[k], before[0], after[0], k, block)
             _apply_contacts(constants, block, scratch, contacts, at, end, touched)
             at = end
 
@@ -437,7 +422,7 @@ def _replay(
         for ball in range(n):
             _explain_places(constants, block, unexplained, within, ball)
         for k in range(begin, at):
-            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last)
+            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0], after[0])
         for ball in range(n):
             _enter_unexplained(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
@@ -474,7 +459,6 @@ class Ledger:
             last=np.empty(n, np.int64),
             uses=np.zeros(n, np.int64),
             score=np.empty(n),
-            partner=np.full(n, -1),
         )
         self._unexplained = Unexplained(
             velocity=np.empty((n, 2)),
@@ -483,6 +467,8 @@ class Ledger:
             owner=np.empty(n, np.int64),
             unsteady=np.zeros((n, 2)),
             contacts=np.empty(n, np.int64),
+            partner=np.full(n, -1),
+            room=np.empty(n),
         )
         self._flights = Flights(np.zeros((n, 3), np.int64), np.zeros((n, 3, 2)), np.zeros((n, 3, 2)))
         self._off_parabola: Floats | None = None
