@@ -12,6 +12,10 @@ the time at which they touched.
   one nearer to the engine's own; the rest is an error of the impulse.
 - A contact found in time changes velocities only. One found τ late should also move the balls by τ J_t / m, to where
   they would be by now; engines push them apart or put them back on a wall instead.
+- The line of centres follows from the places before the step and the flight since. A reported normal that is turned
+  against it, or an impulse that acted along another, is an error of the normal; what else the velocities changed by
+  in the step of a contact is an error of the velocities, or friction if the pair has some.
+- What changes in flight (`unsteady`) bounds what is known about a contact: an error of that size is not the contact's.
 - Solvers that resolve all contacts of a step together (`together`, see `sandbox.engines`) have no expected impulse for
   each contact before all are resolved. There each contact changes the energy by -J (u + u') / 2, with the speeds before
   and after; these terms add up.
@@ -25,7 +29,8 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.compiled import Record, kernel
-from sandbox.state import Floats, Integers
+from sandbox.engines.walls import ARENA_COUNT
+from sandbox.state import Bools, Floats, Integers
 
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 
@@ -39,6 +44,9 @@ FINDING: Final = np.dtype(
         ("expected_impulse", "f8"),  # kg px/s
         ("delay", "f8"),  # s since the two touched, negative if they have not touched yet
         ("normal_error", "f8"),  # rad from the normal of first touch to the normal as found
+        ("turned", "f8"),  # rad from the line of centres to the normal along which the impulse acted
+        ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
+        ("unexplained", "f8", (2, 2)),  # px/s by which both velocities changed besides the only impulse
         ("free_flight", "f8"),  # s that both had flown undisturbed, at most MAX_TRACE_STEPS
         ("before", "f8", (2, 2)),  # px/s of first and second
         ("after", "f8", (2, 2)),  # px/s of first and second
@@ -48,16 +56,40 @@ Findings = NDArray[np.void]
 
 
 class SceneConstants(NamedTuple):
-    """A scene's balls and walls. wall: (m, 4), direction of the segment, half the thickness (px), elasticity."""
+    """A scene's balls and walls, and an engine's flight.
+
+    wall: (m, 8), direction of the segment, half the thickness (px), elasticity, friction, start (px), length (px);
+    gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs.
+    """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
+    friction: Floats
     wall: Floats
     gravity: tuple[float, float]
+    fall: tuple[float, float]
     dt: float
     together: bool
-    has_friction: bool
+
+
+class Unexplained(NamedTuple):
+    """What the contacts of a step leave unexplained of each ball.
+
+    velocity: (n, 2) px/s; place: (n, 2) px; cause: (n,) of the velocity; owner: (n,) the contact that it belongs to, or
+    -1; unsteady: (n, 2), how much of both there was in the ball's last step without a contact, px/s and px; contacts:
+    (n,) in the step; partner: (n,) what the ball last touched, a ball or ~wall; room: (n,) px, the sum of the depths of
+    the ball's contacts in the step.
+    """
+
+    velocity: Floats
+    place: Floats
+    cause: Integers
+    owner: Integers
+    unsteady: Floats
+    contacts: Integers
+    partner: Integers
+    room: Floats
 
 
 class Block(NamedTuple):
@@ -65,7 +97,9 @@ class Block(NamedTuple):
 
     energy, momentum, displacement, contacts: (causes,), sums over all blocks so far; findings: (contacts,) FINDING;
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
-    (contacts,), the cause that each contact's time was attributed to.
+    (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
+    second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,), whether it was resolved together
+    with another of its balls.
     """
 
     energy: Floats
@@ -75,6 +109,10 @@ class Block(NamedTuple):
     findings: Findings
     expected_shift: Floats
     timing: Integers
+    line: Floats
+    line_before: Floats
+    line_after: Floats
+    shared: Bools
 
 
 @kernel
@@ -128,136 +166,398 @@ def _pair_constants(constants: SceneConstants, contact: Record) -> tuple[float, 
 
 
 @kernel
+def line_to_wall(constants: SceneConstants, w: int, x: float, y: float) -> tuple[float, float]:
+    """Return the vector from a point to a wall's centre line, or to a face of the arena, px."""
+    wall = constants.wall[w]
+    along = (x - wall[5]) * wall[0] + (y - wall[6]) * wall[1]
+    if w >= ARENA_COUNT:
+        along = min(max(along, 0.0), wall[7])
+    return wall[5] + along * wall[0] - x, wall[6] + along * wall[1] - y
+
+
+@kernel
+def friction_of(constants: SceneConstants, contact: Record) -> float:
+    """Return the friction of a contact: the product of the two factors."""
+    other = constants.friction[contact.second] if contact.second >= 0 else constants.wall[~contact.second, 4]
+    product: float = constants.friction[contact.first] * other
+    return product
+
+
+@kernel
+def _sum_unsteady(unexplained: Unexplained, contact: Record, what: int) -> float:
+    """Return the sum of what changed untold of both bodies in their last flight: 0, px/s, or 1, px."""
+    total: float = unexplained.unsteady[contact.first, what]
+    if contact.second >= 0:
+        total += unexplained.unsteady[contact.second, what]
+    return total
+
+
+@kernel
+def _turn(ax: float, ay: float, bx: float, by: float) -> float:
+    """Return the angle between two vectors, rad; 0 if one is 0."""
+    return abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by))
+
+
+@kernel
+def _check_geometry(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained, reach: float
+) -> tuple[float, float, float]:
+    """Compare a contact's normal and depth with the places of its bodies; return the normal and the depth to go by.
+
+    Both are the reported ones, unless the places show otherwise by more than the balls were displaced in the step.
+    """
+    finding, nx, ny, depth = block.findings[k], contact.normal[0], contact.normal[1], contact.depth
+    lx, ly = block.line[k, 0], block.line[k, 1]
+    distance = math.hypot(lx, ly)
+    if contact.second < 0 and contact.second >= -ARENA_COUNT:
+        wall = ~contact.second
+        outward = -1.0 if wall < 2 else 1.0
+        ax, ay = (outward, 0.0) if wall % 2 == 0 else (0.0, outward)
+        distance = lx * ax + ly * ay
+    elif distance <= NEGLIGIBLE * reach:
+        return nx, ny, depth
+    else:
+        ax, ay = lx / distance, ly / distance
+    slack, alone = NEGLIGIBLE * reach + _sum_unsteady(unexplained, contact, 1), True
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball >= 0:
+            slack += math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
+            alone = alone and unexplained.contacts[ball] == 1
+    of_arena = contact.second < 0 and contact.second >= -ARENA_COUNT
+    in_line, found_there = False, False
+    for lines in (block.line, block.line_after, block.line_before):
+        there = math.hypot(lines[k, 0], lines[k, 1])
+        in_line = in_line or _turn(nx, ny, lines[k, 0], lines[k, 1]) * reach <= slack
+        found_there = found_there or abs(reach - there - depth) <= slack
+    if of_arena:
+        in_line = _turn(nx, ny, ax, ay) * reach <= slack
+    if not in_line and (alone or of_arena or slack <= 2 * NEGLIGIBLE * reach):
+        finding.turned = _turn(nx, ny, ax, ay)
+        nx, ny = ax, ay
+    if alone and not found_there and abs(reach - distance - depth) > slack:
+        depth = reach - distance
+        wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
+        flown = MAX_TRACE_STEPS * constants.dt * math.hypot(wx, wy) + slack
+        if abs(depth) > flown:
+            finding.gap, depth = -depth, contact.depth
+    return nx, ny, depth
+
+
+@kernel
 def _trace_back(
-    constants: SceneConstants, contact: Record, finding: Record, reach: float
+    constants: SceneConstants, contact: Record, finding: Record, reach: float, nx: float, ny: float, depth: float
 ) -> tuple[float, float, float, float]:
     """Trace a contact back to first touch; return its delay, and the speed of approach and the normal at that time.
 
     Bodies that overlapped before the last contact of either did not come to overlap in this flight; their contact
-    counts as found in time.
+    counts as found in time, and so does one that is off by rounding.
     """
-    nx, ny = contact.normal[0], contact.normal[1]
     wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
+    speed = wx * nx + wy * ny
+    if abs(depth) <= NEGLIGIBLE * reach or speed <= 0:
+        return 0.0, speed, nx, ny
     j = contact.second
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
-        acceleration = constants.gravity[0] * nx + constants.gravity[1] * ny
-        delay, speed = _first_touch_of_face(contact.depth, finding.approach, acceleration)
+        acceleration = constants.fall[0] * nx + constants.fall[1] * ny
+        delay, then = _first_touch_of_face(depth, speed, acceleration)
         in_flight = delay <= finding.free_flight * (1 + NEGLIGIBLE)
-        return (delay, speed, nx, ny) if in_flight else (0.0, finding.approach, nx, ny)
-    apart = reach - contact.depth
+        return (delay, then, nx, ny) if in_flight else (0.0, speed, nx, ny)
+    apart = reach - depth
     delay, tx, ty = _first_touch(apart * nx, apart * ny, wx, wy, reach)
     if delay > finding.free_flight * (1 + NEGLIGIBLE):
-        return 0.0, finding.approach, nx, ny
+        return 0.0, speed, nx, ny
     return delay, max(wx * tx + wy * ty, 0.0), tx, ty
 
 
 @kernel
-def attribute_single(constants: SceneConstants, block: Block, k: int, contact: Record) -> None:
+def _owned(unexplained: Unexplained, k: int, ball: int, axis: int) -> float:
+    """Return by how much a contact changed a ball's velocity along an axis besides its impulse, px/s."""
+    owned: float = unexplained.velocity[ball, axis] if ball >= 0 and unexplained.owner[ball] == k else 0.0
+    return owned
+
+
+@kernel
+def attribute_velocity(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> tuple[int, float]:
+    """Find the cause of what a contact changed besides its impulse: friction, another normal, or something else.
+
+    The impulse that acted on each ball is the reported one and this. If both had the same, and it has the size of the
+    reported impulse, or obeys the law of restitution along its own direction, it acted along another normal.
+    Returns the error's cause, ROUNDING if there is none, and its size, kg px/s.
+    """
+    finding, i, j = block.findings[k], contact.first, contact.second
+    owns_second = j >= 0 and unexplained.owner[j] == k
+    if unexplained.owner[i] != k and not owns_second:
+        return Cause.ROUNDING, 0.0
+    nx, ny, impulse = contact.normal[0], contact.normal[1], contact.impulse
+    e, per_i, per_j, _ = _pair_constants(constants, contact)
+    alone = unexplained.contacts[i] == 1 and (j < 0 or unexplained.contacts[j] == 1)
+    if alone:
+        for axis in range(2):
+            finding.unexplained[0, axis] = _owned(unexplained, k, i, axis)
+            finding.unexplained[1, axis] = _owned(unexplained, k, j, axis)
+    on_first_x, on_first_y = _owned(unexplained, k, i, 0) / per_i, _owned(unexplained, k, i, 1) / per_i
+    px, py = impulse * nx - on_first_x, impulse * ny - on_first_y
+    on_second_x = on_second_y = off = 0.0
+    if j >= 0:
+        on_second_x, on_second_y = _owned(unexplained, k, j, 0) / per_j, _owned(unexplained, k, j, 1) / per_j
+        off = math.hypot(on_first_x + on_second_x, on_first_y + on_second_y)
+    wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
+    size = math.hypot(px, py)
+    slight = 10 * NEGLIGIBLE * (abs(impulse) + math.hypot(wx, wy) / (per_i + per_j))
+    normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
+    part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
+    friction = friction_of(constants, contact)
+    cause = Cause.VELOCITY
+    if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
+        if constants.together or not alone or part <= friction * abs(impulse) + slight:
+            cause = Cause.FRICTION
+    elif off <= slight and size > slight:
+        lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
+        turned = _turn(px, py, nx, ny)
+        lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
+        if lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
+            cause, finding.turned = Cause.NORMAL, turned
+    if unexplained.owner[i] == k:
+        unexplained.cause[i] = cause
+    if owns_second:
+        unexplained.cause[j] = cause
+    if cause == Cause.FRICTION:
+        return Cause.ROUNDING, 0.0
+    return cause, math.hypot(on_first_x, on_first_y) + math.hypot(on_second_x, on_second_y)
+
+
+@kernel
+def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, e: float, depth: float) -> bool:
+    """Return whether a wall's impulse is right but for gravity's part in the step.
+
+    The speed before may lack gravity's pull of the step, or half of it, and so may the speed that restitution is of. Or
+    the bounce was traced back, to first order in the depth.
+    """
+    pull = constants.fall[0] * contact.normal[0] + constants.fall[1] * contact.normal[1]
+    u, size = finding.approach, contact.impulse / constants.mass[contact.first]
+    slight = NEGLIGIBLE * (abs(u) + abs(pull) * constants.dt)
+    for a in range(5):
+        for b in range(5):
+            stops, returns = u - (a - 2) * pull * constants.dt / 2, u - (b - 2) * pull * constants.dt / 2
+            if abs(stops + e * returns - size) <= slight:
+                return True
+    if depth <= 0 or u <= 0:
+        return False
+    then = _root(u * u - 2 * pull * depth)
+    ago = 2 * depth / (u + then)
+    traced, first_order = e * then - pull * ago, e * u - (1 + e) * pull * depth / u
+    return abs(size - u - max(traced, 0.0)) <= slight or abs(size - u - max(first_order, 0.0)) <= slight
+
+
+@kernel
+def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
+    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then."""
+    nx, ny = contact.normal[0], contact.normal[1]
+    pull = math.hypot(constants.fall[0], constants.fall[1])
+    if contact.second < 0:
+        pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
+    flown: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
+    return flown and finding.approach <= 2 * pull * constants.dt
+
+
+@kernel
+def _enter_rest(block: Block, k: int, energy: float) -> None:
+    """Enter what a contact at rest takes with what gravity gives in each step: the two lines would only cancel out."""
+    enter(block, Cause.GRAVITY, energy, 0.0, 0.0)
+    block.timing[k] = Cause.GRAVITY
+
+
+@kernel
+def attribute_single(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> None:
     """Attribute what a contact that was resolved by itself did to energy and momentum."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     energy = impulse * (impulse / (2 * mu) - u)
+    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
+    lx, ly, depth = _check_geometry(constants, block, k, contact, unexplained, reach)
+    uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
+    if finding.gap > 0:
+        finding.cause = Cause.UNKNOWN if otherwise == Cause.ROUNDING else otherwise
+        finding.momentum_error = abs(impulse)
+        enter(block, finding.cause, energy, finding.momentum_error, 0.0)
+        return
     if u <= 0:
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
+        if abs(impulse) <= uncertain:
+            cause = Cause.UNTOLD
         if impulse == 0:
             cause = Cause.ROUNDING
-        finding.cause, finding.momentum_error = cause, abs(impulse)
-        enter(block, cause, energy, finding.momentum_error, 0.0)
+        finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
+        finding.momentum_error = max(abs(impulse), other_error)
+        enter(block, finding.cause, energy, abs(impulse), 0.0)
         return
-    delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach)
+    delay, u_t, tx, ty = 0.0, u, lx, ly
+    if finding.turned == 0:
+        delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, depth)
     nx, ny = contact.normal[0], contact.normal[1]
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
     expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
     by_elasticity = -(1 - e * e) * mu * u_t * u_t / 2
     energy_expected = expected * (expected / (2 * mu) - u)
     finding.expected_impulse, finding.delay = expected, delay
-    finding.normal_error = math.atan2(abs(nx * ty - ny * tx), nx * tx + ny * ty)
+    finding.normal_error = _turn(lx, ly, tx, ty)
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * at_touch * tx, delay * at_touch * ty
 
-    # If gravity pulls a ball to a wall, the speed at which it meets the wall is known only to within one step's pull.
-    step_pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt if contact.second < 0 else 0.0
     impulse_error = abs(impulse - expected)
+    at_wall, at_rest = contact.second < 0, _is_at_rest(constants, contact, finding)
     if impulse < 0 and constants.together:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * expected:
         cause = Cause.ROUNDING
-    elif impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
+    elif impulse_error <= uncertain:
+        cause = Cause.UNTOLD
+    elif at_wall and (at_rest or _by_gravity(constants, contact, finding, e, depth)):
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if impulse < expected else Cause.LARGE
-    timing_error = math.hypot(expected * nx - at_touch * tx, expected * ny - at_touch * ty)
+    if otherwise == Cause.NORMAL and cause != Cause.ROUNDING:
+        cause = Cause.NORMAL
+    turning = math.hypot(expected * (nx - lx), expected * (ny - ly))
+    timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
-    if u <= 2 * step_pull and cause != Cause.ROUNDING:  # at rest: the wall takes what gravity gives in each step
-        timing, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, energy
+    if at_rest:
+        _enter_rest(block, k, energy)
+        timing, energy, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, 0.0, 0.0
     block.timing[k] = timing
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     is_mistimed = timing in (Cause.LATE, Cause.EARLY)
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, impulse_error if is_error else 0.0, 0.0)
     enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
-    finding.momentum_error = math.hypot(impulse * nx - at_touch * tx, impulse * ny - at_touch * ty)
+    right = at_touch
+    if finding.turned > 0 and otherwise == Cause.ROUNDING:
+        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
+        right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
+    finding.momentum_error = max(math.hypot(impulse * nx - right * tx, impulse * ny - right * ty), other_error)
     finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
+    if turning > NEGLIGIBLE * at_touch:
+        enter(block, Cause.NORMAL, 0.0, turning, 0.0)
+        if turning >= max(impulse_error, timing_error):
+            finding.cause = Cause.NORMAL
+    if other_error > max(impulse_error, timing_error, turning):
+        finding.cause = otherwise
 
 
 @kernel
-def attribute_simultaneous(constants: SceneConstants, block: Block, k: int, contact: Record) -> None:
+def attribute_simultaneous(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> None:
     """Attribute what one of several contacts that share balls and were resolved together did."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     by_elasticity = -impulse * (1 - e) * u / 2 if impulse > 0 else 0.0
     nx, ny = contact.normal[0], contact.normal[1]
-    step_pull = abs(constants.gravity[0] * nx + constants.gravity[1] * ny) * constants.dt
+    step_pull = abs(constants.fall[0] * nx + constants.fall[1] * ny) * constants.dt
     impulse_error = mu * abs(finding.approach_after + e * u)
     if impulse < 0:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * mu * abs(u):
         cause = Cause.ROUNDING
+    elif impulse_error <= 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0):
+        cause = Cause.UNTOLD
     elif contact.second < 0 and impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
         cause = Cause.GRAVITY
     else:
         cause = Cause.UNCONVERGED
-    is_error = cause in (Cause.STALE, Cause.UNCONVERGED)
+    is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
+    energy, at_rest = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
+    if at_rest:
+        _enter_rest(block, k, energy)
+        energy = by_elasticity = 0.0
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
-    energy_error = -impulse * (u + finding.approach_after) / 2 - by_elasticity
+    energy_error = energy - by_elasticity
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
-    if u <= (2 * step_pull if contact.second < 0 else 0):
+    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
+    if other_error > impulse_error:
+        finding.cause, finding.momentum_error = otherwise, other_error
+    if u <= 0 or at_rest:
         return
-    delay, _, tx, ty = _trace_back(constants, contact, finding, reach)
-    finding.delay, finding.normal_error = delay, math.atan2(abs(nx * ty - ny * tx), nx * tx + ny * ty)
+    delay, _, tx, ty = _trace_back(constants, contact, finding, reach, nx, ny, contact.depth)
+    finding.delay, finding.normal_error = delay, _turn(nx, ny, tx, ty)
     timing_error = abs(impulse) * math.hypot(nx - tx, ny - ty)
-    timing = Cause.LATE if delay > 0 else Cause.EARLY
+    timing = Cause.LATE if delay > 0 else Cause.EARLY if delay < 0 else Cause.ROUNDING
     if finding.normal_error > NEGLIGIBLE:
         enter(block, timing, 0.0, timing_error, 0.0)
-        if timing_error > impulse_error:
+        if timing_error > finding.momentum_error:
             finding.cause, finding.momentum_error = timing, timing_error
     block.timing[k] = timing
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * impulse * tx, delay * impulse * ty
 
 
 @kernel
+def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int) -> float:
+    """Return how deep a ball is in another, or in ~wall, px; 0 if they do not overlap. position: (n, 2) px."""
+    x, y = position[ball, 0], position[ball, 1]
+    if other >= 0:
+        reach = constants.radius[ball] + constants.radius[other]
+        return max(reach - math.hypot(position[other, 0] - x, position[other, 1] - y), 0.0)
+    dx, dy = line_to_wall(constants, ~other, x, y)
+    return max(constants.radius[ball] + constants.wall[~other, 2] - math.hypot(dx, dy), 0.0)
+
+
+@kernel
+def mends_overlap(
+    constants: SceneConstants, unexplained: Unexplained, before: Floats, after: Floats, ball: int, moved: float
+) -> bool:
+    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before or after it.
+
+    before, after: (n, 2) px. A solver that resolves contacts together hands what it mends on from ball to ball: there
+    any overlap will do. Looks first at what the ball touched last.
+    """
+    other, room = unexplained.partner[ball], unexplained.room[ball]
+    depth = max(_depth_in(constants, before, ball, other), _depth_in(constants, after, ball, other))
+    if 2 * (room + depth) >= moved:
+        return True
+    for one in range(-len(constants.wall), len(constants.mass)):
+        if one not in (ball, other):
+            depth += max(_depth_in(constants, before, ball, one), _depth_in(constants, after, ball, one))
+    if constants.together and room + depth > 0:
+        return True
+    return 2 * (room + depth) >= moved
+
+
+@kernel
 def attribute_displacement(
-    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Floats, last: Integers
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    last: Integers,
+    before: Floats,
+    after: Floats,
 ) -> None:
     """Attribute how a contact displaced its balls.
 
-    unexplained: (n, 2) px, each ball's displacement that has no cause yet; last: (n,) each ball's last contact.
+    last: (n,) each ball's last contact; before, after: (n, 2) px, positions at the start and the end of the step.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
-    energy = energy_expected = put_back = finding.displacement_error = 0.0
+    energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
+    mends = True
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
         if ball < 0:
             continue
         sign = 1 - 2 * side
-        x, y = unexplained[ball, 0], unexplained[ball, 1]
+        x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
         if last[ball] != k:
             along = x * nx + y * ny
             x, y = along * nx, along * ny
-        unexplained[ball, 0] -= x
-        unexplained[ball, 1] -= y
+        unexplained.place[ball, 0] -= x
+        unexplained.place[ball, 1] -= y
         expected_x = -sign * block.expected_shift[k, 0] / constants.mass[ball]
         expected_y = -sign * block.expected_shift[k, 1] / constants.mass[ball]
         energy -= constants.mass[ball] * (constants.gravity[0] * x + constants.gravity[1] * y)
@@ -266,17 +566,50 @@ def attribute_displacement(
         )
         finding.displacement_error += math.hypot(x - expected_x, y - expected_y)
         put_back -= sign * (x * nx + y * ny)
-    error = finding.displacement_error
-    if error <= NEGLIGIBLE * constants.radius[contact.first]:
-        cause = Cause.ROUNDING
-    elif error <= math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt * constants.dt:
-        cause = Cause.GRAVITY
-    elif contact.second >= 0:
-        cause = Cause.PUSHED
-    else:
-        cause = Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
+        by = math.hypot(x, y)
+        moved += by
+        if by > NEGLIGIBLE * constants.radius[ball]:
+            mends = mends and mends_overlap(constants, unexplained, before, after, ball, by)
+    cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
-    enter(block, cause, energy - energy_expected, 0.0, error if is_error else 0.0)
+    enter(block, cause, energy - energy_expected, 0.0, finding.displacement_error if is_error else 0.0)
     if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):
         finding.cause = cause
+
+
+@kernel
+def _cause_of_displacement(
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    put_back: float,
+    moved: float,
+    mends: bool,
+) -> int:
+    """Return why a contact displaced its balls wrongly.
+
+    put_back: px along the normal, away from the other body; moved: px, of both together; mends: whether overlaps are
+    deep enough for that.
+    """
+    finding = block.findings[k]
+    error, slight = finding.displacement_error, NEGLIGIBLE * constants.radius[contact.first]
+    fall = math.hypot(constants.fall[0], constants.fall[1])
+    delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
+    if error <= slight:
+        return Cause.ROUNDING
+    if error <= 3 * _sum_unsteady(unexplained, contact, 1):
+        return Cause.PLACED
+    if error <= 3 * _sum_unsteady(unexplained, contact, 0) * constants.dt:
+        return Cause.UNTOLD
+    if error <= 2 * fall * (constants.dt * constants.dt if at_rest else delay * delay if contact.second < 0 else 0.0):
+        return Cause.GRAVITY
+    if moved <= slight:
+        return Cause.LATE if delay > 0 else Cause.EARLY
+    if not mends:
+        return Cause.PLACED
+    if contact.second >= 0:
+        return Cause.PUSHED
+    return Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE

@@ -3,12 +3,15 @@
 Contacts are matched by pair and time. A contact of the reference without a match is missing, a contact of the engine
 without one is extra; matched contacts may come in another order than in the reference, or have another outcome: other
 velocities after. The cause is the one that the ledger found for that contact. If that explains less than half of the
-difference, the two balls came into the contact differently, and the cause is how earlier contacts displaced them.
+difference, the balls came into the contact differently, and the cause is the first error before it, of a contact or in
+flight, of these balls or of balls that they met since; a wrong velocity outranks a wrong position. Without one in the
+engine's own run, the reference's is searched. Without one there either, the cause is unknown.
 """
 
 import math
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
@@ -17,15 +20,33 @@ import numpy as np
 
 from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.explain import DISORDERED, IN_FLIGHT, UNCONVERGED, WRONG_REFERENCE, explain, explain_passage
+from sandbox.analysis.explain import (
+    DISORDERED,
+    NO_CAUSE,
+    UNCONVERGED,
+    WITH_FRICTION,
+    WRONG_REFERENCE,
+    explain,
+    explain_flight,
+    explain_gravity,
+    explain_passage,
+)
+from sandbox.analysis.ledger import PUSHED_OUT, PUT_ELSEWHERE, VELOCITY_CHANGED, Flights
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
+
+_OF_POSITIONS: Final = (Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT)
+_IN_FLIGHT: Final = {
+    VELOCITY_CHANGED: Cause.UNTOLD,
+    PUT_ELSEWHERE: Cause.PLACED,
+    PUSHED_OUT: Cause.PUSHED,
+}
 
 Velocities = tuple[Vector, ...]
 
@@ -37,16 +58,17 @@ class Kind(StrEnum):
     MISSING = "missing"
     EXTRA = "extra"
     ORDER = "order"
+    FLIGHT = "flight"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact in which an engine and the reference differ."""
+    """A contact in which an engine and the reference differ; or a ball's flight, if no contact shows it."""
 
     kind: Kind
     time: float  # s, in the engine; in the reference if it is missing
     first: int  # ball
-    second: int  # ball, or ~wall
+    second: int | None  # ball, or ~wall; None of a flight
     cause: Cause
     because: str  # a sentence
     before: Velocities | None  # px/s of the ball or balls in the engine; None if missing
@@ -58,15 +80,18 @@ class Difference:
 def pair_name(scene: Scene, contact: Difference | Passage) -> str:
     """Name the two bodies of a difference or a passage."""
     first, second = contact.first, contact.second
+    if second is None:
+        return f"ball {first}"
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
 class Record(NamedTuple):
-    """An engine's contacts, what the ledger found about each, and the contacts it missed."""
+    """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight."""
 
     contacts: Contacts
     findings: Findings
     missed: Sequence[Passage]
+    flights: Flights
 
 
 class Place(NamedTuple):
@@ -86,6 +111,16 @@ class Reason(NamedTuple):
     because: str  # a sentence
 
 
+class Error(NamedTuple):
+    """An error of an engine, in the order in which errors are looked for."""
+
+    of_position: bool  # and not of a velocity, which outranks it
+    time: float  # s
+    ball: int
+    contact: int  # its number, or -1 if the error is in flight
+    reason: Reason
+
+
 def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
     """Return the differences between an engine and the reference up to a time (s), in order of time.
 
@@ -97,15 +132,19 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
         if len(record.contacts) > MAX_CONTACTS_COMPARED:
             until = min(until, float(record.contacts["time"][MAX_CONTACTS_COMPARED]))
     matches = _Matches(scene, own, reference, until, end)
-    places = sorted([*matches.other_velocities(), *matches.unmatched()])[:MAX_DIFFERENCES] or matches.displaced()
+    places = sorted([*matches.other_velocities(), *matches.unmatched()])[:MAX_DIFFERENCES]
     if not places:
-        return ()
+        return matches.displacements()
     origin, reason = matches.origin(places[0])
     follows = Reason(reason.cause, f"The balls have been on other courses since {origin.time:.3f} s.")
     others = places[1:] if origin == places[0] else places
+    led_on = matches.led_on(origin)
     return (
         matches.difference(origin, reason),
-        *(matches.difference(place, matches.own_reason(place) or follows) for place in others),
+        *(
+            matches.difference(place, matches.own_reason(place) or (follows if led_on(place) else matches.reason(place)))
+            for place in others
+        ),
     )
 
 
@@ -153,30 +192,60 @@ class _Matches:
             if time <= self.until:
                 yield Place(time, Kind.MISSING, -1, r, math.inf)
 
-    def displaced(self) -> list[Place]:
-        """Find the contacts that displaced balls wrongly."""
-        return [
-            self._displacement_at(k) for k in np.flatnonzero(self._displacement_errors())[:MAX_DIFFERENCES].tolist()
+    def displacements(self) -> tuple[Difference, ...]:
+        """Return what displaced balls, if no contact has other velocities: contacts, or a flight before them."""
+        contacts = np.flatnonzero(self._displacement_errors())[:MAX_DIFFERENCES].tolist()
+        differing = tuple(self.difference(self._displacement_at(k), self._reason_of(k)) for k in contacts)
+        errors = [
+            error
+            for error in _errors_in_flight(self.scene, self.own, dict.fromkeys(range(len(self.scene.bodies)), np.inf))
+            if error.time <= self.until + 1 / self.scene.rate and not (differing and differing[0].time <= error.time)
         ]
+        return (self._flight(min(errors)), *differing) if errors else differing
 
     def origin(self, place: Place) -> tuple[Place, Reason]:
-        """Find where a difference begins, and why: there, or where an earlier contact displaced one of its balls."""
+        """Find where a difference begins, and why: there, or at an earlier error in the engine or the reference."""
         if reason := self.own_reason(place):
             return place, reason
+        if place.own >= 0 and _has_unconverged_neighbour(self.own, self.own.contacts[place.own]):
+            return place, Reason(Cause.UNCONVERGED, UNCONVERGED)
+        if error := self._first_error(self.own, place):
+            if error.contact < 0:
+                return place, error.reason
+            return self._displacement_at(error.contact), error.reason
+        return place, self._reason_elsewhere(place)
+
+    def reason(self, place: Place) -> Reason:
+        """Find why a contact differs, wherever that begins."""
+        return self.origin(place)[1]
+
+    def led_on(self, origin: Place) -> Callable[[Place], bool]:
+        """Return a function that tells whether a place has a ball that an origin can have led to another course."""
+        contacts = self.own.contacts[: len(self.of_reference)]
+        since = {ball: origin.time for ball in self._bodies(origin) if ball >= 0}
+        for k in range(int(np.searchsorted(contacts["time"], origin.time)), len(contacts)):
+            pair = [int(contacts[key][k]) for key in ("first", "second")]
+            if any(ball in since for ball in pair):
+                since |= {ball: float(contacts["time"][k]) for ball in pair if ball >= 0 and ball not in since}
+        return lambda place: any(since.get(ball, math.inf) <= place.time for ball in self._bodies(place))
+
+    def _first_error(self, record: Record, place: Place) -> Error | None:
+        """Find the first error that can have led to a difference: of its balls, or of balls that they met since.
+
+        A contact that the engine lacks may have been resolved in the step of its time, or after it, unreported.
+        """
         first, second = self._bodies(place)
-        contacts, balls = self.own.contacts[: len(self.of_reference)], [first, *([second] if second >= 0 else [])]
-        earlier = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
-        displacements = np.where(earlier & (contacts["time"] < place.time), self._displacement_errors(), 0.0)
-        if displacements.any():
-            k = int(displacements.argmax())
-            return self._displacement_at(k), self._reason_of(k)
-        match place.kind:
-            case Kind.MISSING:
-                return place, Reason(Cause.MISSED, self._why_missing(place.reference))
-            case Kind.ORDER:
-                return place, Reason(Cause.LATE, DISORDERED)
-            case _:
-                return place, self._reason_elsewhere(place)
+        time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
+        until, contacts = _influence(record.contacts, [first, second], time)
+        errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
+        if errors:
+            return min(errors)
+        rough = [k for k in contacts if _friction(self.scene, record.contacts[k]) > 0]
+        if not rough:
+            return None
+        contact = record.contacts[rough[0]]
+        reason = Reason(Cause.FRICTION, WITH_FRICTION)
+        return Error(False, float(contact["time"]), int(contact["first"]), -1, reason)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
@@ -185,6 +254,10 @@ class _Matches:
             return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
         return self._reason_of(place.own) if self._explains(contact, finding, place.size) else None
+
+    def _flight(self, error: Error) -> Difference:
+        """Describe an error in flight as a difference of its own."""
+        return Difference(Kind.FLIGHT, error.time, error.ball, None, *error.reason, None, None, None, None)
 
     def difference(self, place: Place, reason: Reason) -> Difference:
         """Describe the difference at a place."""
@@ -220,38 +293,42 @@ class _Matches:
         return int(contact["first"]), int(contact["second"])
 
     def _reason_elsewhere(self, place: Place) -> Reason:
-        """Find why a contact that is right by itself differs: simultaneous contacts, the reference, or the flight."""
-        contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
-        if _has_unconverged_neighbour(self.own, contact):
-            return Reason(Cause.UNCONVERGED, UNCONVERGED)
-        if place.reference >= 0 and (reason := self._reason_in_reference(place, contact, finding)):
+        """Find why a contact differs of which the engine's own run shows no error, nor before it."""
+        if place.reference >= 0 and (reason := self._reason_in_reference(place)):
             return reason
-        passage = self._passage(self.reference, place.time, int(contact["first"]), int(contact["second"]))
+        if error := self._first_error(self.reference, place):
+            return Reason(error.reason.cause, f"{WRONG_REFERENCE} {error.reason.because}")
+        passage = self._passage(self.reference, place.time, *self._bodies(place))
         if place.kind == Kind.EXTRA and passage:
             return Reason(Cause.MISSED, f"{WRONG_REFERENCE} {explain_passage(self.scene, passage)}")
-        if any(self.scene.gravity):
-            cause = Cause.GRAVITY
-        elif self.scene.bodies.friction.any():
-            cause = Cause.FRICTION
-        elif place.kind == Kind.EXTRA:
-            return Reason(Cause.MISSED, f"The reference has no such contact within {self._slack}.")
-        else:
-            cause = Cause.UNTOLD
-        return Reason(cause, IN_FLIGHT[cause])
+        if place.kind == Kind.MISSING:
+            return Reason(Cause.MISSED, self._why_missing(place.reference))
+        if place.kind == Kind.ORDER and self.own.findings["delay"][place.own] > 0:
+            return Reason(Cause.LATE, DISORDERED)
+        if place.own >= 0 and place.reference >= 0 and (reason := self._other_time(place)):
+            return reason
+        return Reason(Cause.UNKNOWN, NO_CAUSE)
 
-    def _reason_in_reference(self, place: Place, contact: np.void, finding: np.void) -> Reason | None:
-        """Return the reason if it lies in the reference's contact, or in the time between the two contacts."""
-        expected, expected_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
-        if self._explains(expected, expected_finding, place.size):
-            because = f"{WRONG_REFERENCE} {explain(self.scene, expected, expected_finding)}"
-            return Reason(Cause(expected_finding["cause"]), because)
+    def _reason_in_reference(self, place: Place) -> Reason | None:
+        """Return the reason if it lies in the reference's contact."""
+        expected, finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
+        if self._explains(expected, finding, place.size):
+            because = f"{WRONG_REFERENCE} {explain(self.scene, expected, finding)}"
+            return Reason(Cause(finding["cause"]), because)
         if _has_unconverged_neighbour(self.reference, expected):
             return Reason(Cause.UNCONVERGED, f"{WRONG_REFERENCE} {UNCONVERGED}")
+        return None
+
+    def _other_time(self, place: Place) -> Reason | None:
+        """Return the reason if balls that overlap are parted at another time, on another normal."""
+        contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
+        expected, expected_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
         after = float(contact["time"] - expected["time"])
         turned = math.acos(min(1.0, float(contact["normal"] @ expected["normal"])))
         before, expected_before = finding["before"], expected_finding["before"]
         alike = np.abs(before - expected_before).max() <= NEGLIGIBLE * np.abs(before).max()
-        if not (alike and turned > NEGLIGIBLE and after):
+        overlapped = contact["depth"] > NEGLIGIBLE * self.scene.bodies.radius[contact["first"]]
+        if not (alike and overlapped and turned > NEGLIGIBLE and after):
             return None
         when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
         because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
@@ -301,6 +378,62 @@ class _Matches:
         return finding["cause"] != Cause.ROUNDING and bool(finding["momentum_error"] / lighter >= needed)
 
 
+def _influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[dict[int, float], list[int]]:
+    """Return which balls can have led to what some bodies do at a time (s), each with the time up to which it can have.
+
+    Also returns the contacts, by number, that passed it on, the last first.
+    """
+    until = {body: time for body in bodies if body >= 0}
+    passed = []
+    for k in range(int(np.searchsorted(contacts["time"], time)) - 1, -1, -1):
+        pair = int(contacts["first"][k]), int(contacts["second"][k])
+        if any(ball in until for ball in pair):
+            passed.append(k)
+            for ball in pair:
+                if ball >= 0:
+                    until.setdefault(ball, float(contacts["time"][k]))
+    return until, passed
+
+
+def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) -> Iterator[Error]:
+    """Find the errors of some contacts."""
+    bodies = scene.bodies
+    for k in numbers:
+        contact, finding = record.contacts[k], record.findings[k]
+        cause, first = Cause(finding["cause"]), int(contact["first"])
+        if cause in (Cause.ROUNDING, Cause.GRAVITY):
+            continue
+        speed = finding["momentum_error"] / bodies.mass[first]
+        of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * np.abs(finding["before"]).max()
+        if of_velocity or finding["displacement_error"] > NEGLIGIBLE * bodies.radius[first]:
+            reason = Reason(cause, explain(scene, contact, finding))
+            yield Error(not of_velocity, float(contact["time"]), first, k, reason)
+
+
+def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> Iterator[Error]:
+    """Find the errors of some balls in flight, each up to a time (s), and of gravity."""
+    flights = record.flights
+    for ball, time in until.items():
+        for kind, cause in _IN_FLIGHT.items():
+            step = int(flights.step[ball, kind])
+            if step and (step - 1) / scene.rate < time:
+                reason = Reason(cause, explain_flight(scene, flights, ball, kind))
+                yield Error(kind != VELOCITY_CHANGED, step / scene.rate, ball, -1, reason)
+        other_gravity = flights.gravity != (float(scene.gravity[0]), float(scene.gravity[1]))
+        if other_gravity or flights.off_parabola != (0.0, 0.0):
+            reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
+            yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
+
+
+def _friction(scene: Scene, contact: np.void) -> float:
+    """Return the friction of a contact: the product of the two factors."""
+    friction, second = scene.bodies.friction, int(contact["second"])
+    if second >= 0:
+        return float(friction[contact["first"]] * friction[second])
+    wall = ~second - len(ARENA_WALLS)
+    return float(friction[contact["first"]] * (scene.walls[wall] if wall >= 0 else scene.arena).friction)
+
+
 def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:
     """Return whether one of a contact's balls had another contact at the same time, which did not converge."""
     contacts, balls = record.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
@@ -317,25 +450,66 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
 
 
 def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair in order, if they are no further apart in time than the slack (s).
+    """Match contacts of the same pair, in order: by time, if they are no further apart than the slack (s), else by order.
 
-    A contact without an impulse matches none. Returns, for each of the engine's contacts up to a time, the number of
-    the reference's or -1, and which of the reference's are matched.
+    Of several that are near enough, the nearest is taken. Later than the slack, a contact matches if it is the next of
+    both its bodies in the engine and in the reference: then the two have met nothing else meanwhile, and one that was
+    missed is not matched with a later one. A contact without an impulse matches none. Returns, for each of the engine's
+    contacts up to a time, the number of the reference's or -1, and which of the reference's are matched.
     """
-    own = own[: np.searchsorted(own["time"], until + slack, "right")]
     reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
-    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for r in range(len(reference) - 1, -1, -1):
-        waiting[int(reference["first"][r]), int(reference["second"][r])].append(r)
     of_reference = np.full(len(own), -1)
     matched = np.zeros(len(reference), bool)
+    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
+    for r, pair in enumerate(zip(reference["first"].tolist(), reference["second"].tolist(), strict=True)):
+        waiting[pair].append(r)
+    begin: dict[tuple[int, int], int] = defaultdict(int)
+    times = reference["time"].tolist()
+    within = int(np.searchsorted(own["time"], until + slack, "right"))
     has_impulse = np.flatnonzero(own["impulse"])
     columns = (own[key][has_impulse].tolist() for key in ("time", "first", "second"))
     for k, time, first, second in zip(has_impulse.tolist(), *columns, strict=True):
-        queue = waiting[first, second]
-        while queue and reference["time"][queue[-1]] < time - slack:
-            queue.pop()
-        if queue and reference["time"][queue[-1]] <= time + slack:
-            of_reference[k] = queue.pop()
-            matched[of_reference[k]] = True
-    return of_reference, matched
+        queue, at = waiting[first, second], begin[first, second]
+        while at < len(queue) and times[queue[at]] < time - slack:
+            at += 1
+        while at + 1 < len(queue) and abs(times[queue[at + 1]] - time) < abs(times[queue[at]] - time):
+            at += 1
+        if k < within and at < len(queue) and times[queue[at]] <= time + slack:
+            of_reference[k] = queue[at]
+            matched[queue[at]] = True
+            at += 1
+        begin[first, second] = at
+    _match_by_order(own, reference, of_reference, matched)
+    count = max(within, int(np.flatnonzero(of_reference >= 0).max(initial=-1)) + 1)
+    return of_reference[:count], matched
+
+
+def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, matched: Bools) -> None:
+    """Match what is left of the reference's contacts, each with the next of both its bodies since their last match."""
+    left = np.flatnonzero(~matched).tolist()
+    if not left:
+        return
+    sequences, expected = _sequences(own), _sequences(reference)
+    own_of = {int(of_reference[k]): k for k in np.flatnonzero(of_reference >= 0).tolist()}
+    for r in left:
+        followers = set()
+        for ball in (int(reference["first"][r]), int(reference["second"][r])):
+            if ball >= 0:
+                earlier = bisect_left(expected[ball], r)
+                last = own_of.get(expected[ball][earlier - 1], len(own)) if earlier else -1
+                later = sequences[ball][bisect_right(sequences[ball], last) :][:1]
+                followers.add(later[0] if later else -1)
+        k = followers.pop()
+        same = all(own[key][k] == reference[key][r] for key in ("first", "second"))
+        if k >= 0 and not followers and same and of_reference[k] < 0:
+            of_reference[k], matched[r], own_of[r] = r, True, k
+
+
+def _sequences(contacts: Contacts) -> dict[int, list[int]]:
+    """Return the numbers of each ball's contacts that have an impulse."""
+    sequences: dict[int, list[int]] = defaultdict(list)
+    for k, first, second in zip(range(len(contacts)), contacts["first"].tolist(), contacts["second"].tolist(), strict=True):
+        if contacts["impulse"][k]:
+            sequences[first].append(k)
+            sequences[second].append(k)
+    return sequences

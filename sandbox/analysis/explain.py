@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
+from sandbox.analysis.ledger import PUSHED_OUT, VELOCITY_CHANGED, Flights
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
@@ -14,11 +15,11 @@ UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended be
 DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
-IN_FLIGHT: Final = {
-    Cause.GRAVITY: "Gravity, integrated in steps, led to other velocities before the contact.",
-    Cause.FRICTION: "Friction led to other velocities before the contact.",
-    Cause.UNTOLD: "Velocities had changed before the contact, without a reported contact.",
-}
+NO_CAUSE: Final = (
+    "The evidence fits no cause: neither run shows an error of a millionth or more before this contact. Collisions "
+    "multiply what is smaller."
+)
+WITH_FRICTION: Final = "Friction, as the engine computes it, led to other velocities before the contact."
 
 
 def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
@@ -28,8 +29,15 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
         return _explain_impulse(scene, contact, finding)
     if cause in (Cause.LATE, Cause.EARLY):
         return _explain_timing(scene, contact, finding)
+    if cause in (Cause.VELOCITY, Cause.NORMAL):
+        return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
+        Cause.PLACED: f"The contact left balls {off} from where it should, though there was no overlap to mend.",
+        Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
+        Cause.UNKNOWN: (
+            f"The evidence fits no cause: a contact of the two is reported, and they are {finding['gap']:.3g} px apart."
+        ),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
         Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
@@ -37,6 +45,33 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
         Cause.UNCONVERGED: UNCONVERGED,
         Cause.GRAVITY: "Gravity pulled for a whole step, though the ball met the wall within it.",
     }.get(cause, f"{cause.label.capitalize()}.")
+
+
+def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
+    """Explain the first error of a kind of a ball in flight."""
+    (x, y), (vx, vy) = flights.change[ball, kind].tolist(), flights.before[ball, kind].tolist()
+    size, speed, time = math.hypot(x, y), math.hypot(vx, vy), flights.step[ball, kind] / scene.rate
+    when = f"in the step to {time:.3f} s"
+    if kind == VELOCITY_CHANGED:
+        return f"The velocity of ball {ball} changed by {size:.3g} px/s {when}, without a reported contact."
+    if kind == PUSHED_OUT:
+        return f"Ball {ball}, which overlapped, was moved by {size:.3g} px {when}, besides its flight."
+    moved = f"Ball {ball} was put {size:.3g} px from where its flight led {when}, though there was no overlap to mend"
+    way = speed / scene.rate
+    if way and abs(x * vy - y * vx) <= size * speed / 1000:
+        return f"{moved}: {_percent(size / way)} of its way {'further' if x * vx + y * vy > 0 else 'short'}."
+    return f"{moved}."
+
+
+def explain_gravity(scene: Scene, flights: Flights) -> str:
+    """Explain how an engine's flight differs from the parabola of the scene's gravity."""
+    (gx, gy), (x, y) = flights.gravity, scene.gravity
+    if (gx, gy) != (x, y):
+        found, right = (f"({a:.6g}, {b:.6g})" for a, b in ((gx, gy), (x, y)))
+        return f"Balls in flight accelerate by {found} px/s², where the scene's gravity is {right}."
+    off = math.hypot(*flights.off_parabola)
+    side = "beyond" if flights.off_parabola[0] * gx + flights.off_parabola[1] * gy > 0 else "short of"
+    return f"Gravity is integrated in steps: each ends {off:.3g} px {side} the parabola."
 
 
 def explain_passage(scene: Scene, passage: Passage) -> str:
@@ -73,6 +108,32 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
             f"by the diameter amounts to a restitution of {restitution:.3g} (2/r - 1)."
         )
     return f"The impulse is wrong: {amount}{still}. It amounts to a restitution of {restitution:.3g}."
+
+
+def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
+    """Name the angle of the normal, or what a contact changed besides its impulse: momentum, or along and across it."""
+    changed = "The contact changed velocities by something else than its reported impulse"
+    if finding["cause"] == Cause.NORMAL:
+        turned = f"turned by {math.degrees(finding['turned']):.3g}°"
+        if finding["unexplained"].any():
+            return f"The impulse acted along a direction that is {turned} from the reported normal."
+        return f"The impulse acted along a normal that is {turned} from the line of centres."
+    if not finding["unexplained"].any():
+        return f"{changed}, or another contact of the same step did."
+    first, second = int(contact["first"]), int(contact["second"])
+    on_first = -scene.bodies.mass[first] * finding["unexplained"][0]
+    on_second = scene.bodies.mass[second] * finding["unexplained"][1] if second >= 0 else on_first
+    reported, (nx, ny) = float(contact["impulse"]), contact["normal"].tolist()
+    if second >= 0 and math.hypot(*(on_second - on_first)) > NEGLIGIBLE * 10 * abs(reported):
+        got = " and ".join(f"{math.hypot(*(reported * contact['normal'] + extra)):.4g}" for extra in (on_first, on_second))
+        return f"{changed} of {reported:.4g} kg px/s: the balls got {got}, which makes or loses momentum."
+    along, across = float(on_first @ (nx, ny)), float(on_first @ (-ny, nx))
+    parts = [
+        f"{abs(part):.3g} kg px/s {where} it"
+        for part, where in ((along, "along"), (across, "across"))
+        if abs(part) > NEGLIGIBLE * 10 * abs(reported)
+    ]
+    return f"{changed} of {reported:.4g} kg px/s along the normal: {' and '.join(parts)} are besides it."
 
 
 def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:

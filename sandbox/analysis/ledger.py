@@ -10,7 +10,7 @@ the replay leaves unexplained is entered too, so the lines of the ledger always 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -20,16 +20,20 @@ from sandbox.analysis.attribution import (
     Block,
     Findings,
     SceneConstants,
+    Unexplained,
     attribute_displacement,
     attribute_simultaneous,
     attribute_single,
     enter,
+    line_to_wall,
+    mends_overlap,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
 from sandbox.compiled import Record, entry, kernel
+from sandbox.quantity import length
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import Contacts, Floats, Integers
+from sandbox.state import Bools, Contacts, Floats, Integers
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,35 @@ class Entry:
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 
 
+class Flights(NamedTuple):
+    """How an engine errs in flight, where no contact explains it.
+
+    step: (n, 3), the first step in which a ball's velocity changed, it was put elsewhere, or it was pushed out of an
+    overlap: the columns VELOCITY_CHANGED, PUT_ELSEWHERE and PUSHED_OUT; 0 if never; change: (n, 3, 2) px/s or px, by
+    how much in that step; before: (n, 3, 2) px/s, the velocity before it; gravity: px/s², what pulls at the balls;
+    off_parabola: px, from the parabola of that gravity to the flight of each step.
+    """
+
+    step: Integers
+    change: Floats
+    before: Floats
+    gravity: tuple[float, float] = (0.0, 0.0)
+    off_parabola: tuple[float, float] = (0.0, 0.0)
+
+
+VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT = range(3)
+MIN_SHARE_RIGHT: Final = 0.1  # of the balls' steps in flight that are right, for which gravity is
+MIN_SHARE_ALIKE: Final = 0.4  # of them that have the same error, for which it is gravity's
+MIN_FLIGHTS: Final = 8  # steps of balls in flight, from which another gravity than the scene's is read
+
+
 class Scratch(NamedTuple):
     """What the replay of a step needs of each ball.
 
-    explained: (n, 2) px/s, the velocity that the contacts so far lead to; flown: (n, 2) px since the step began, then
-    the displacement that has no cause yet; clock: (n,) s in the step, when the ball was moved last; last: (n,) its last
-    contact in the step, or -1; uses: (n,) its contacts among those resolved together, 0 between them.
+    explained: (n, 2) px/s, the velocity that the contacts so far lead to; flown: (n, 2) px since the step began; clock:
+    (n,) s in the step, when the ball was moved last; last: (n,) its last contact in the step, or -1; uses: (n,) its
+    contacts among those resolved together, 0 between them; score: (n,) px, how badly the best contact so far explains
+    the ball's change.
     """
 
     explained: Floats
@@ -56,6 +83,7 @@ class Scratch(NamedTuple):
     clock: Floats
     last: Integers
     uses: Integers
+    score: Floats
 
 
 @kernel
@@ -63,8 +91,8 @@ def _fly(constants: SceneConstants, scratch: Scratch, ball: int, now: float) -> 
     """Let a ball fly on its parabola to a time in the step (s)."""
     velocity, dt = scratch.explained, now - scratch.clock[ball]
     for axis in range(2):
-        scratch.flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.gravity[axis] / 2)
-        velocity[ball, axis] += dt * constants.gravity[axis]
+        scratch.flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.fall[axis] / 2)
+        velocity[ball, axis] += dt * constants.fall[axis]
     scratch.clock[ball] = now
 
 
@@ -94,18 +122,57 @@ def _fly_to_contacts(
     end: int,
     within: Floats,
     touched: Floats,
+    unexplained: Unexplained,
 ) -> None:
     """Let the balls of contacts that were resolved together fly there."""
     for k in range(begin, end):
         i, j = contacts[k].first, contacts[k].second
         scratch.last[i] = k
+        unexplained.contacts[i] += 1
+        unexplained.partner[i] = j
         _fly(constants, scratch, i, within[k])
         since = touched[i]
         if j >= 0:
             scratch.last[j] = k
+            unexplained.contacts[j] += 1
+            unexplained.partner[j] = i
             _fly(constants, scratch, j, within[k])
             since = max(since, touched[j])
         block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
+
+
+@kernel
+def _find_lines(
+    constants: SceneConstants,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    contact: Record,
+    before: Floats,
+    after: Floats,
+    k: int,
+    block: Block,
+) -> None:
+    """Find the vector from the first to the second body of a contact: as flown, before the step, and after it.
+
+    before, after: (n, 2) px, where the balls are.
+    """
+    i, j = contact.first, contact.second
+    x, y = before[i, 0] + scratch.flown[i, 0], before[i, 1] + scratch.flown[i, 1]
+    if j >= 0:
+        for axis in range(2):
+            flown_axis = scratch.flown[j, axis] - scratch.flown[i, axis]
+            block.line_before[k, axis] = before[j, axis] - before[i, axis]
+            block.line[k, axis] = block.line_before[k, axis] + flown_axis
+            block.line_after[k, axis] = after[j, axis] - after[i, axis]
+    else:
+        block.line[k, 0], block.line[k, 1] = line_to_wall(constants, ~j, x, y)
+        block.line_before[k, 0], block.line_before[k, 1] = line_to_wall(constants, ~j, before[i, 0], before[i, 1])
+        block.line_after[k, 0], block.line_after[k, 1] = line_to_wall(constants, ~j, after[i, 0], after[i, 1])
+    reach = constants.radius[i] + (constants.radius[j] if j >= 0 else constants.wall[~j, 2])
+    depth = max(contact.depth, reach - math.hypot(block.line[k, 0], block.line[k, 1]), 0.0)
+    unexplained.room[i] += depth
+    if j >= 0:
+        unexplained.room[j] += depth
 
 
 @kernel
@@ -118,7 +185,7 @@ def _apply_contacts(
     end: int,
     touched: Floats,
 ) -> None:
-    """Change velocities by contacts that were resolved together, and attribute each."""
+    """Change velocities by contacts that were resolved together, and note those that share a ball."""
     velocity, uses = scratch.explained, scratch.uses
     for k in range(begin, end):
         contact, finding = contacts[k], block.findings[k]
@@ -138,10 +205,7 @@ def _apply_contacts(
         contact, finding = contacts[k], block.findings[k]
         _copy_velocities(contact, velocity, finding.after)
         finding.approach_after = _approach_speed(contact, finding.after)
-        if uses[contact.first] > 1 or (contact.second >= 0 and uses[contact.second] > 1):
-            attribute_simultaneous(constants, block, k, contact)
-        else:
-            attribute_single(constants, block, k, contact)
+        block.shared[k] = uses[contact.first] > 1 or (contact.second >= 0 and uses[contact.second] > 1)
     for k in range(begin, end):
         contact = contacts[k]
         uses[contact.first], touched[contact.first] = 0, contact.time
@@ -150,37 +214,153 @@ def _apply_contacts(
 
 
 @kernel
-def _enter_unexplained(
-    constants: SceneConstants, block: Block, scratch: Scratch, ball: int, velocity: Floats, scale: float
-) -> None:
-    """Enter what no contact of the step explains of a ball's change.
-
-    velocity: (2,) px/s at the end of the step; scale: px/s, the magnitude of the ball's speed before.
-    """
-    explained, displacement = scratch.explained[ball], scratch.flown[ball]
-    dx, dy = velocity[0] - explained[0], velocity[1] - explained[1]
-    error = math.hypot(dx, dy)
-    energy = constants.mass[ball] * (dx * (velocity[0] + explained[0]) + dy * (velocity[1] + explained[1])) / 2
-    if error <= NEGLIGIBLE * (abs(velocity[0]) + abs(velocity[1]) + scale):
-        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
-    else:
-        cause = Cause.FRICTION if constants.has_friction and scratch.last[ball] >= 0 else Cause.UNTOLD
-        enter(block, cause, energy, constants.mass[ball] * error, 0.0)
-    moved = math.hypot(displacement[0], displacement[1])
-    energy = -constants.mass[ball] * (constants.gravity[0] * displacement[0] + constants.gravity[1] * displacement[1])
-    if moved <= NEGLIGIBLE * constants.radius[ball]:
-        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
-    else:
-        enter(block, Cause.PUSHED, energy, 0.0, moved)
-
-
-@kernel
-def _begin_step(scratch: Scratch, velocity: Floats) -> None:
+def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats) -> None:
     """Begin a step with the velocities (n, 2) px/s before it."""
     for ball in range(len(velocity)):
         scratch.clock[ball], scratch.last[ball] = 0.0, -1
+        unexplained.owner[ball], unexplained.cause[ball], unexplained.contacts[ball] = -1, Cause.UNTOLD, 0
+        unexplained.room[ball] = 0.0
         for axis in range(2):
             scratch.explained[ball, axis], scratch.flown[ball, axis] = velocity[ball, axis], 0.0
+
+
+@kernel
+def _find_unexplained(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    before: tuple[Floats, Floats],
+    after: tuple[Floats, Floats],
+    off_parabola: Floats,
+) -> None:
+    """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
+
+    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
+    """
+    pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
+    for ball in range(len(constants.mass)):
+        _fly(constants, scratch, ball, constants.dt)
+        by_gravity = 0.0
+        for axis in range(2):
+            moved = after[0][ball, axis] - before[0][ball, axis]
+            by_gravity += (constants.fall[axis] - constants.gravity[axis]) * scratch.flown[ball, axis]
+            by_gravity -= constants.gravity[axis] * off_parabola[axis]
+            unexplained.place[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
+            unexplained.velocity[ball, axis] = after[1][ball, axis] - scratch.explained[ball, axis]
+        if by_gravity != 0:
+            enter(block, Cause.GRAVITY, constants.mass[ball] * by_gravity, 0.0, 0.0)
+        error = math.hypot(unexplained.velocity[ball, 0], unexplained.velocity[ball, 1])
+        speeds = abs(after[1][ball, 0]) + abs(after[1][ball, 1]) + abs(before[1][ball, 0]) + abs(before[1][ball, 1])
+        if error <= NEGLIGIBLE * (speeds + pull):
+            unexplained.cause[ball], error = Cause.ROUNDING, 0.0
+        if scratch.last[ball] < 0:
+            unexplained.unsteady[ball, 0] = error
+
+
+@kernel
+def _find_owners(
+    constants: SceneConstants,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    contacts: Contacts,
+    begin: int,
+    end: int,
+    within: Floats,
+) -> None:
+    """Find for each ball the contact of the step that changed its velocity besides its impulse, if one did.
+
+    A velocity that changed after some part of a step displaces the ball by the rest of it; the contact that fits this
+    best is taken, unless the change fits the start or the end of the step by far better, or is as large as in flight.
+    """
+    for k in range(begin, end):
+        for side in range(2):
+            ball = contacts[k].first if side == 0 else contacts[k].second
+            if ball < 0 or unexplained.cause[ball] == Cause.ROUNDING:
+                continue
+            vx, vy = unexplained.velocity[ball, 0], unexplained.velocity[ball, 1]
+            x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
+            size = math.hypot(vx, vy)
+            if size <= 3 * unexplained.unsteady[ball, 0]:
+                continue
+            rest = constants.dt - within[k]
+            score = math.hypot(x - rest * vx, y - rest * vy)
+            if unexplained.owner[ball] < 0:
+                slight = size * constants.dt / 1000
+                from_start = math.hypot(x - constants.dt * vx, y - constants.dt * vy)
+                at_end = math.hypot(x, y)
+                if min(from_start, at_end) <= slight and score > 10 * slight:
+                    scratch.score[ball] = min(from_start, at_end)
+                else:
+                    scratch.score[ball] = math.inf
+            if score < scratch.score[ball]:
+                scratch.score[ball], unexplained.owner[ball] = score, k
+
+
+@kernel
+def _explain_places(
+    constants: SceneConstants, block: Block, unexplained: Unexplained, within: Floats, ball: int
+) -> None:
+    """Enter the way that a ball flew since its velocity changed unexplained, under the same cause."""
+    vx, vy = unexplained.velocity[ball, 0], unexplained.velocity[ball, 1]
+    x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
+    if unexplained.cause[ball] == Cause.ROUNDING:
+        return
+    if unexplained.owner[ball] >= 0:
+        rest = constants.dt - within[unexplained.owner[ball]]
+    else:
+        rest = min(max((x * vx + y * vy) / (vx * vx + vy * vy), 0.0), constants.dt)
+        if math.hypot(x - rest * vx, y - rest * vy) > math.hypot(vx, vy) * constants.dt / 100:
+            return
+    unexplained.place[ball, 0] -= rest * vx
+    unexplained.place[ball, 1] -= rest * vy
+    work = rest * (constants.gravity[0] * vx + constants.gravity[1] * vy)
+    enter(block, unexplained.cause[ball], -constants.mass[ball] * work, 0.0, 0.0)
+
+
+@kernel
+def _note_flight(flights: Flights, ball: int, kind: int, step: int, change: Floats, before: Floats) -> None:
+    """Note the first change of a kind of a ball in flight."""
+    if flights.step[ball, kind] == 0:
+        flights.step[ball, kind] = step
+        for axis in range(2):
+            flights.change[ball, kind, axis], flights.before[ball, kind, axis] = change[axis], before[axis]
+
+
+@kernel
+def _enter_unexplained(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    flights: Flights,
+    ball: int,
+    before: tuple[Floats, Floats],
+    after: tuple[Floats, Floats],
+    step: int,
+) -> None:
+    """Enter what is still unexplained of a ball's change in a step."""
+    change, place, cause = unexplained.velocity[ball], unexplained.place[ball], unexplained.cause[ball]
+    vx, vy = after[1][ball, 0] - change[0] / 2, after[1][ball, 1] - change[1] / 2
+    size = math.hypot(change[0], change[1])
+    is_error = cause != Cause.ROUNDING
+    energy = constants.mass[ball] * (change[0] * vx + change[1] * vy)
+    enter(block, cause, energy, constants.mass[ball] * size if is_error else 0.0, 0.0)
+    if cause == Cause.UNTOLD:
+        _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
+    moved, unsteady = math.hypot(place[0], place[1]), 0.0
+    energy = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1])
+    if moved <= NEGLIGIBLE * constants.radius[ball]:
+        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
+    elif mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
+        enter(block, Cause.PUSHED, energy, 0.0, moved)
+        _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
+    else:
+        unsteady = moved
+        enter(block, Cause.PLACED, energy, 0.0, moved)
+        _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
+    if scratch.last[ball] < 0:
+        unexplained.unsteady[ball, 1] = unsteady
 
 
 @entry
@@ -188,6 +368,8 @@ def _replay(
     constants: SceneConstants,
     block: Block,
     scratch: Scratch,
+    unexplained: Unexplained,
+    flights: Flights,
     position: Floats,
     velocity: Floats,
     pulled: Integers,
@@ -197,19 +379,19 @@ def _replay(
     step_of: Integers,
     within: Floats,
     touched: Floats,
+    steps_before: int,
 ) -> int:
     """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
     position, velocity: (steps + 1, n, 2) px, px/s; pulled: (steps + 1,), the ball that the mouse pulled in each step,
     or -1, and pull: (steps + 1, 2) px/s, by how much; off_parabola: (2,) px between the engine's flight in a step and
     a parabola; contacts: (contacts,) CONTACT, step_of: their steps, and within: s since these began; touched: (n,) s,
-    when each ball last had a contact.
+    when each ball last had a contact; steps_before: of the run before the block.
     """
     n, at = position.shape[1], 0
-    step_pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
-    fall = constants.gravity[0] * off_parabola[0] + constants.gravity[1] * off_parabola[1]
     for step in range(1, len(position)):
-        _begin_step(scratch, velocity[step - 1])
+        before, after = (position[step - 1], velocity[step - 1]), (position[step], velocity[step])
+        _begin_step(scratch, unexplained, velocity[step - 1])
         ball = pulled[step]
         if ball >= 0:
             for axis in range(2):
@@ -217,29 +399,34 @@ def _replay(
                 enter(block, Cause.HAND, constants.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
                 scratch.explained[ball, axis] += pull[step, axis]
 
-        # Velocities: contact by contact, or all contacts of a time if they are resolved together.
+        # Replay contact by contact, or all contacts of a time if they are resolved together.
         begin = at
         while at < len(contacts) and step_of[at] == step:
             end = at + 1
             while constants.together and end < len(contacts) and step_of[end] == step and within[end] == within[at]:
                 end += 1
-            _fly_to_contacts(constants, block, scratch, contacts, at, end, within, touched)
+            _fly_to_contacts(constants, block, scratch, contacts, at, end, within, touched, unexplained)
+            for k in range(at, end):
+                _find_lines(constants, scratch, unexplained, contacts[k], before[0], after[0], k, block)
             _apply_contacts(constants, block, scratch, contacts, at, end, touched)
             at = end
 
-        # Positions: what the contacts of the step displaced.
-        for ball in range(n):
-            _fly(constants, scratch, ball, constants.dt)
-        for ball in range(n):
-            for axis in range(2):
-                moved = position[step, ball, axis] - position[step - 1, ball, axis]
-                scratch.flown[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
-            enter(block, Cause.GRAVITY, -constants.mass[ball] * fall, 0.0, 0.0)
+        # Attribute what each contact did to velocities, then to places, and enter what is left.
+        _find_unexplained(constants, block, scratch, unexplained, before, after, off_parabola)
+        _find_owners(constants, scratch, unexplained, contacts, begin, at, within)
         for k in range(begin, at):
-            attribute_displacement(constants, block, k, contacts[k], scratch.flown, scratch.last)
+            if block.shared[k]:
+                attribute_simultaneous(constants, block, k, contacts[k], unexplained)
+            else:
+                attribute_single(constants, block, k, contacts[k], unexplained)
         for ball in range(n):
-            scale = abs(velocity[step - 1, ball, 0]) + abs(velocity[step - 1, ball, 1]) + step_pull
-            _enter_unexplained(constants, block, scratch, ball, velocity[step, ball], scale)
+            _explain_places(constants, block, unexplained, within, ball)
+        for k in range(begin, at):
+            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0], after[0])
+        for ball in range(n):
+            _enter_unexplained(
+                constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
+            )
     return at
 
 
@@ -252,20 +439,38 @@ class Ledger:
     def __init__(self, scene: Scene, *, together: bool) -> None:
         self._scene = scene
         bodies = scene.bodies
-        friction = max(scene.arena.friction, *bodies.friction, *(wall.friction for wall in scene.walls))
+        gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
         self._constants = SceneConstants(
             bodies.radius,
             bodies.mass,
             bodies.elasticity,
+            bodies.friction,
             _wall_constants(scene),
-            (float(scene.gravity[0]), float(scene.gravity[1])),
+            gravity,
+            gravity,
             1 / scene.rate,
             together,
-            friction > 0,
         )
         n = len(bodies)
-        vectors, integers = (np.empty((n, 2)), np.empty((n, 2))), (np.empty(n, np.int64), np.zeros(n, np.int64))
-        self._scratch = Scratch(*vectors, np.empty(n), *integers)
+        self._scratch = Scratch(
+            explained=np.empty((n, 2)),
+            flown=np.empty((n, 2)),
+            clock=np.empty(n),
+            last=np.empty(n, np.int64),
+            uses=np.zeros(n, np.int64),
+            score=np.empty(n),
+        )
+        self._unexplained = Unexplained(
+            velocity=np.empty((n, 2)),
+            place=np.empty((n, 2)),
+            cause=np.empty(n, np.int64),
+            owner=np.empty(n, np.int64),
+            unsteady=np.zeros((n, 2)),
+            contacts=np.empty(n, np.int64),
+            partner=np.full(n, -1),
+            room=np.empty(n),
+        )
+        self._flights = Flights(np.zeros((n, 3), np.int64), np.zeros((n, 3, 2)), np.zeros((n, 3, 2)))
         self._off_parabola: Floats | None = None
         self._findings: list[Findings] = []
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
@@ -278,12 +483,15 @@ class Ledger:
     def add(self, position: Floats, velocity: Floats, contacts: Contacts, pulled: Integers, pull: Floats) -> None:
         """Enter a block of steps. position, velocity: (steps + 1, n, 2), from the last state of the block before."""
         steps = len(position) - 1
-        constants, rate = self._constants, self._scene.rate
+        rate = self._scene.rate
         step_of = steps_containing(contacts["time"], rate)
-        within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, constants.dt)
+        within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, 1 / rate)
         step_of = np.clip(step_of - self._steps, 1, steps)
+        if not self._constants.together:
+            moved = self._resolved_next(velocity, contacts, step_of, within)
+            step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if self._off_parabola is None:
-            self._off_parabola = _off_parabola(self._scene, position, velocity, contacts, step_of)
+            self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
         block = Block(
             energy,
@@ -293,20 +501,27 @@ class Ledger:
             findings=np.zeros(len(contacts), FINDING),
             expected_shift=np.zeros((len(contacts), 2)),
             timing=np.full(len(contacts), int(Cause.ROUNDING)),
+            line=np.empty((len(contacts), 2)),
+            line_before=np.empty((len(contacts), 2)),
+            line_after=np.empty((len(contacts), 2)),
+            shared=np.zeros(len(contacts), np.bool_),
         )
         replayed = _replay(
-            constants,
+            self._constants,
             block,
             self._scratch,
+            self._unexplained,
+            self._flights,
             position,
             velocity,
             pulled,
             pull,
-            self._off_parabola,
+            np.zeros(2) if self._off_parabola is None else self._off_parabola,
             contacts,
             step_of,
             within,
             self._touched,
+            self._steps,
         )
         assert replayed == len(contacts)
         if len(block.findings):
@@ -314,6 +529,40 @@ class Ledger:
         self._steps += steps
         self._check_overlaps(position, velocity, contacts, step_of)
         self._check_inner_walls(position, contacts, step_of, within)
+
+    def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
+        """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
+
+        The velocity of one of the two changes in the next step only, and no other contradicts.
+        """
+        at_end = np.flatnonzero((within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < len(velocity) - 1))
+        contact, fall = contacts[at_end], np.multiply(self._constants.gravity, self._constants.dt)
+        next_only, now_only = np.zeros(len(at_end), np.bool_), np.zeros(len(at_end), np.bool_)
+        for key in ("first", "second"):
+            ball, step = np.maximum(contact[key], 0), step_of[at_end]
+            slight = np.abs(contact["impulse"]) / self._constants.mass[ball] / 1000
+            now, later = (
+                length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight for k in range(2)
+            )
+            next_only |= (contact[key] >= 0) & (contact["impulse"] != 0) & ~now & later
+            now_only |= (contact[key] >= 0) & now & ~later
+        found = step_of.copy()
+        found[at_end] += next_only & ~now_only
+        return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
+
+    def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
+        """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
+        read = _engine_gravity(self._scene, position, velocity, contacts, step_of)
+        if read is not None:
+            fall, self._off_parabola = read
+            fall_x, fall_y = fall.tolist()
+            self._constants = self._constants._replace(fall=(fall_x, fall_y))
+
+    @property
+    def flights(self) -> Flights:
+        """How the engine errs in flight, so far."""
+        off = (0.0, 0.0) if self._off_parabola is None else (float(self._off_parabola[0]), float(self._off_parabola[1]))
+        return self._flights._replace(gravity=self._constants.fall, off_parabola=off)
 
     def _check_overlaps(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Find the deepest overlap, and the pairs that pass into each other without a reported contact."""
@@ -366,27 +615,68 @@ def steps_containing(time: Floats, rate: int) -> Integers:
 
 
 def _wall_constants(scene: Scene) -> Floats:
-    """Return each wall's direction, half its thickness (px, 0 for the arena's) and its elasticity: (m, 4)."""
-    arena = [(*along, 0.0, scene.arena.elasticity) for along in ((0, 1), (1, 0), (0, 1), (1, 0))]
-    inner = []
-    for wall in scene.walls:
-        dx, dy = wall.to[0] - wall.start[0], wall.to[1] - wall.start[1]
-        size = math.hypot(dx, dy)
-        inner.append((dx / size, dy / size, wall.thickness / 2, wall.elasticity))
-    return np.array([*arena, *inner], float)
+    """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 8)."""
+    (width, height), arena = scene.arena.size, scene.arena
+    ends = [((0, 0), (0, height)), ((0, 0), (width, 0)), ((width, 0), (width, height)), ((0, height), (width, height))]
+    walls = [(*line, 0.0, arena.elasticity, arena.friction) for line in ends]
+    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
+    rows = []
+    for start, to, half_thickness, elasticity, friction in walls:
+        size = math.dist(start, to)
+        along = ((to[0] - start[0]) / size, (to[1] - start[1]) / size)
+        rows.append((*along, half_thickness, elasticity, friction, *start, size))
+    return np.array(rows, float)
 
 
-def _off_parabola(scene: Scene, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> Floats:
-    """Return the difference between an engine's flight under gravity and a parabola in a step, px: (2,).
+def _engine_gravity(
+    scene: Scene, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
+) -> tuple[Floats, Floats] | None:
+    """Return what pulls at an engine's balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
 
-    It is the same in every step without contacts; the median of those steps is returned.
+    Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
+    gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall
+    too much or too little, or with substeps a whole part of that. Returns None if too few balls fly in the block.
     """
-    dt, gravity = 1 / scene.rate, np.array(scene.gravity, float)
+    dt, gravity, still = 1 / scene.rate, np.array(scene.gravity, float), np.zeros(2)
     if not gravity.any():
-        return np.zeros(2)
+        return gravity, still
     flying = np.ones((len(position) - 1, position.shape[1]), bool)
     flying[step_of - 1, contacts["first"]] = False
     between = contacts["second"] >= 0
     flying[step_of[between] - 1, contacts["second"][between]] = False
-    difference = np.diff(position, axis=0) - velocity[:-1] * dt - gravity * dt * dt / 2
-    return np.median(difference[flying], axis=0) if flying.any() else np.zeros(2)
+    steps, balls = np.nonzero(flying)
+    if not len(steps):
+        return None
+    before, fall = velocity[:-1][steps, balls], np.hypot(*gravity) * dt
+    sped = (np.diff(velocity, axis=0)[steps, balls] - gravity * dt) / fall
+    moved = (np.diff(position, axis=0)[steps, balls] - before * dt - gravity * dt * dt / 2) / (fall * dt)
+    slight = 1e-7 + NEGLIGIBLE * length(before) / fall
+    if _share(sped, still, slight) * _share(moved, still, slight) > MIN_SHARE_RIGHT:
+        return gravity, still
+    faster, off = np.median(sped, axis=0), np.median(moved, axis=0)
+    if _share(sped, still, slight) > MIN_SHARE_ALIKE:
+        faster = still
+    elif len(steps) < MIN_FLIGHTS or _share(sped, faster, slight) < MIN_SHARE_ALIKE:
+        return gravity, still
+    off -= faster / 2
+    alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
+    if faster.any() and not alike:
+        return gravity, still
+    if not alike or not _is_integration(off, gravity):
+        off = still
+    return gravity + faster * fall / dt, off * fall * dt
+
+
+def _share(values: Floats, value: Floats, slight: Floats) -> float:
+    """Return the fraction of some vectors (k, 2) that are no further from another than slight (k,)."""
+    return float(np.mean(length(values - value) <= slight))
+
+
+def _is_integration(off: Floats, gravity: Floats) -> bool:
+    """Return whether integrating gravity in steps gives a displacement (2,), in units of gravity times dt²."""
+    size = float(np.hypot(*off))
+    if size <= NEGLIGIBLE:
+        return False
+    substeps = 1 / (2 * size)
+    aside = abs(off[0] * gravity[1] - off[1] * gravity[0]) / float(np.hypot(*gravity))
+    return aside <= NEGLIGIBLE * size + 1e-7 and abs(substeps - round(substeps)) <= 1e-4 * substeps

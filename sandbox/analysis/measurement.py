@@ -193,7 +193,7 @@ class Measurement:
     @cached_property
     def record(self) -> Record:
         """The contacts with what the ledger found about them, once all are entered."""
-        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
+        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed, self._ledger.flights)
 
     def run(
         self, reference: Record | None, reference_energy: Floats, trusted_until: float | None, disturbed: Bools

@@ -25,6 +25,7 @@ _KINDS: Final = {
     Kind.MISSING: "Missing contact. ",
     Kind.EXTRA: "Extra contact. ",
     Kind.ORDER: "In another order. ",
+    Kind.FLIGHT: "",
 }
 
 
@@ -53,7 +54,8 @@ def print_comparison(comparison: Comparison) -> None:
             terminal.print(
                 f"\n{name}, {first.time:.3f} s, {pair_name(scene, first)}: {_KINDS[first.kind]}{first.because}"
             )
-            terminal.print(_speeds(first, comparison.against))
+            if first.kind != Kind.FLIGHT:
+                terminal.print(_speeds(first, comparison.against))
 
 
 def _speeds(first: Difference, against: str) -> str:

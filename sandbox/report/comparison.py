@@ -37,6 +37,7 @@ KINDS: Final = {
     Kind.MISSING: "missing",
     Kind.EXTRA: "extra",
     Kind.ORDER: "other order",
+    Kind.FLIGHT: "in flight",
 }
 KEYS: Final = (
     ("Space", "play or pause"),

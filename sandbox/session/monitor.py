@@ -176,7 +176,7 @@ class _FollowedEngine:
 
     def record(self) -> Record:
         """Return all contacts so far with what the ledger found about them."""
-        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed)
+        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed, self._ledger.flights)
 
 
 def _since(contacts: Contacts, time: float) -> Contacts:
