@@ -500,8 +500,9 @@ def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, 
                 later = sequences[ball][bisect_right(sequences[ball], last) :][:1]
                 followers.add(later[0] if later else -1)
         k = followers.pop()
-        same = all(own[key][k] == reference[key][r] for key in ("first", "second"))
-        if k >= 0 and not followers and same and of_reference[k] < 0:
+        if k < 0 or followers or of_reference[k] >= 0:
+            continue
+        if all(own[key][k] == reference[key][r] for key in ("first", "second")):
             of_reference[k], matched[r], own_of[r] = r, True, k
 
 

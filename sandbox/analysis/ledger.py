@@ -239,6 +239,7 @@ def _find_unexplained(
     before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
+    fastest, furthest = 0.0, 0.0
     for ball in range(len(constants.mass)):
         _fly(constants, scratch, ball, constants.dt)
         by_gravity = 0.0
@@ -256,6 +257,12 @@ def _find_unexplained(
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0] = error
+            away = math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
+            fastest = max(fastest, error)
+            furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
+    for ball in range(len(constants.mass)):
+        if not unexplained.flown[ball] and scratch.last[ball] >= 0:
+            unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
 
 
 @kernel
@@ -361,6 +368,7 @@ def _enter_unexplained(
         _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
     if scratch.last[ball] < 0:
         unexplained.unsteady[ball, 1] = unsteady
+        unexplained.flown[ball] = True
 
 
 @entry
@@ -466,6 +474,7 @@ class Ledger:
             cause=np.empty(n, np.int64),
             owner=np.empty(n, np.int64),
             unsteady=np.zeros((n, 2)),
+            flown=np.zeros(n, np.bool_),
             contacts=np.empty(n, np.int64),
             partner=np.full(n, -1),
             room=np.empty(n),
