@@ -366,8 +366,8 @@ def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> 
     pull = math.hypot(constants.fall[0], constants.fall[1])
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
-    flown: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
-    return flown and finding.approach <= 2 * pull * constants.dt
+    shortly: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
+    return shortly and pull > 0 and finding.approach <= 2 * pull * constants.dt
 
 
 @kernel
