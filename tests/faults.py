@@ -615,9 +615,9 @@ class IgnoresInnerWall(EventDriven):
         return other != ~4
 
 
-@fault(Cause.MISSED, fits=lambda scene: bool(scene.walls))
+@fault(Cause.MISSED, Cause.LATE, fits=lambda scene: bool(scene.walls))
 class IgnoresEnds(EventDriven):
-    """The round ends of inner walls are not there: a ball that touches one flies on."""
+    """The round ends of inner walls are not there: a ball that touches one flies on, or meets the face later."""
 
     def ends(self, wall: int) -> tuple[complex, ...]:
         return ()

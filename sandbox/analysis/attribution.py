@@ -32,6 +32,7 @@ from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
+MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 
 FINDING: Final = np.dtype(
@@ -45,6 +46,7 @@ FINDING: Final = np.dtype(
         ("delay", "f8"),  # s since the two touched, negative if they have not touched yet
         ("normal_error", "f8"),  # rad from the normal of first touch to the normal as found
         ("turned", "f8"),  # rad from the line of centres to the normal along which the impulse acted
+        ("depth", "f8"),  # px, overlap when it was found: as reported, or as the places show if they contradict
         ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
         ("unexplained", "f8", (2, 2)),  # px/s by which both velocities changed besides the only impulse
         ("free_flight", "f8"),  # s that both had flown undisturbed, at most MAX_TRACE_STEPS
@@ -77,7 +79,8 @@ class Unexplained(NamedTuple):
     """What the contacts of a step leave unexplained of each ball.
 
     velocity: (n, 2) px/s; place: (n, 2) px; cause: (n,) of the velocity; owner: (n,) the contact that it belongs to, or
-    -1; unsteady: (n, 2), how much of both there was in the ball's last step without a contact, px/s and px; contacts:
+    -1; unsteady: (n, 2), how much of both there was in the ball's last step without a contact, px/s and px; flown:
+    (n,), whether it had one: before, the most of all balls without a contact in this step counts; contacts:
     (n,) in the step; partner: (n,) what the ball last touched, a ball or ~wall; room: (n,) px, the sum of the depths of
     the ball's contacts in the step.
     """
@@ -87,6 +90,7 @@ class Unexplained(NamedTuple):
     cause: Integers
     owner: Integers
     unsteady: Floats
+    flown: Bools
     contacts: Integers
     partner: Integers
     room: Floats
@@ -318,12 +322,15 @@ def attribute_velocity(
         lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
         turned = _turn(px, py, nx, ny)
         lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
-        if lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
+        if turned < MAX_TURNED and lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
             cause, finding.turned = Cause.NORMAL, turned
     if unexplained.owner[i] == k:
         unexplained.cause[i] = cause
     if owns_second:
         unexplained.cause[j] = cause
+    for axis in range(2):
+        finding.after[0, axis] += _owned(unexplained, k, i, axis)
+        finding.after[1, axis] += _owned(unexplained, k, j, axis)
     if cause == Cause.FRICTION:
         return Cause.ROUNDING, 0.0
     return cause, math.hypot(on_first_x, on_first_y) + math.hypot(on_second_x, on_second_y)
@@ -359,8 +366,8 @@ def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> 
     pull = math.hypot(constants.fall[0], constants.fall[1])
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
-    flown: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
-    return flown and finding.approach <= 2 * pull * constants.dt
+    shortly: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
+    return shortly and pull > 0 and finding.approach <= 2 * pull * constants.dt
 
 
 @kernel
@@ -381,6 +388,7 @@ def attribute_single(
     energy = impulse * (impulse / (2 * mu) - u)
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     lx, ly, depth = _check_geometry(constants, block, k, contact, unexplained, reach)
+    finding.depth = depth
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
     if finding.gap > 0:
         finding.cause = Cause.UNKNOWN if otherwise == Cause.ROUNDING else otherwise
@@ -480,6 +488,7 @@ def attribute_simultaneous(
     energy_error = energy - by_elasticity
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
+    finding.depth = contact.depth
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     if other_error > impulse_error:
         finding.cause, finding.momentum_error = otherwise, other_error
@@ -609,7 +618,12 @@ def _cause_of_displacement(
     if moved <= slight:
         return Cause.LATE if delay > 0 else Cause.EARLY
     if not mends:
-        return Cause.PLACED
+        _, _, _, reach = _pair_constants(constants, contact)
+        depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
+        if abs(depth) <= 10 * slight or finding.approach <= 0:
+            return Cause.PLACED
+        finding.depth, finding.delay = depth, depth / finding.approach  # resolved at another time than reported
+        return Cause.LATE if depth > 0 else Cause.EARLY
     if contact.second >= 0:
         return Cause.PUSHED
     return Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE

@@ -209,11 +209,14 @@ class _Matches:
             return place, reason
         if place.own >= 0 and _has_unconverged_neighbour(self.own, self.own.contacts[place.own]):
             return place, Reason(Cause.UNCONVERGED, UNCONVERGED)
-        if error := self._first_error(self.own, place):
-            if error.contact < 0:
-                return place, error.reason
-            return self._displacement_at(error.contact), error.reason
-        return place, self._reason_elsewhere(place)
+        error = self._first_error(self.own, place)
+        if error is None or error.of_position:
+            wrong = self._reason_in_reference(place)
+            if wrong and (error is None or not wrong.of_position):
+                return place, wrong.reason
+        if error is None:
+            return place, self._reason_elsewhere(place)
+        return (place if error.contact < 0 else self._displacement_at(error.contact)), error.reason
 
     def reason(self, place: Place) -> Reason:
         """Find why a contact differs, wherever that begins."""
@@ -294,10 +297,6 @@ class _Matches:
 
     def _reason_elsewhere(self, place: Place) -> Reason:
         """Find why a contact differs of which the engine's own run shows no error, nor before it."""
-        if place.reference >= 0 and (reason := self._reason_in_reference(place)):
-            return reason
-        if error := self._first_error(self.reference, place):
-            return Reason(error.reason.cause, f"{WRONG_REFERENCE} {error.reason.because}")
         passage = self._passage(self.reference, place.time, *self._bodies(place))
         if place.kind == Kind.EXTRA and passage:
             return Reason(Cause.MISSED, f"{WRONG_REFERENCE} {explain_passage(self.scene, passage)}")
@@ -309,15 +308,19 @@ class _Matches:
             return reason
         return Reason(Cause.UNKNOWN, NO_CAUSE)
 
-    def _reason_in_reference(self, place: Place) -> Reason | None:
-        """Return the reason if it lies in the reference's contact."""
-        expected, finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
-        if self._explains(expected, finding, place.size):
-            because = f"{WRONG_REFERENCE} {explain(self.scene, expected, finding)}"
-            return Reason(Cause(finding["cause"]), because)
-        if _has_unconverged_neighbour(self.reference, expected):
-            return Reason(Cause.UNCONVERGED, f"{WRONG_REFERENCE} {UNCONVERGED}")
-        return None
+    def _reason_in_reference(self, place: Place) -> Error | None:
+        """Return the reference's error if the reason lies in its contact, or else the first before it."""
+        error = self._first_error(self.reference, place)
+        if place.reference >= 0:
+            contact, finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
+            at = (float(contact["time"]), int(contact["first"]), place.reference)
+            if self._explains(contact, finding, place.size):
+                error = Error(False, *at, Reason(Cause(finding["cause"]), explain(self.scene, contact, finding)))
+            elif _has_unconverged_neighbour(self.reference, contact):
+                error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
+        if error is None:
+            return None
+        return error._replace(reason=Reason(error.reason.cause, f"{WRONG_REFERENCE} {error.reason.because}"))
 
     def _other_time(self, place: Place) -> Reason | None:
         """Return the reason if balls that overlap are parted at another time, on another normal."""
@@ -500,8 +503,9 @@ def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, 
                 later = sequences[ball][bisect_right(sequences[ball], last) :][:1]
                 followers.add(later[0] if later else -1)
         k = followers.pop()
-        same = all(own[key][k] == reference[key][r] for key in ("first", "second"))
-        if k >= 0 and not followers and same and of_reference[k] < 0:
+        if k < 0 or followers or of_reference[k] >= 0:
+            continue
+        if all(own[key][k] == reference[key][r] for key in ("first", "second")):
             of_reference[k], matched[r], own_of[r] = r, True, k
 
 

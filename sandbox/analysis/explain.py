@@ -28,7 +28,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
     if cause in (Cause.SMALL, Cause.LARGE):
         return _explain_impulse(scene, contact, finding)
     if cause in (Cause.LATE, Cause.EARLY):
-        return _explain_timing(scene, contact, finding)
+        return _explain_timing(scene, finding)
     if cause in (Cause.VELOCITY, Cause.NORMAL):
         return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
@@ -136,9 +136,9 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
     return f"{changed} of {reported:.4g} kg px/s along the normal: {' and '.join(parts)} are besides it."
 
 
-def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
+def _explain_timing(scene: Scene, finding: np.void) -> str:
     """Name how late or early a contact was found, and the effect."""
-    delay, depth = float(finding["delay"]), float(contact["depth"])
+    delay, depth = float(finding["delay"]), float(finding["depth"])
     steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > 1 + NEGLIGIBLE else ""
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"

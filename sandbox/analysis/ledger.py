@@ -239,6 +239,7 @@ def _find_unexplained(
     before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
+    fastest, furthest = 0.0, 0.0
     for ball in range(len(constants.mass)):
         _fly(constants, scratch, ball, constants.dt)
         by_gravity = 0.0
@@ -256,6 +257,12 @@ def _find_unexplained(
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0] = error
+            away = math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
+            fastest = max(fastest, error)
+            furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
+    for ball in range(len(constants.mass)):
+        if not unexplained.flown[ball] and scratch.last[ball] >= 0:
+            unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
 
 
 @kernel
@@ -361,6 +368,7 @@ def _enter_unexplained(
         _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
     if scratch.last[ball] < 0:
         unexplained.unsteady[ball, 1] = unsteady
+        unexplained.flown[ball] = True
 
 
 @entry
@@ -466,6 +474,7 @@ class Ledger:
             cause=np.empty(n, np.int64),
             owner=np.empty(n, np.int64),
             unsteady=np.zeros((n, 2)),
+            flown=np.zeros(n, np.bool_),
             contacts=np.empty(n, np.int64),
             partner=np.full(n, -1),
             room=np.empty(n),
@@ -533,21 +542,30 @@ class Ledger:
     def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
         """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
 
-        The velocity of one of the two changes in the next step only, and no other contradicts.
+        The velocity of one of the two changes in the next step only, and neither changes in this one, unless by an
+        earlier contact of the step.
         """
-        at_end = np.flatnonzero((within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < len(velocity) - 1))
-        contact, fall = contacts[at_end], np.multiply(self._constants.gravity, self._constants.dt)
-        next_only, now_only = np.zeros(len(at_end), np.bool_), np.zeros(len(at_end), np.bool_)
+        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (contacts["impulse"] != 0)
+        numbers = np.flatnonzero(at_end & (step_of < len(velocity) - 1))
+        contact, step, fall = contacts[numbers], step_of[numbers], np.multiply(self._constants.gravity, self._constants.dt)
+        changes, next_only = [], np.zeros(len(numbers), np.bool_)
         for key in ("first", "second"):
-            ball, step = np.maximum(contact[key], 0), step_of[at_end]
+            ball = np.maximum(contact[key], 0)
             slight = np.abs(contact["impulse"]) / self._constants.mass[ball] / 1000
             now, later = (
-                length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight for k in range(2)
+                (length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight) & (contact[key] >= 0)
+                for k in range(2)
             )
-            next_only |= (contact[key] >= 0) & (contact["impulse"] != 0) & ~now & later
-            now_only |= (contact[key] >= 0) & now & ~later
+            changes.append((ball, now))
+            next_only |= ~now & later
+        earlier = {
+            (one, ball)
+            for key in ("first", "second")
+            for one, ball in zip(step_of[~at_end].tolist(), contacts[key][~at_end].tolist(), strict=True)
+        }
         found = step_of.copy()
-        found[at_end] += next_only & ~now_only
+        for at in np.flatnonzero(next_only).tolist():
+            found[numbers[at]] += all(not now[at] or (step[at], ball[at]) in earlier for ball, now in changes)
         return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:

@@ -175,7 +175,8 @@ class Measurement:
 
         pulled: (rows,), the ball that the mouse pulled in the step that led to each, or -1.
         """
-        self._contacts.append(self.runner.engine.contacts())
+        contacts = self.runner.engine.contacts()
+        self._contacts.append(contacts[np.argsort(contacts["time"], kind="stable")])
         position, velocity = self.states.rows(slice(rows))
         self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
         steps = self._entered + np.flatnonzero(pulled >= 0)
