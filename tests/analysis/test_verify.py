@@ -11,6 +11,7 @@ from conftest import Command, scene_of
 import sandbox.engines
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.expectations import Quantity, Score
+from sandbox.analysis.verdict import key_figures
 from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
@@ -188,8 +189,10 @@ def test_a_time_between_two_steps_with_a_contact_between_them_is_skipped_and_sai
         "ball 0 at 1.02 s: skipped, since 1.02 s is between two steps, and ball 0 touches something between them"
     ]
     assert result.as_json()["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
-    figures = compare(bouncing_at(1.02, 7), ["exact"]).runs["exact"].figures
+    comparison = compare(bouncing_at(1.02, 7), ["exact"])
+    figures = comparison.runs["exact"].figures
     assert (figures.met, figures.expected, figures.skipped) == (1, 1, 1)
+    assert ["expectations met", "1 of 1, 1 skipped"] in list(key_figures(comparison))
 
 
 def test_a_contact_in_another_step_than_the_time_does_not_matter() -> None:
