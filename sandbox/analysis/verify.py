@@ -14,7 +14,7 @@ from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import check_name
 from sandbox.errors import Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
-from sandbox.scene.model import Scene
+from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import State, States
 from sandbox.text import printable
@@ -110,6 +110,10 @@ def _checked(scene: Scene) -> Scene:
     Raises SandboxError if that is too late for any run, or if the balls do not fit.
     """
     spawn(scene)
+    for number, expect in enumerate(scene.expect):
+        if expect.at * scene.rate > MAX_STEPS:
+            most = f"{MAX_STEPS / scene.rate:g} at this rate"
+            raise SandboxError(scene.at_key(("expect", number, "at"), f"must be at most {most}, got {expect.at:g}"))
     last = max(steps_around(expect.at, scene.rate)[1] for expect in scene.expect)
     return scene.changed(seconds=max(1, last) / scene.rate)
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from rich.cells import cell_len
+from rich.padding import Padding
 from rich.table import Table
 
 from sandbox.analysis.advice import Trial, advice_rows, recommend
@@ -97,17 +98,22 @@ def print_advice(trials: Sequence[Trial]) -> None:
     """Print the results of other settings of Pymunk, if some were tried."""
     if not trials:
         return
-    table = Table(box=None, pad_edge=False)
-    for label, *values in advice_rows(trials):
-        if not table.columns:
-            table.add_column(label, overflow="fold")
-            for column in values:
-                table.add_column(column, justify="right", overflow="fold")
-        else:
-            table.add_row(label.replace(", ", ",\n"), *values)
     terminal = console()
     terminal.print()
-    terminal.print(table)
+    labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
+    widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
+    if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
+        table = Table(box=None, pad_edge=False)
+        for number, label in enumerate(labels):
+            table.add_column(label, justify="right" if number else "left")
+        for row in rows:
+            table.add_row(*row)
+        terminal.print(table)
+    else:
+        for settings, *values in rows:
+            terminal.print(f"{labels[0]} {' '.join(settings.split())}:")
+            pairs = (f"{label} {value}" for label, value in zip(labels[1:], values, strict=True))
+            terminal.print(Padding("; ".join(pairs), (0, 0, 0, 2)))
     terminal.print(f"\n{recommend(trials)}")
 
 

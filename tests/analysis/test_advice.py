@@ -11,6 +11,7 @@ from conftest import scene_of
 from sandbox.analysis.advice import Trial, advice_rows, advised, as_json, at_rate, recommend, try_settings
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import best_reference
+from sandbox.cli.tables import print_advice
 from sandbox.errors import SandboxError
 from sandbox.report.comparison import page
 from sandbox.run.edits import SetRate
@@ -299,3 +300,29 @@ def test_the_report_has_the_advice() -> None:
     assert "<p>substeps = 4: the paths agree until 3.00 s instead of until 1.00 s.</p>" in text
     assert '<tr><th scope="row">substeps = 4</th><td>until 3.00 s</td>' in text
     assert 'id="advice"' not in page(comparison)
+
+
+def test_the_table_fits_the_terminal_or_becomes_lines(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    trials = [trial({}), trial({"substeps": 4, "iterations": 200}, passages=1)]
+    monkeypatch.setenv("COLUMNS", "80")
+    print_advice(trials)
+    wide = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert wide[1:5] == [
+        "pymunk with       passages   paths agree  RMS gap  energy error",
+        "no change                0  until 1.00 s    50 px      1.00e-03",
+        "substeps = 4,            1  until 1.00 s    50 px      1.00e-03",
+        "iterations = 200",
+    ]
+    monkeypatch.setenv("COLUMNS", "50")
+    print_advice(trials)
+    narrow = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
+    assert narrow[1:7] == [
+        "pymunk with no change:",
+        "  passages 0; paths agree until 1.00 s; RMS gap 50",
+        "  px; energy error 1.00e-03",
+        "pymunk with substeps = 4, iterations = 200:",
+        "  passages 1; paths agree until 1.00 s; RMS gap 50",
+        "  px; energy error 1.00e-03",
+    ]

@@ -11,6 +11,7 @@ from conftest import Command, scene_of
 import sandbox.engines
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.expectations import Quantity, Score
+from sandbox.analysis.verdict import key_figures
 from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
@@ -188,8 +189,10 @@ def test_a_time_between_two_steps_with_a_contact_between_them_is_skipped_and_sai
         "ball 0 at 1.02 s: skipped, since 1.02 s is between two steps, and ball 0 touches something between them"
     ]
     assert result.as_json()["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
-    figures = compare(bouncing_at(1.02, 7), ["exact"]).runs["exact"].figures
+    comparison = compare(bouncing_at(1.02, 7), ["exact"])
+    figures = comparison.runs["exact"].figures
     assert (figures.met, figures.expected, figures.skipped) == (1, 1, 1)
+    assert ["expectations met", "1 of 1, 1 skipped"] in list(key_figures(comparison))
 
 
 def test_a_contact_in_another_step_than_the_time_does_not_matter() -> None:
@@ -299,6 +302,16 @@ def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pyte
 def test_an_unknown_engine_is_an_error_of_the_user() -> None:
     with pytest.raises(SandboxError, match=r"^no engine 'exat'; did you mean exact\?$"):
         verify([load("oblique")], ["pymunk", "exat"])
+
+
+def test_an_expectation_too_late_for_any_run_is_an_error_of_the_scene() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [200, 300]\n[[expect]]\nat = 1e7\nenergy_ratio = 1\ntolerance = 1\nbecause = 'x'"
+    )
+    with pytest.raises(
+        SandboxError, match=r"^test.toml:8: expect\[0\].at must be at most 166667 at this rate, got 1e\+07$"
+    ):
+        verify([scene], ["exact"])
 
 
 # What the command prints
