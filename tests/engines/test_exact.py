@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import deepest_overlap, kinetic_energy, momentum, segment_distance
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats, State
+from sandbox.state import Contacts, Floats, State, States
 
 EXACT = 1e-9
 
@@ -300,6 +301,20 @@ def test_heap_comes_to_rest_at_bounded_cost() -> None:
     assert kinetic_energy(state.velocity, scene.bodies.mass) < 1e4
     assert deepest_overlap(state.position, scene.bodies.radius)[0] < EXACT
     assert before.position.shape == state.position.shape
+
+
+def test_half_the_hop_time_leaves_a_quarter_of_the_height_to_discs_that_lean() -> None:
+    """A hop of t seconds is at most g t² / 8 high."""
+
+    def height(hop_time: float) -> float:
+        scene = box_of(ball([400, 590]), ball([400, 570], elasticity=0.5), head="gravity = [0, 900]\nrate = 100_000")
+        engine = ExactEngine(scene, spawn(scene), hop_time)
+        states = States.empty(2000, 2)
+        engine.advance(2000, *states)
+        return 570 - float(states.position[1000:, 1, 1].min())
+
+    assert 0 < height(HOP_TIME) <= 900 * HOP_TIME**2 / 8
+    assert height(HOP_TIME / 2) == pytest.approx(height(HOP_TIME) / 4, rel=0.01)
 
 
 # Rounding, overlaps, inelastic collapse

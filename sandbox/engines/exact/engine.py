@@ -10,7 +10,9 @@ from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
+from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, aligned
+from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
 from sandbox.errors import Refused, SandboxError
@@ -19,21 +21,25 @@ from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
-LOG_ROWS: Final = 64  # of a new engine's log, besides one for each ball
+LOG_ROWS: Final = 64  # of a new engine's log, besides MAX_SUPPORTS for each ball
+ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 
 
 class ExactEngine:
-    """Hard discs, event by event. `collisions` counts the contacts between balls."""
+    """Hard discs, event by event. `collisions` counts the contacts between balls.
 
-    def __init__(self, scene: Scene, initial: State) -> None:
+    hop_time: s, for which discs that lean on each other are apart; where a result depends on it, it is not exact.
+    """
+
+    def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
         self.check(scene)
         self._rate = scene.rate
         self._steps = 0
-        self._world = _world(scene, initial)
+        self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         shape = (1, len(scene.bodies), 2)
         self._row = np.empty(shape), np.empty(shape)  # for `step`
-        self._log = np.empty(LOG_ROWS + len(scene.bodies), CONTACT)  # filled by `run`
+        self._log = _log(LOG_ROWS + MAX_SUPPORTS * len(scene.bodies))
         self._contacts = ContactLog()
         self.collisions = 0
         start(self._world)
@@ -55,21 +61,22 @@ class ExactEngine:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s. Raises SandboxError as `step` does."""
         done, recording = 0, self._contacts.recording
         while done < steps:
-            rows = position[done:], velocity[done:]
-            more, count, collisions = run(self._world, self._steps, self._rate, *rows, self._log, recording)
+            rows, log = (position[done:], velocity[done:]), self._log._replace(collects=recording)
+            more, collisions = run(self._world, self._steps, self._rate, *rows, log)
             done += more
             self._steps += more
             self.collisions += collisions
+            count = int(log.filled[0])
             if count:
-                self._contacts.add(self._log[:count].copy())
+                self._contacts.add(log.row[:count].copy())
             if self._contacts.count > MAX_LOGGED_CONTACTS:
                 time = (self._steps + (done < steps)) / self._rate
                 raise SandboxError(
                     f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; a shorter run "
                     "has fewer, and so have slower balls, or balls of more similar masses"
                 )
-            if len(self._log) - count < len(self._disc_of_ball):
-                self._log = np.empty(2 * len(self._log), CONTACT)
+            if len(log.row) - count < MAX_SUPPORTS * len(self._disc_of_ball):
+                self._log = _log(2 * len(log.row))
 
     @property
     def _now(self) -> float:
@@ -91,7 +98,12 @@ class ExactEngine:
         kick(self._world, self._disc_of_ball[ball], self._now, float(dv[0]), float(dv[1]))
 
 
-def _world(scene: Scene, initial: State) -> World:
+def _log(rows: int) -> Log:
+    """Return an empty log, for `run` to fill."""
+    return Log(np.empty(rows, CONTACT), np.zeros(1, np.int64), collects=False)
+
+
+def _world(scene: Scene, initial: State, hop_time: float) -> World:
     bodies, n = scene.bodies, len(scene.bodies)
     piece = pieces_of(scene)
     grid = empty_grid(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
@@ -104,10 +116,12 @@ def _world(scene: Scene, initial: State) -> World:
     event["cell"], event["ball"], event["carrier"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
-    body["last_disc_contact"] = -np.inf
+    body["last_disc_contact"] = body["last_support"] = body["held_until"] = -np.inf
+    body["corner"] = NONE
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * HOP_TIME / 2
-    return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), hop_speed)
+    queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * hop_time / 2
+    min_pull = ROUNDING * math.hypot(*gravity)
+    return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), min_pull, hop_time, hop_speed)
 
 
 def _has_friction(scene: Scene) -> bool:

@@ -3,20 +3,22 @@
 `run` processes the earliest event, predicts the next one of each disc concerned, and so on until the time is up.
 """
 
-import math
 from typing import Final
 
 import numpy as np
 
-from sandbox.compiled import Record, entry, kernel, prefetch
+from sandbox.compiled import entry, kernel, prefetch
 from sandbox.engines.exact.contact import bounce, collide
 from sandbox.engines.exact.event_queue import runner_up, schedule
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
+from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.prediction import predict, predict_crossing, predict_discs, predict_walls
+from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
 from sandbox.engines.exact.world import World, motion, move_to_now, release
-from sandbox.state import Contacts, Floats
+from sandbox.state import Floats
 
 MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `run`: about a second's, so that Ctrl-C can end an endless step
+MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
 
 
 @kernel
@@ -60,22 +62,14 @@ def _prefetch_contact(world: World, i: int) -> None:
 
 
 @kernel
-def _write_row(row: Record, time: float, first: int, second: int, contact: tuple[float, float, float, float]) -> None:
-    row.time, row.first, row.second = time, first, second
-    row.normal[0], row.normal[1], row.impulse, row.depth = contact
+def _process_events(world: World, since: float, until: float, log: Log, max_events: int) -> tuple[int, int]:
+    """Process events from a time to a time (s), or until the log is full, or up to a number of events.
 
-
-@kernel
-def _process_events(
-    world: World, until: float, log: Contacts, count: int, max_events: int, collect: bool
-) -> tuple[int, int, int]:
-    """Process events up to a time (s), or until the log is full, or up to a number of events.
-
-    Returns the number of rows filled in the log, of contacts between discs, and of events left.
+    Returns the number of contacts between discs, and of events left.
     """
     disc, event, root = world.disc, world.event, world.queue.node[0]
     collisions = 0
-    while root.time <= until and count < len(log) and max_events > 0:
+    while root.time <= until and len(log.row) - log.filled[0] >= MAX_ROWS_PER_EVENT and max_events > 0:
         now, i = root.time, np.int64(root.disc)
         max_events -= 1
         _prefetch_event(world, runner_up(world.queue))
@@ -83,43 +77,19 @@ def _process_events(
         if event[i].crossing < disc[i].hit:
             _leave_cell(world, i, now)
         elif partner < 0:
-            contact = bounce(world, i, ~partner, now)
+            bounce(world, i, ~partner, since, now, log)
             predict(world, i, now)
-            if collect and contact[2] > 0:
-                _write_row(log[count], now, np.int64(event[i].ball), ~world.piece[~partner].wall, contact)
-                count += 1
         elif disc[partner].serial != event[i].partner_serial:
             predict(world, i, now)
         else:
             _prefetch_contact(world, i)
             _prefetch_contact(world, partner)
             i, j = (i, partner) if event[i].ball < event[partner].ball else (partner, i)
-            contact = collide(world, i, j, now)
+            collide(world, i, j, since, now, log)
             predict(world, i, now)
             predict(world, j, now)
             collisions += 1
-            if collect:
-                _write_row(log[count], now, np.int64(event[i].ball), np.int64(event[j].ball), contact)
-                count += 1
-    return count, collisions, max_events
-
-
-@kernel
-def _log_resting_contacts(world: World, now: float, dt: float, log: Contacts, count: int) -> int:
-    """Log a contact for each disc that a wall carries, with its impulse in this step since its last contact.
-
-    dt: s, of a step. Returns the number of rows filled.
-    """
-    for i in range(len(world.disc)):
-        event, body = world.event[i], world.body[i]
-        x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
-        pull = math.hypot(x, y)
-        if event.carrier >= 0 and pull > 0:
-            impulse = body.mass * pull * min(dt, now - body.last_contact)
-            contact = (x / pull, y / pull, impulse, 0.0)
-            _write_row(log[count], now, np.int64(event.ball), ~world.piece[event.carrier].wall, contact)
-            count += 1
-    return count
+    return collisions, max_events
 
 
 @kernel
@@ -131,26 +101,25 @@ def _write_state(world: World, now: float, position: Floats, velocity: Floats) -
 
 
 @entry
-def run(
-    world: World, steps_before: int, rate: int, position: Floats, velocity: Floats, log: Contacts, collect: bool
-) -> tuple[int, int, int]:
+def run(world: World, steps_before: int, rate: int, position: Floats, velocity: Floats, log: Log) -> tuple[int, int]:
     """Process the events of some steps, and write the state after each: (steps, n, 2) px, px/s, in scene order.
 
-    Stops early if the log is full, or after MAX_EVENTS_PER_CALL; the next call continues from there. log: (capacity,)
-    CONTACT, with more rows than discs, which gets a row per contact if `collect`. Returns the number of steps
-    completed, of rows filled, and of contacts between discs.
+    Stops early if the log is full, or after MAX_EVENTS_PER_CALL; the next call continues from there. log: with more
+    than MAX_SUPPORTS rows per disc. Returns the number of steps completed, and of contacts between discs.
     """
-    count, collisions, events_left = 0, 0, MAX_EVENTS_PER_CALL
+    log.filled[0] = 0
+    collisions, events_left = 0, MAX_EVENTS_PER_CALL
     for step in range(len(position)):
-        now = (steps_before + step + 1) / rate
-        count, more, events_left = _process_events(world, now, log, count, events_left, collect)
+        since, now = (steps_before + step) / rate, (steps_before + step + 1) / rate
+        more, events_left = _process_events(world, since, now, log, events_left)
         collisions += more
-        if world.queue.node[0].time <= now or len(log) - count < len(world.disc):
-            return step, count, collisions
-        if collect and world.has_gravity:
-            count = _log_resting_contacts(world, now, 1 / rate, log, count)
+        if world.queue.node[0].time <= now or len(log.row) - log.filled[0] < MAX_SUPPORTS * len(world.disc):
+            return step, collisions
+        if world.has_gravity and log.collects:
+            for i in range(len(world.disc)):
+                report_support(world, i, since, now, log)
         _write_state(world, now, position[step], velocity[step])
-    return len(position), count, collisions
+    return len(position), collisions
 
 
 @entry

@@ -17,7 +17,8 @@ class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is
-    not 0; hop_speed: px/s, at which discs that lean on each other part.
+    not 0; min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are
+    apart; hop_speed: px/s, at which they part.
     """
 
     disc: NDArray[np.void]
@@ -28,6 +29,8 @@ class World(NamedTuple):
     queue: EventQueue
     gravity: tuple[float, float]
     has_gravity: bool
+    min_pull: float
+    hop_time: float
     hop_speed: float
 
 
@@ -64,6 +67,9 @@ def move_to_now(world: World, i: int, now: float) -> None:
 @kernel
 def release(world: World, i: int) -> None:
     """Let disc i fly freely, whatever carried or held it, and invalidate what was predicted with it."""
-    world.event[i].carrier = NONE
-    world.body[i].ax, world.body[i].ay = world.gravity
+    event, body = world.event[i], world.body[i]
+    if event.carrier != NONE:
+        body.last_support = world.disc[i].t
+    event.carrier, body.corner = NONE, NONE
+    body.ax, body.ay = world.gravity
     world.disc[i].serial += 1

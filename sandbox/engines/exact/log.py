@@ -1,0 +1,27 @@
+"""The log of contacts that the event loop fills."""
+
+from typing import NamedTuple
+
+from sandbox.compiled import kernel
+from sandbox.state import Contacts, Integers
+
+
+class Log(NamedTuple):
+    """Contacts in the order in which they are resolved.
+
+    row: (capacity,) CONTACT; filled: (1,), the number of rows so far; collects: whether contacts are recorded at all.
+    """
+
+    row: Contacts
+    filled: Integers
+    collects: bool
+
+
+@kernel
+def write(log: Log, time: float, first: int, second: int, nx: float, ny: float, impulse: float, depth: float) -> None:
+    """Add a contact, whose fields are those of CONTACT, if contacts are recorded."""
+    if log.collects:
+        row = log.row[log.filled[0]]
+        row.time, row.first, row.second = time, first, second
+        row.normal[0], row.normal[1], row.impulse, row.depth = nx, ny, impulse, depth
+        log.filled[0] += 1
