@@ -19,7 +19,8 @@ from typing import Final, NamedTuple
 DIGITS: Final = 50
 TINY: Final = Decimal("1e-34")  # px and s: far above rounding, far below all else
 ROOT_ERROR: Final = Decimal("1e-44")  # s
-MIN_BOUNCE: Final = Decimal("2e-4")  # s
+MIN_BOUNCE: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; a shorter one is rest
+MIN_BOUNCE_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
 MAX_STREAK: Final = 40  # contacts of a disc, each within STREAK_TIME of the last
 STREAK_TIME: Final = Decimal("1e-6")  # s
 ZERO: Final = Decimal(0)
@@ -59,7 +60,7 @@ class Wall:
 class Contact(NamedTuple):
     """A contact. second: a disc, or ~number of a wall; at: centre of the first, px; impulse: kg px/s.
 
-    lighter: kg, of the lighter disc; lasts: s, until gravity brings the disc back to the wall.
+    lighter: kg, of the lighter disc; rests: gravity brings the disc back to the wall at once.
     """
 
     time: Decimal
@@ -68,7 +69,7 @@ class Contact(NamedTuple):
     at: tuple[Decimal, Decimal]
     impulse: Decimal
     lighter: Decimal
-    lasts: Decimal
+    rests: bool
 
 
 class Meeting(NamedTuple):
@@ -272,24 +273,29 @@ def strike(table: Table, meeting: Meeting) -> Contact:
         x, y, e = b.x - a.x, b.y - a.y, a.elasticity * b.elasticity
         closing = (a.vx - b.vx) * x + (a.vy - b.vy) * y  # times the distance, as is the impulse until the end
         impulse = (1 + e) * closing / (1 / a.mass + 1 / b.mass)
-        norm2, lighter, lasts = x * x + y * y, min(a.mass, b.mass), NEVER
+        norm2, lighter, rests = x * x + y * y, min(a.mass, b.mass), False
         b.vx += impulse / b.mass * x / norm2
         b.vy += impulse / b.mass * y / norm2
     else:
-        x, y, e = at[0] - a.x, at[1] - a.y, a.elasticity * table.walls[~meeting.second].elasticity
-        closing, pull = a.vx * x + a.vy * y, table.gravity[0] * x + table.gravity[1] * y
+        (gx, gy), wall = table.gravity, table.walls[~meeting.second]
+        x, y, e = at[0] - a.x, at[1] - a.y, a.elasticity * wall.elasticity
+        closing, pull = a.vx * x + a.vy * y, gx * x + gy * y
         impulse = (1 + e) * closing * a.mass
-        norm2, lighter, lasts = x * x + y * y, a.mass, 2 * e * closing / pull if pull > 0 else NEVER
+        norm2, lighter = x * x + y * y, a.mass
+        shortest = MIN_BOUNCE * pull
+        if at in ((wall.x0, wall.y0), (wall.x1, wall.y1)):
+            shortest = MIN_BOUNCE_ON_END * ((gx * gx + gy * gy) * norm2).sqrt()
+        rests = pull > 0 and 2 * e * closing < shortest
     a.vx -= impulse / a.mass * x / norm2
     a.vy -= impulse / a.mass * y / norm2
-    return Contact(table.time, meeting.first, meeting.second, (a.x, a.y), impulse / norm2.sqrt(), lighter, lasts)
+    return Contact(table.time, meeting.first, meeting.second, (a.x, a.y), impulse / norm2.sqrt(), lighter, rests)
 
 
 def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
     """Play up to the last of some times.
 
-    Ends before it at a number of contacts, and where infinitely many seem to follow: at "rest", a bounce that gravity
-    ends in less than MIN_BOUNCE; and at a "collapse", a disc's streak of MAX_STREAK contacts. That contact is left out.
+    Ends before it at a number of contacts, and where infinitely many seem to follow: where a disc comes to rest on a
+    wall, and at a collapse, a disc's streak of MAX_STREAK contacts. That contact is left out.
     """
     table = start.copy()
     snapshots: list[Table] = []
@@ -312,7 +318,7 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
             for disc in (contact.first, contact.second)[: 1 + (contact.second >= 0)]:
                 streak[disc] = streak[disc] + 1 if contact.time - last[disc] < STREAK_TIME else 0
                 last[disc] = contact.time
-            ended = "rest" if contact.lasts < MIN_BOUNCE else "collapse" if max(streak) > MAX_STREAK else ""
+            ended = "rest" if contact.rests else "collapse" if max(streak) > MAX_STREAK else ""
             if ended:
                 return Run(tuple(snapshots), tuple(contacts), contact.time, ended)
             contacts.append(contact)

@@ -228,8 +228,9 @@ def errors_of_contacts(runs: Sequence[Run], found: Contacts, until: Decimal) -> 
         yield Error(float(off) / (ALLOWED * late), time, f"time of contact {pair}")
         off = abs(Decimal(float(other["impulse"])) - contact.impulse) / contact.lighter
         yield Error(float(off) / (ALLOWED * wrong), time, f"impulse of contact {pair}")
+    later = {(contact.first, contact.second) for contact in runs[0].contacts if contact.time >= until}
     for pair, rest in pending.items():
-        if rest and Decimal(float(rest[0]["time"])) < until - AMBIGUOUS:
+        if rest and pair not in later and Decimal(float(rest[0]["time"])) < until - AMBIGUOUS:
             yield Error(math.inf, float(rest[0]["time"]), f"a contact of {pair} too many")
 
 
@@ -244,7 +245,7 @@ def by_exact(numbers: Numbers, steps: int) -> tuple[Floats, Floats, Contacts]:
     return position, velocity, engine.contacts()
 
 
-@pytest.mark.parametrize("count", sizes(12, slow=900))
+@pytest.mark.parametrize("count", sizes(24, slow=900))
 def test_exact_agrees_with_an_independent_program_in_50_digits(count: int) -> None:
     """The comparison of a scene ends with it, or at the horizon; or before contacts without end."""
     verdicts = {seed: compare(draw(seed)) for seed in range(count)}
