@@ -52,7 +52,7 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     pull = body.ax * nx + body.ay * ny
     body.ax -= pull * nx
     body.ay -= pull * ny
-    event.carrier = p
+    event.carrier, body.corner = p, NONE
     if before == NONE:
         return
     mx, my, _ = normal_to(disc, world.piece[before])
