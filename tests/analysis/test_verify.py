@@ -5,12 +5,13 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from conftest import Command, scene_of
 
 import sandbox.engines
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.expectations import Quantity, Score
+from sandbox.analysis.expectations import Quantity, Score, score
 from sandbox.analysis.verdict import key_figures
 from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.engines.exact import ExactEngine
@@ -167,6 +168,18 @@ def test_between_two_steps_a_state_is_flown_to_the_time(rate: int) -> None:
     assert score_of(scene).passed
     figures = compare(scene, ["exact"]).runs["exact"].figures
     assert (figures.met, figures.expected, figures.skipped) == (1, 1, 0)
+
+
+def test_it_is_the_nearer_step_that_is_flown() -> None:
+    """An engine that loses a little in flight is further off after a longer flight."""
+    scene = FALLING.changed(rate=10, gravity=(0.0, 0.0))  # 0.51 s is near the step at 0.5 s
+    expect = scene.expect[0].model_copy(update={"energy_ratio": None})
+    near, far = (State(time, np.full((1, 2), x), np.zeros((1, 2))) for time, x in ((0.5, 7.0), (0.6, 9.0)))
+    [position, *_] = score(scene, expect, near, near, far).deviations
+    assert position.found == (7.0, 7.0)
+    later = expect.model_copy(update={"at": 0.59})
+    [position, *_] = score(scene, later, near, near, far).deviations
+    assert position.found == (9.0, 9.0)
 
 
 def bouncing_at(at: float, rate: int) -> Scene:
