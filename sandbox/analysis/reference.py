@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.ledger import steps_containing
-from sandbox.analysis.ties import find_tie
+from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import TUNED, Engine, can_run, settings_in
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
@@ -17,14 +17,14 @@ from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
+from sandbox.state import Bools, Contacts, Floats, State, States
 
 REFERENCE: Final = "exact"
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
 FINER_SUBSTEPS: Final = 16  # times the scene's, of Pymunk as the reference where `exact` cannot run
 MANY_ITERATIONS: Final = 200  # of its solver
-PARTED: Final = 1e-9  # of a radius or a speed, by which the renumbered twin is elsewhere, not only rounded otherwise
+PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, and not only rounded otherwise
 RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
 
 
@@ -92,7 +92,8 @@ class Twins:
       difference grows by a factor at every contact. Once a ball of any of them is a radius from where the original has
       it, no solver that rounds can be right about paths.
     - Undecided. The renumbered twin has its balls in reverse order, and agrees to the bit until contacts that share a
-      ball are simultaneous. If the velocities after them then depend on the order, no law says which is right.
+      ball are simultaneous. If the velocities after them then depend on the order, no law says which is right. In an
+      event-driven engine, rounding may order such contacts too; there the shifted twins are searched as well.
     - Unresolved. Under gravity, the finer twin of `exact` has half the hop of discs that lean on each other. Once a
       ball of it is a radius away, the treatment of heaps matters.
 
@@ -101,21 +102,17 @@ class Twins:
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
-        self._hidden, self._radius, self._rate = lockstep.hidden, scene.bodies.radius, scene.rate
+        self._hidden, self._radius = lockstep.hidden, scene.bodies.radius
         self._shifted = [lockstep.new_runner(engine, _shifted(state, seed)) for seed in range(SHIFTED_TWINS)]
-        self._renumbered = [lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))]
-        under_gravity = engine == REFERENCE and any(scene.gravity)
-        self._finer = [lockstep.new_runner(engine, state, _finer)] if under_gravity else []
-        shortest = HOP_TIME if engine == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
-        self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
-        self._together = lockstep.engines[engine].together
+        renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))
+        by_event = engine == REFERENCE
+        self._searches = [_TieSearch(renumbered, scene, is_shifted=False)]
+        if by_event:
+            self._searches += [_TieSearch(one, scene, is_shifted=True) for one in self._shifted]
+        self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._horizon: float | None = None
         self._unresolved: float | None = None
-        self._parted: int | None = None  # the step in which the renumbered twin parts from the original
-        self._contacts = no_contacts()  # of the renumbered twin in that step
-        for runner in self._renumbered:
-            runner.engine.contacts()  # starts recording
-        self._hidden[:] = [*self._shifted, *self._renumbered, *self._finer]
+        self._hidden[:] = [*self._shifted, renumbered, *self._finer]
 
     @property
     def runners(self) -> list[Runner]:
@@ -127,19 +124,21 @@ class Twins:
         if not self._hidden:
             return
         row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
-        ends = row < len(time)
         rows = slice(row + 1)  # what comes after the horizon does not count
-        if self._renumbered:
-            self._compare_renumbered(original.rows(rows), twins[self._renumbered[0]].rows(rows), time[rows])
+        for search in self._searches:
+            if search.runner in self._hidden:
+                search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
         if self._finer:
             found = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
             if found < len(time[rows]):
                 self._unresolved = float(time[found])
                 self._finer = []
-        if ends:
+        if row < len(time):
             self._horizon = float(time[row])
-            self._shifted, self._renumbered, self._finer = [], [], []
-        self._hidden[:] = [*self._shifted, *self._renumbered, *self._finer]
+            self._hidden.clear()
+            return
+        searching = [one.runner for one in self._searches if one.parted is None and one.runner not in self._shifted]
+        self._hidden[:] = [*self._shifted, *searching, *self._finer]
 
     def update(self, original: State, contacts: Contacts, time: float) -> Trust:
         """Compare as `compare` does after each step. contacts: of the original in this step; time: s, at its end."""
@@ -149,27 +148,13 @@ class Twins:
             self.compare(States(original.position[None], original.velocity[None]), rows, np.array([time]))
         return self.trust(contacts)
 
-    def _compare_renumbered(self, original: States, twin: States, time: Floats) -> None:
-        contacts = self._renumbered[0].engine.contacts()
-        row = _first(self._is_different(original, twin))
-        if row < len(time):
-            self._parted = round(time[row] * self._rate)
-            self._contacts = self._in_step_of_parting(contacts)
-            self._renumbered = []
-
-    def _in_step_of_parting(self, contacts: Contacts) -> Contacts:
-        """Return the contacts in the step in which the renumbered twin parts, without those of bodies at rest."""
-        step = steps_containing(contacts["time"], self._rate)
-        found: Contacts = contacts[(step == self._parted) & (contacts["impulse"] > self._resting)]
-        return found
-
     def trust(self, contacts: Contacts) -> Trust:
         """Return what is found so far. contacts: of the original, at least those of the last step."""
-        if self._parted is None:
+        ties = [tie for search in self._searches if (tie := search.tie(contacts))]
+        if not ties:
             return Trust(self._horizon, None, self._unresolved)
-        tie = find_tie(self._in_step_of_parting(contacts), self._contacts, together=self._together)
-        undecided = (tie.time, (tie.first, tie.second)) if tie else (None, None)
-        return Trust(self._horizon, undecided[0], self._unresolved, undecided[1])
+        time, *tied = min(ties)
+        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1]))
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""
@@ -177,6 +162,47 @@ class Twins:
         if 2 * np.abs(offset).max(initial=0.0) < self._radius.min():  # saves the lengths of almost all offsets
             return np.zeros(len(offset), bool)
         return np.asarray((length(offset) > self._radius).any(axis=1))
+
+
+class _TieSearch:
+    """Searches for a tie where a twin parts from the original.
+
+    parted: the step after which the twin first differs by more than rounding; None while that is to come.
+    """
+
+    def __init__(self, runner: Runner, scene: Scene, *, is_shifted: bool) -> None:
+        self.runner = runner
+        self._is_shifted = is_shifted
+        self.parted: int | None = None
+        self._radius, self._rate = scene.bodies.radius, scene.rate
+        shortest = HOP_TIME if runner.name == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
+        self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
+        self._contacts = runner.engine.contacts()  # of the twin in that step; starts recording
+
+    def compare(self, original: States, twin: States, time: Floats) -> None:
+        """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
+        contacts = self.runner.engine.contacts()
+        if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
+            self.parted = round(time[row] * self._rate)
+            self._contacts = self._hits(contacts)
+
+    def tie(self, contacts: Contacts) -> Tie | None:
+        """Return the tie at which the twin parts, if that is the reason. contacts: of the original."""
+        if self.parted is None:
+            return None
+        tie = find_tie(self._hits(contacts), self._contacts, together=self.runner.together)
+        return tie if tie and not self._may_be_cut(tie.time) else None
+
+    def _may_be_cut(self, time: float) -> bool:
+        """Return whether rounding may have put one of the contacts of a time (s) into the step before or after."""
+        steps = time * self._rate
+        return self._is_shifted and abs(steps - round(steps)) <= 2 * SIMULTANEOUS * self._rate
+
+    def _hits(self, contacts: Contacts) -> Contacts:
+        """Return the contacts in the step in which the twin parts, without those of bodies at rest."""
+        step = steps_containing(contacts["time"], self._rate)
+        found: Contacts = contacts[(step == self.parted) & (contacts["impulse"] > self._resting)]
+        return found
 
     def _is_different(self, original: States, twin: States) -> Bools:
         """Return whether a ball's place or velocity differs by more than rounding, (steps,)."""

@@ -11,6 +11,7 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
 from sandbox.analysis.gas import TheoryRow
+from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE, converged, described
 from sandbox.engines import TUNED, can_run
@@ -19,6 +20,7 @@ from sandbox.scene.spawn import spawn
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what the scene and the mouse ask for
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
+MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may have in error before the verdict says so
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
@@ -228,18 +230,31 @@ def _tied(comparison: Comparison) -> str:
 
 
 def _errors_of_reference(comparison: Comparison) -> str:
-    """Say what the reference's own ledger has in error, most of it."""
+    """Say how much of the energy the reference's own ledger has in error."""
     run = comparison.runs[comparison.against]
-    start = float(run.energy[0])
-    entries = [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, Cause.ROUNDING)]
-    worst = max(entries, key=lambda entry: abs(entry.energy), default=None)
-    if not start or not worst or abs(worst.energy / start) <= NEGLIGIBLE_ENERGY:
+    start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
+    if not start or abs(error / start) <= MAX_OWN_ERROR:
         return ""
-    share = 100 * worst.energy / start
+    cause = _main_cause(run, error)
     return (
-        f"{_reference(comparison)} is not free of errors: its own ledger has {share:+.3g} % of the energy under "
-        f"“{worst.cause.label}”."
+        f"{_reference(comparison)} is not free of errors: its own ledger has {100 * error / start:+.2g} % of the "
+        f"energy in error{f', mostly through “{cause.label}”' if cause else ''}."
     )
+
+
+def _errors(run: Run) -> list[Entry]:
+    """Return the lines of an engine's ledger that are its errors."""
+    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, Cause.ROUNDING)]
+
+
+def _main_cause(run: Run, error: float) -> Cause | None:
+    """Return the cause of most of an error in energy (kg px²/s²), None if the ledger's lines do not come to it."""
+    alike = [entry for entry in _errors(run) if entry.energy * error > 0]
+    whole, same = sum(entry.energy for entry in _errors(run)), sum(abs(entry.energy) for entry in alike)
+    if not alike or abs(whole - error) > EXPLAINED * abs(error) or same > MAX_CANCELLED * abs(error):
+        return None
+    worst = max(alike, key=lambda entry: abs(entry.energy))
+    return worst.cause if abs(worst.energy) > same / 2 else None
 
 
 def _energy(comparison: Comparison) -> str:
@@ -303,15 +318,7 @@ def _elasticities(comparison: Comparison) -> set[float]:
 
 def _explained(run: Run) -> Cause | None:
     """Return the cause of most of an engine's energy error, None if its ledger does not explain the error."""
-    start = float(run.energy[0])
-    error = float(run.energy_gap[_step_of_energy_error(run)]) * start
-    entries = [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, Cause.ROUNDING)]
-    alike = [entry for entry in entries if entry.energy * error > 0]
-    whole, same = sum(entry.energy for entry in entries), sum(abs(entry.energy) for entry in alike)
-    if not alike or abs(whole - error) > EXPLAINED * abs(error) or same > MAX_CANCELLED * abs(error):
-        return None
-    worst = max(alike, key=lambda entry: abs(entry.energy))
-    return worst.cause if abs(worst.energy) > same / 2 else None
+    return _main_cause(run, float(run.energy_gap[_step_of_energy_error(run)] * run.energy[0]))
 
 
 # Balls that are where they should not be

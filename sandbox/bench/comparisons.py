@@ -4,13 +4,18 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Final
 
+import numpy as np
+
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.reference import REFERENCE, Twins
 from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
 from sandbox.bench.plain import plain_space
 from sandbox.engines import create
+from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.state import States
 from sandbox.sweep import Sweep, plan
 from sandbox.sweep.jobs import reference_job, run_job, run_shared
 from sandbox.sweep.workers import groups
@@ -21,20 +26,40 @@ SWEPT_SETTINGS: Final = {"substeps": (1, 2), "iterations": (5, 10, 20)}
 
 
 def comparison(rounds: int) -> Iterator[Figure]:
-    """Measure `compare`: alone, relative to its engines run alone, and to a plain Pymunk loop of as many steps."""
+    """Measure `compare`: alone, relative to its engines run alone, and to a plain Pymunk loop of as many steps.
+
+    The share of the twins is what the reference takes longer with them than without.
+    """
     gas = load("gas-1000")
     for scene in (load("article").changed(seconds=10.0), gas.changed(seconds=3.0, expect=()), gas):
         names = list(compare(scene.changed(seconds=0.1, expect=())).runs)
-        acts = partial(compare, scene), partial(run_each, scene, names), partial(run_plain, scene)
+        runs = partial(run_each, scene, names), partial(run_plain, scene)
+        twins = partial(run_twins, scene, with_twins=True), partial(run_twins, scene, with_twins=False)
+        acts = partial(compare, scene), *runs, *twins
         measured = alternately(
             rounds, *(partial(processor_time, act, repeats_in(act, SECONDS_PER_ROUND)) for act in acts)
         )
         name, means = f"{scene.name} {scene.seconds:g} s", f"{scene.name}, {scene.seconds:g} s: compare"
-        yield figure(f"compare {name}", means, [ours for ours, _, _ in measured], "s")
-        ratios = [ours / engines for ours, engines, _ in measured]
+        yield figure(f"compare {name}", means, [ours for ours, *_ in measured], "s")
+        ratios = [ours / engines for ours, engines, *_ in measured]
         yield figure(f"compare / engines {name}", f"{means} / its engines", ratios)
-        ratios = [ours / plain for ours, _, plain in measured]
+        ratios = [ours / plain for ours, _, plain, *_ in measured]
         yield figure(f"compare / plain {name}", f"{means} / plain Pymunk", ratios)
+        ratios = [(with_twins - without) / ours for ours, _, _, with_twins, without in measured]
+        yield figure(f"twins / compare {name}", f"{means}: share of the twins", ratios)
+
+
+def run_twins(scene: Scene, *, with_twins: bool) -> None:
+    """Run the reference for the length of the scene, with or without its twins."""
+    lockstep = Lockstep(scene, [REFERENCE])
+    twins = Twins(lockstep, REFERENCE) if with_twins else None
+    original, n = lockstep.engines[REFERENCE], len(scene.bodies)
+    states = {runner: States.empty(scene.steps, n) for runner in (original, *lockstep.hidden)}
+    while (done := lockstep.steps) < scene.steps:
+        count = lockstep.advance({runner: rows.rows(slice(done, None)) for runner, rows in states.items()})
+        if twins:
+            new = {runner: rows.rows(slice(done, done + count)) for runner, rows in states.items()}
+            twins.compare(new[original], new, np.arange(done + 1, done + count + 1) / scene.rate)
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:

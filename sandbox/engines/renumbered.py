@@ -19,6 +19,7 @@ class RenumberedEngine:
         # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
         reverse = scene.changed(balls=scene.balls[::-1], expect=())
         self._engine = create(name, reverse, State(initial.time, position, velocity))
+        self.together = getattr(self._engine, "together", False)
         self._last = len(position) - 1
 
     def step(self) -> None:

@@ -47,6 +47,33 @@ def test_marks_are_those_of_the_comparison(name: str, engines: list[str]) -> Non
     assert marks.horizon == comparison.horizon
 
 
+def test_a_tie_is_marked_as_in_the_comparison_and_no_engine_differs_after_it() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
+        "radius = 20\npositions = [[300, 279], [300, 321]]",
+        more="seconds = 2",
+    )
+    marks = run(Watched(scene, ["pymunk", "exact"]), 120).marks
+    comparison = compare(scene, ["pymunk", "exact"])
+    assert comparison.undecided is not None
+    assert marks.undecided == comparison.undecided
+    assert marks.horizon == comparison.horizon
+    assert marks.differences == {}
+
+
+def test_after_an_edit_the_reference_is_judged_from_there() -> None:
+    """The edit throws the first ball at two others, which it hits at once."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]", "radius = 20\npositions = [[300, 279], [300, 321]]", more="seconds = 2"
+    )
+    watched = run(Watched(scene, ["pymunk", "exact"]), 30)
+    watched.session.give(SetVelocity(step=30, ball=0, velocity=(200, 0)))
+    marks = run(watched, 90).marks
+    undecided = compare(scene, ["exact"], inputs=watched.session.given()).undecided
+    assert undecided is not None
+    assert marks.undecided == pytest.approx(0.5 + undecided)
+
+
 @pytest.mark.parametrize(
     ("name", "engines"), [("article", ["pymunk", "article", "exact"]), ("gas-100", ["impulse", "exact"])]
 )

@@ -204,6 +204,23 @@ def test_horizon_and_first_differences_are_marked_through_all_charts(scene: Scen
     assert not changed[column(charts, 9.5) :].any()  # pymunk's first difference is beyond the axis
 
 
+def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    labels = list[str]()
+
+    def note(text: str, *_: object) -> Surface:
+        labels.append(text)
+        return Surface((9, 9))
+
+    monkeypatch.setattr("sandbox.view.charts.lettering", note)
+    charts = run(scene, 2, lambda time: {"pymunk": 60.0})
+    charts.marks = Marks(horizon=8.0, undecided=5.0, unresolved=6.0)
+    surface = draw(charts)
+    plot = charts.plots(PLACE, TEXT)[0]
+    assert rows_of(surface, plot, column(charts, 5), Color("black"))
+    assert not rows_of(surface, plot, column(charts, 6), Color("black"))
+    assert [label for label in labels if label in {"horizon", "undecided", "unresolved"}] == ["undecided"]
+
+
 def test_charts_without_room_draw_nothing(scene: Scene) -> None:
     charts = run(scene, 1, lambda time: {"pymunk": 60.0})
     surface = Surface((100, 100))
