@@ -103,7 +103,7 @@ class Twins:
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
         self._hidden, self._radius = lockstep.hidden, scene.bodies.radius
-        self._shifted = [lockstep.new_runner(engine, _shifted(state, seed)) for seed in range(SHIFTED_TWINS)]
+        self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))
         by_event = engine == REFERENCE
         self._searches = [_TieSearch(renumbered, scene, is_shifted=False)]
@@ -217,11 +217,14 @@ def _first(found: Bools) -> int:
     return int(found.argmax()) if found.any() else len(found)
 
 
-def _shifted(state: State, seed: int) -> State:
-    """Return a state with every coordinate of every ball up to MAX_SHIFT units in the last place elsewhere."""
-    rng, position = np.random.default_rng(seed), state.position
+def _shifted(state: State, number: int) -> State:
+    """Return a state with every coordinate of every ball up to MAX_SHIFT units in the last place elsewhere.
+
+    Every other twin has the opposite shifts of the one before: of two simultaneous contacts, it has the other first.
+    """
+    rng, position, sign = np.random.default_rng(number // 2), state.position, (-1) ** number
     units = rng.integers(1, MAX_SHIFT + 1, position.shape) * rng.choice((-1, 1), position.shape)
-    return replace(state, position=position + units * np.spacing(position))
+    return replace(state, position=position + sign * units * np.spacing(position))
 
 
 def _finer(scene: Scene, initial: State) -> Engine:

@@ -230,10 +230,14 @@ def _tied(comparison: Comparison) -> str:
 
 
 def _errors_of_reference(comparison: Comparison) -> str:
-    """Say how much of the energy the reference's own ledger has in error."""
+    """Say how much of the energy the reference's own ledger has in error.
+
+    Lines larger than all of the energy cancel others, and prove nothing.
+    """
     run = comparison.runs[comparison.against]
     start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
-    if not start or abs(error / start) <= MAX_OWN_ERROR:
+    largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
+    if abs(error) <= MAX_OWN_ERROR * abs(start) or largest > abs(start):
         return ""
     cause = _main_cause(run, error)
     return (

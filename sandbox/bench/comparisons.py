@@ -46,7 +46,7 @@ def comparison(rounds: int) -> Iterator[Figure]:
         ratios = [ours / plain for ours, _, plain, *_ in measured]
         yield figure(f"compare / plain {name}", f"{means} / plain Pymunk", ratios)
         ratios = [(with_twins - without) / ours for ours, _, _, with_twins, without in measured]
-        yield figure(f"twins / compare {name}", f"{means}: share of the twins", ratios)
+        yield figure(f"twins / compare {name}", f"{means}: share of twins", ratios)
 
 
 def run_twins(scene: Scene, *, with_twins: bool) -> None:

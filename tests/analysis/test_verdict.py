@@ -196,6 +196,15 @@ def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_name
     ) in said
 
 
+def test_lines_that_cancel_each_other_prove_no_error_of_the_reference() -> None:
+    comparison = compare(load("head-on"), ["pymunk", "exact"])
+    exact = comparison.runs["exact"]
+    start = float(exact.energy[0])
+    lines = (Entry(Cause.ELASTICITY, 1, -9 * start, 0.0, 0.0), Entry(Cause.SMALL, 1, 9 * start, 0.0, 0.0))
+    runs = comparison.runs | {"exact": replace(exact, figures=replace(exact.figures, ledger=lines))}
+    assert "not free of errors" not in verdict(replace(comparison, runs=runs))
+
+
 def test_figures_of_energy_are_marked_too_if_the_scene_does_not_keep_it() -> None:
     comparison = compare(load("bouncing").changed(seconds=1.0), ["pymunk", "exact"])
     marked = [label for label, *_ in key_figures(replace(comparison, unresolved=0.5)) if label.endswith("*")]
