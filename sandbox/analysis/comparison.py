@@ -12,6 +12,7 @@ from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
 from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
+from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
@@ -265,7 +266,8 @@ class _Segment:
     ) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
-        self.expect = () if lockstep.steps else self.scene.expect
+        edited = any(isinstance(given, Edit) for given in lockstep.given)
+        self.expect = () if edited else self.scene.expect  # what was expected may not hold after an edit
         self.steps = steps
         state_bytes = 4 * 8 * len(self.scene.bodies)
         self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)

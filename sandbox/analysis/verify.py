@@ -20,10 +20,11 @@ from sandbox.state import State, States
 from sandbox.text import printable
 
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
+NOT_IN_XML: Final = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}  # printable text may have them
 
 
 class Outcome(Enum):
-    """What became of an engine in a scene; the values are words of the table and of JSON."""
+    """What became of an engine in a scene; the values are the words of the table."""
 
     MET = "ok"
     MISSED = "MISSED"
@@ -211,7 +212,7 @@ def as_junit(board: Board) -> str:
     root.append(suite)
     ElementTree.indent(root)
     xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
-    return xml.decode() + "\n"
+    return xml.decode().translate(NOT_IN_XML) + "\n"
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:

@@ -5,16 +5,18 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from conftest import Command, scene_of
 
 import sandbox.engines
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.expectations import Quantity, Score
+from sandbox.analysis.expectations import Quantity, Score, score
 from sandbox.analysis.verdict import key_figures
 from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
+from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -169,6 +171,18 @@ def test_between_two_steps_a_state_is_flown_to_the_time(rate: int) -> None:
     assert (figures.met, figures.expected, figures.skipped) == (1, 1, 0)
 
 
+def test_it_is_the_nearer_step_that_is_flown() -> None:
+    """An engine that loses a little in flight is further off after a longer flight."""
+    scene = FALLING.changed(rate=10, gravity=(0.0, 0.0))  # 0.51 s is near the step at 0.5 s
+    expect = scene.expect[0].model_copy(update={"energy_ratio": None})
+    near, far = (State(time, np.full((1, 2), x), np.zeros((1, 2))) for time, x in ((0.5, 7.0), (0.6, 9.0)))
+    [position, *_] = score(scene, expect, near, near, far).deviations
+    assert position.found == (7.0, 7.0)
+    later = expect.model_copy(update={"at": 0.59})
+    [position, *_] = score(scene, later, near, near, far).deviations
+    assert position.found == (9.0, 9.0)
+
+
 def bouncing_at(at: float, rate: int) -> Scene:
     """Return a ball that reaches the right wall at 1.01 s, with an expectation near that time."""
     x = 780 - 120 * abs(at - 1.01)
@@ -231,11 +245,26 @@ def test_compare_says_that_it_ends_before_an_expectation() -> None:
     assert run.scores[0].skipped == "the last step ends before 0.51 s"
 
 
+@pytest.mark.parametrize("rate", [60, 61, 250])
+@pytest.mark.parametrize("name", ["bouncing", "truths/bounce-half", "truths/cradle-gapped", "truths/cluster"])
+def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
+    scene = load(name).changed(rate=rate)
+    for engine in ("pymunk", "impulse", "exact"):
+        scores = compare(scene, [engine]).runs[engine].scores
+        assert scores == [one for one in result_of(scene, engine).scores if one.expect.at <= scene.seconds]
+
+
 def test_the_mouse_ends_expectations() -> None:
     inputs = [Grab(step=3, ball=0, at=(400, 500))]
     assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == []
     later = [Grab(step=40, ball=0, at=(400, 500))]
     assert compare(FALLING, ["exact"], inputs=later).runs["exact"].figures.met == 1
+
+
+@pytest.mark.parametrize("step", [0, 3])
+def test_an_edit_ends_expectations_also_before_the_first_step(step: int) -> None:
+    inputs = [SetVelocity(step=step, ball=0, velocity=(10.0, 0.0))]
+    assert compare(FALLING, ["exact"], inputs=inputs).runs["exact"].scores == []
 
 
 # Engines that break
@@ -341,6 +370,18 @@ scene              exact          pymunk         article
 oblique       2.0e-14 ok  5.9e+00 MISSED  1.2e+02 MISSED
 bouncing      0.0e+00 ok  1.5e+01 MISSED         refused
 """
+
+
+def test_junit_is_xml_whatever_a_law_says() -> None:
+    law = 'it\'s <b> & "\uffff" ]]>'
+    scene = scene_of("radius = 20\nposition = [200, 300]").changed(
+        expect=[{"at": 0, "momentum": (1, 0), "tolerance": 1e-9, "because": law}]
+    )
+    suite = ElementTree.fromstring(as_junit(board_of(scene)))[0]
+    [failure] = suite.iter("failure")
+    assert failure.get("message", "").endswith(law.replace("\uffff", "\N{REPLACEMENT CHARACTER}"))
+
+
 NARROW = """\
 scene
            exact          pymunk         article
