@@ -92,10 +92,13 @@ def squares() -> list[float]:
 def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
     """A changed hash means that users' runs change: if that is intended, the changelog must say so.
 
-    If "start" has changed too, the cause is another sine, cosine or logarithm of the C library.
+    The article's hashes are those of glibc's pow on processors with FMA.
     """
     scene = load(name)
-    assert start_and_ends(scene, OWN, scene.steps) == GOLDEN[name]
+    own = [engine for engine in OWN if engine != "article" or pow_variant() == "fma"]
+    assert start_and_ends(scene, own, scene.steps) == {
+        key: GOLDEN[name][key] for key in GOLDEN[name] if key in ("start", *own)
+    }
 
 
 @pytest.mark.parametrize("name", bundled())

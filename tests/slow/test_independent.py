@@ -76,7 +76,7 @@ def draw(seed: int) -> Numbers:
 
     lossless = rng.random() < 0.4
     largest = log_uniform(1e-2, 100)
-    smallest = max(1e-2, largest / log_uniform(1, 30))
+    smallest = max(1e-2, largest / log_uniform(1, rng.choice([30, 1e4])))
     side = largest * rng.uniform(6, 25)
     size = (side, side * rng.uniform(0.6, 1.6))
     fall = side * log_uniform(0.1, 10) if rng.random() < 0.6 else 0.0
