@@ -53,7 +53,12 @@ def all_ends(names: Iterable[str], engines: Iterable[str]) -> dict[str, dict[str
     return {name: start_and_ends(load(name), list(engines), SHORT) for name in names}
 
 
-def test_other_processes_give_the_same_bytes() -> None:
+@pytest.fixture(scope="module")
+def here() -> dict[str, dict[str, str]]:
+    return all_ends(SCENES, registry())
+
+
+def test_other_processes_give_the_same_bytes(here: dict[str, dict[str, str]]) -> None:
     """They have other hash seeds, and run the scenes and the engines in reverse order."""
     program = f"{IMPORT}; print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
     others = [
@@ -62,18 +67,16 @@ def test_other_processes_give_the_same_bytes() -> None:
         )
         for seed in "01"
     ]
-    here = all_ends(SCENES, registry())
     assert [json.loads(other.communicate()[0]) for other in others] == [here, here]
 
 
-def test_only_the_article_depends_on_the_variant_of_the_c_library_s_pow() -> None:
+def test_only_the_article_depends_on_the_variant_of_the_c_library_s_pow(here: dict[str, dict[str, str]]) -> None:
     """Without FMA, glibc has another pow, and other sines, cosines and logarithms, which differ in the last bit."""
     program = f"{IMPORT}; print(json.dumps([t.pow_variant(), t.squares(), t.all_ends(t.SCENES, t.registry())]))"
     other = subprocess.run([sys.executable, "-c", program], env=without_fma(), stdout=subprocess.PIPE, check=True)
     variant, squared, ends = json.loads(other.stdout)
     assert (variant, pow_variant()) == ("no fma", "fma")
     assert [one != two for one, two in zip(squared, squares(), strict=True)] == [True] * len(squared)
-    here = all_ends(SCENES, registry())
     differ = {name: {key for key in here[name] if here[name][key] != ends[name][key]} for name in SCENES}
     assert differ["gas-1000"] == {"article"}
     assert set().union(*differ.values()) == {"article"}
