@@ -4,16 +4,22 @@ There is no friction. A contact exchanges momentum along the line of centres as 
 distance. Its elasticity is the product of the two factors, with three exceptions that keep an inelastic collapse,
 infinitely many contacts in finite time, from stopping the clock:
 
-- TC model (S. Luding and S. McNamara, Granular Matter 1 (1998) 113): a contact within CONTACT_TIME of the last contact
-  of both discs is elastic; with a wall, one within CONTACT_TIME of the last two contacts, as a corner has two walls.
+- Collapse. A contact is elastic if both bodies, or the disc that meets a wall, have had MAX_STREAK contacts, each
+  within CONTACT_TIME of the last. In the TC model of S. Luding and S. McNamara, Granular Matter 1 (1998) 113, it is
+  elastic as soon as either disc had another contact within t_c before. That models the duration of real contacts. Here
+  contacts have no duration: discs that touch in a row have several in one instant, and each must take its energy. Only
+  what a collapse would still take after MAX_STREAK contacts is kept.
 - Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
   disc from then on. The disc lies still, slides down a slope, or is stopped where two walls meet, all without events,
-  until another disc or a kick moves it or the face ends; each step reports one contact. It slides round the end of a
-  wall in hops. Discs that lean on each other move apart in hops of about the world's hop time: at 900 px/s² and
-  HOP_TIME these are 1.1e-4 px high, and cost about 1/HOP_TIME contacts a second for each pair that touches.
-- Rattling. A disc enclosed by others that press on it has ever more, ever slower contacts. After MAX_SLOW_CONTACTS of
-  them within a hop time it is held where it is, as if its mass were infinite, for a hop time or until something hits
-  it faster. So a heap costs about MAX_SLOW_CONTACTS/HOP_TIME contacts a second per disc, however tightly it is packed.
+  until another disc or a kick moves it or the face ends. What a wall gives to a disc that it carries is a contact at
+  the end of each step, and before each other contact. The disc slides round the end of a wall in hops. Discs that lean
+  on each other move apart in hops of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A
+  disc that carries others hops faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root
+  of the load. Hops exchange momentum as all contacts do, so the walls get the weight of a heap.
+- Jams. Discs that fill the room between walls to the last bit have contacts without end. After MAX_SLOW_CONTACTS slow
+  ones in a hop time, a slow disc is held where it is, as if its mass were infinite, for a hop time or until something
+  fast hits it, and later again after HELD_CONTACTS. What holds it is no wall, so no contact reports it: it remains as
+  unexplained momentum. Only discs whose contacts reached a wall within a hop time are held, so none in flight is.
 """
 
 import math
@@ -38,8 +44,8 @@ LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a ho
 SLOW_HOPS: Final = 10  # hop speeds; a contact below this is slow, and a disc below twice this
 CONTACTS_PER_LOAD: Final = 4  # slow contacts of a disc in a hop time that make its hops faster by one hop speed
 MAX_LOAD: Final = 4  # hop speeds, the fastest hop
-MAX_SLOW_CONTACTS: Final = 1_000  # of a slow disc in a hop time, before it counts as jammed
-MAX_JAMMED_CONTACTS: Final = 10_000  # the same of a disc that is not slow
+MAX_SLOW_CONTACTS: Final = 300  # of a slow disc in a hop time, before it counts as jammed
+MAX_JAMMED_CONTACTS: Final = 1_000  # the same of a disc that is not slow
 HELD_CONTACTS: Final = 10  # the same of a slow disc that has been held
 
 
@@ -168,6 +174,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if parting.hops:
         of_a.leans_until = of_b.leans_until = now + _lean_time(world)
+    if closing < SLOW_HOPS * world.hop_speed:
         of_a.last_support = of_b.last_support = max(of_a.last_support, of_b.last_support)
     for k, per_k, per_other in ((i, per_a, per_b), (j, per_b, per_a)):
         if per_k > 0:
@@ -226,7 +233,7 @@ def _hold_if_jammed(world: World, i: int, closing: float, now: float) -> None:
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += 1
-    is_supported = now < body.leans_until and now - body.last_support < world.hop_time
+    is_supported = now - body.last_support < world.hop_time
     limit = MAX_SLOW_CONTACTS if _is_slow(world, i) else MAX_JAMMED_CONTACTS
     if is_supported and body.slow_contacts > limit:
         disc.vx = disc.vy = body.ax = body.ay = 0.0

@@ -72,8 +72,8 @@ class ExactEngine:
             if self._contacts.count > MAX_LOGGED_CONTACTS:
                 time = (self._steps + (done < steps)) / self._rate
                 raise SandboxError(
-                    f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; a shorter run "
-                    "has fewer, and so have slower balls, or balls of more similar masses"
+                    f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; run a shorter "
+                    "time, or leave exact out with --engines pymunk,impulse"
                 )
             if len(log.row) - count < MAX_SUPPORTS * len(self._disc_of_ball):
                 self._log = _log(2 * len(log.row))
