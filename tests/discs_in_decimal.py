@@ -23,6 +23,7 @@ MIN_BOUNCE: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; a shor
 MIN_BOUNCE_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
 MAX_STREAK: Final = 40  # contacts of a disc, each within STREAK_TIME of the last
 STREAK_TIME: Final = Decimal("1e-6")  # s
+CLOCK_ERROR: Final = Decimal("1e-13")  # s, between a disc's contacts, whose order is lost in double precision
 ZERO: Final = Decimal(0)
 NEVER: Final = Decimal("Infinity")
 
@@ -294,8 +295,8 @@ def strike(table: Table, meeting: Meeting) -> Contact:
 def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
     """Play up to the last of some times.
 
-    Ends before it at a number of contacts, and where infinitely many seem to follow: where a disc comes to rest on a
-    wall, and at a collapse, a disc's streak of MAX_STREAK contacts. That contact is left out.
+    Ends before it at a number of contacts, and before infinitely many seem to follow: where a disc comes to rest on a
+    wall, and at a collapse, where a disc has a streak of MAX_STREAK contacts or two within CLOCK_ERROR.
     """
     table = start.copy()
     snapshots: list[Table] = []
@@ -315,11 +316,14 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
                 return Run(tuple(snapshots), tuple(contacts), table.time, "contacts")
             table.fly(wait)
             contact = strike(table, meeting)
+            collapses = False
             for disc in (contact.first, contact.second)[: 1 + (contact.second >= 0)]:
-                streak[disc] = streak[disc] + 1 if contact.time - last[disc] < STREAK_TIME else 0
-                last[disc] = contact.time
-            ended = "rest" if contact.rests else "collapse" if max(streak) > MAX_STREAK else ""
-            if ended:
-                return Run(tuple(snapshots), tuple(contacts), contact.time, ended)
+                since, last[disc] = contact.time - last[disc], contact.time
+                streak[disc] = streak[disc] + 1 if since < STREAK_TIME else 0
+                collapses |= since < CLOCK_ERROR or streak[disc] > MAX_STREAK
+            if contact.rests or collapses:
+                until = contact.time - CLOCK_ERROR
+                before = tuple(one for one in contacts if one.time < until)
+                return Run(tuple(snapshots), before, until, "rest" if contact.rests else "collapse")
             contacts.append(contact)
     return Run(tuple(snapshots), tuple(contacts), times[-1], "")

@@ -71,39 +71,55 @@ def draw(seed: int) -> Numbers:
     def log_uniform(low: float, high: float) -> float:
         return math.exp(rng.uniform(math.log(low), math.log(high)))
 
+    def vector(length: float) -> tuple[float, float]:
+        angle = rng.uniform(0, 2 * math.pi)
+        return length * math.cos(angle), length * math.sin(angle)
+
     def elasticity() -> float:
         return 1.0 if lossless else math.sqrt(rng.uniform(0.3, 1))  # of two factors
 
     lossless = rng.random() < 0.4
     largest = log_uniform(1e-2, 100)
-    smallest = max(1e-2, largest / log_uniform(1, 30))
+    smallest = max(1e-2, largest / log_uniform(1, rng.choice([30, 1e4])))
     side = largest * rng.uniform(6, 25)
     size = (side, side * rng.uniform(0.6, 1.6))
     fall = side * log_uniform(0.1, 10) if rng.random() < 0.6 else 0.0
-    angle = rng.choice([rng.uniform(0, 2 * math.pi), math.pi / 2])
-    gravity = (fall * math.cos(angle), fall * math.sin(angle))
+    gravity = rng.choice([vector(fall), (0.0, fall)])
     walls: list[tuple[float, ...]] = []
     for _ in range(rng.choice([0, 0, 1, 2, 3, 4])):
         ends = [rng.uniform(0, extent) for extent in size * 2]
         if math.dist(ends[:2], ends[2:]) > side / 20:
             walls.append((*ends, rng.choice([0.0, side * rng.uniform(0, 0.06)]), elasticity()))
     balls: list[tuple[float, ...]] = []
+    flock = vector(side * log_uniform(0.1, 1)) if rng.random() < 0.2 else None  # they nearly touch, and fly together
     for _ in range(rng.randint(1, 8)):
         radius = log_uniform(smallest, largest)
         for _ in range(100):
             x, y = (rng.uniform(radius, extent - radius) for extent in size)
-            if is_free(x, y, radius, balls, walls):
-                speed, way = side * log_uniform(0.1, 5), rng.uniform(0, 2 * math.pi)
-                mass = log_uniform(1e-3, 1e3)
-                balls.append((x, y, speed * math.cos(way), speed * math.sin(way), radius, mass, elasticity()))
+            vx, vy = vector(side * log_uniform(0.1, 5))
+            if flock and balls:
+                neighbour = rng.choice(balls)
+                dx, dy = vector(radius + neighbour[4] + side * log_uniform(1e-6, 1e-2))
+                x, y = neighbour[0] + dx, neighbour[1] + dy
+                dvx, dvy = vector(side * log_uniform(1e-5, 1e-1))
+                vx, vy = flock[0] + dvx, flock[1] + dvy
+            if is_free(x, y, radius, size, balls, walls):
+                balls.append((x, y, vx, vy, radius, log_uniform(1e-3, 1e3), elasticity()))
                 break
     return Numbers(size, elasticity(), gravity, rng.randint(6, 60), tuple(balls), tuple(walls))
 
 
 def is_free(
-    x: float, y: float, radius: float, balls: Sequence[tuple[float, ...]], walls: Sequence[tuple[float, ...]]
+    x: float,
+    y: float,
+    radius: float,
+    size: tuple[float, float],
+    balls: Sequence[tuple[float, ...]],
+    walls: Sequence[tuple[float, ...]],
 ) -> bool:
-    """Return whether a disc would overlap no other and no wall."""
+    """Return whether a disc would be in the arena, and overlap no other and no wall."""
+    if not (radius < x < size[0] - radius and radius < y < size[1] - radius):
+        return False
     for other_x, other_y, _, _, other, *_ in balls:
         if math.dist((x, y), (other_x, other_y)) <= radius + other:
             return False
