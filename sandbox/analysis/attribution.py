@@ -322,7 +322,11 @@ def attribute_velocity(
         lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
         turned = _turn(px, py, nx, ny)
         lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
-        if turned < MAX_TURNED and lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
+        if (
+            turned < MAX_TURNED
+            and lengthened > 2 * slight
+            and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight
+        ):
             cause, finding.turned = Cause.NORMAL, turned
     if unexplained.owner[i] == k:
         unexplained.cause[i] = cause

@@ -142,7 +142,9 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     return (
         matches.difference(origin, reason),
         *(
-            matches.difference(place, matches.own_reason(place) or (follows if led_on(place) else matches.reason(place)))
+            matches.difference(
+                place, matches.own_reason(place) or (follows if led_on(place) else matches.reason(place))
+            )
             for place in others
         ),
     )
@@ -512,7 +514,9 @@ def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, 
 def _sequences(contacts: Contacts) -> dict[int, list[int]]:
     """Return the numbers of each ball's contacts that have an impulse."""
     sequences: dict[int, list[int]] = defaultdict(list)
-    for k, first, second in zip(range(len(contacts)), contacts["first"].tolist(), contacts["second"].tolist(), strict=True):
+    for k, first, second in zip(
+        range(len(contacts)), contacts["first"].tolist(), contacts["second"].tolist(), strict=True
+    ):
         if contacts["impulse"][k]:
             sequences[first].append(k)
             sequences[second].append(k)

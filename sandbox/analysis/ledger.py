@@ -547,7 +547,11 @@ class Ledger:
         """
         at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (contacts["impulse"] != 0)
         numbers = np.flatnonzero(at_end & (step_of < len(velocity) - 1))
-        contact, step, fall = contacts[numbers], step_of[numbers], np.multiply(self._constants.gravity, self._constants.dt)
+        contact, step, fall = (
+            contacts[numbers],
+            step_of[numbers],
+            np.multiply(self._constants.gravity, self._constants.dt),
+        )
         changes, next_only = [], np.zeros(len(numbers), np.bool_)
         for key in ("first", "second"):
             ball = np.maximum(contact[key], 0)
