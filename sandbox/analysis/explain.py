@@ -125,9 +125,8 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
     on_second = scene.bodies.mass[second] * finding["unexplained"][1] if second >= 0 else on_first
     reported, (nx, ny) = float(contact["impulse"]), contact["normal"].tolist()
     if second >= 0 and math.hypot(*(on_second - on_first)) > NEGLIGIBLE * 10 * abs(reported):
-        got = " and ".join(
-            f"{math.hypot(*(reported * contact['normal'] + extra)):.4g}" for extra in (on_first, on_second)
-        )
+        each = (reported * contact["normal"] + extra for extra in (on_first, on_second))
+        got = " and ".join(f"{math.hypot(*one):.4g}" for one in each)
         return f"{changed} of {reported:.4g} kg px/s: the balls got {got}, which makes or loses momentum."
     along, across = float(on_first @ (nx, ny)), float(on_first @ (-ny, nx))
     parts = [

@@ -547,11 +547,8 @@ class Ledger:
         """
         at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (contacts["impulse"] != 0)
         numbers = np.flatnonzero(at_end & (step_of < len(velocity) - 1))
-        contact, step, fall = (
-            contacts[numbers],
-            step_of[numbers],
-            np.multiply(self._constants.gravity, self._constants.dt),
-        )
+        contact, step = contacts[numbers], step_of[numbers]
+        fall = np.multiply(self._constants.gravity, self._constants.dt)
         changes, next_only = [], np.zeros(len(numbers), np.bool_)
         for key in ("first", "second"):
             ball = np.maximum(contact[key], 0)
@@ -653,7 +650,7 @@ def _wall_constants(scene: Scene) -> Floats:
 def _engine_gravity(
     scene: Scene, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
 ) -> tuple[Floats, Floats] | None:
-    """Return what pulls at an engine's balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
+    """Return what pulls at balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
 
     Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
     gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall

@@ -30,7 +30,7 @@ to = [330, 180]
 """
 
 
-ISSUED: Final = ("gas", "gravity", "friction", "inner walls")  # the scenes of the fast test
+FAST: Final = ("gas", "gravity", "friction", "inner walls", "mixed")  # the scenes of the fast test
 
 
 def gas(*balls: str, seed: int = 1, more: str = "", arena: str = "", walls: str = "") -> Scene:
@@ -73,7 +73,7 @@ def test_an_event_driven_engine_without_a_fault_does_not_differ(name: str, monke
 
 
 def judge(engine: str, seeds: range, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Print each cause named, and check it: never a false one, and named where a contact or a flight shows the fault."""
+    """Print each cause named, and check that it is true, and that a cause is named often enough."""
     fault, shown, named = FAULTS[engine], 0, 0
     true = ", ".join(sorted(cause.key for cause in fault.true))
     for name in names:
@@ -89,12 +89,13 @@ def judge(engine: str, seeds: range, names: tuple[str, ...], monkeypatch: pytest
                 assert one.cause in {*fault.true, Cause.UNKNOWN}, f"{name}, seed {seed}: {one.because} {fault.why}"
                 shown += 1
                 named += one.cause in fault.true
+    assert shown or not fault.true
     assert named >= fault.named * shown, f"{named} of {shown} are named"
 
 
 @pytest.mark.parametrize("engine", FAULTS)
 def test_the_first_difference_of_a_known_fault(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    judge(engine, range(1, 2), ISSUED, monkeypatch)
+    judge(engine, range(1, 3), FAST, monkeypatch)
 
 
 @pytest.mark.slow
