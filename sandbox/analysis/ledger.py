@@ -239,30 +239,33 @@ def _find_unexplained(
     before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
-    fastest, furthest = 0.0, 0.0
+    fastest, furthest, unflown = 0.0, 0.0, False
     for ball in range(len(constants.mass)):
         _fly(constants, scratch, ball, constants.dt)
-        by_gravity = 0.0
+        by_gravity = error = away = slight = 0.0
         for axis in range(2):
             moved = after[0][ball, axis] - before[0][ball, axis]
             by_gravity += (constants.fall[axis] - constants.gravity[axis]) * scratch.flown[ball, axis]
             by_gravity -= constants.gravity[axis] * off_parabola[axis]
             unexplained.place[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
             unexplained.velocity[ball, axis] = after[1][ball, axis] - scratch.explained[ball, axis]
+            error += abs(unexplained.velocity[ball, axis])  # no less than the length, which takes longer
+            away += abs(unexplained.place[ball, axis])
+            slight += abs(after[1][ball, axis]) + abs(before[1][ball, axis])
         if by_gravity != 0:
             enter(block, Cause.GRAVITY, constants.mass[ball] * by_gravity, 0.0, 0.0)
-        error = math.hypot(unexplained.velocity[ball, 0], unexplained.velocity[ball, 1])
-        speeds = abs(after[1][ball, 0]) + abs(after[1][ball, 1]) + abs(before[1][ball, 0]) + abs(before[1][ball, 1])
-        if error <= NEGLIGIBLE * (speeds + pull):
+        if error <= NEGLIGIBLE * (slight + pull):
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0] = error
-            away = math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
             fastest = max(fastest, error)
             furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
-    for ball in range(len(constants.mass)):
-        if not unexplained.flown[ball] and scratch.last[ball] >= 0:
-            unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
+        else:
+            unflown = unflown or not unexplained.flown[ball]
+    if unflown:
+        for ball in range(len(constants.mass)):
+            if not unexplained.flown[ball] and scratch.last[ball] >= 0:
+                unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
 
 
 @kernel
@@ -349,23 +352,23 @@ def _enter_unexplained(
     """Enter what is still unexplained of a ball's change in a step."""
     change, place, cause = unexplained.velocity[ball], unexplained.place[ball], unexplained.cause[ball]
     vx, vy = after[1][ball, 0] - change[0] / 2, after[1][ball, 1] - change[1] / 2
-    size = math.hypot(change[0], change[1])
-    is_error = cause != Cause.ROUNDING
-    energy = constants.mass[ball] * (change[0] * vx + change[1] * vy)
-    enter(block, cause, energy, constants.mass[ball] * size if is_error else 0.0, 0.0)
-    if cause == Cause.UNTOLD:
-        _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
-    moved, unsteady = math.hypot(place[0], place[1]), 0.0
-    energy = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1])
-    if moved <= NEGLIGIBLE * constants.radius[ball]:
-        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
-    elif mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
-        enter(block, Cause.PUSHED, energy, 0.0, moved)
-        _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
+    block.energy[cause] += constants.mass[ball] * (change[0] * vx + change[1] * vy)
+    if cause != Cause.ROUNDING:
+        enter(block, cause, 0.0, constants.mass[ball] * math.hypot(change[0], change[1]), 0.0)
+        if cause == Cause.UNTOLD:
+            _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
+    energy, unsteady = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1]), 0.0
+    if abs(place[0]) + abs(place[1]) <= NEGLIGIBLE * constants.radius[ball]:
+        block.energy[Cause.ROUNDING] += energy
     else:
-        unsteady = moved
-        enter(block, Cause.PLACED, energy, 0.0, moved)
-        _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
+        moved = math.hypot(place[0], place[1])
+        if mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
+            enter(block, Cause.PUSHED, energy, 0.0, moved)
+            _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
+        else:
+            unsteady = moved
+            enter(block, Cause.PLACED, energy, 0.0, moved)
+            _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
     if scratch.last[ball] < 0:
         unexplained.unsteady[ball, 1] = unsteady
         unexplained.flown[ball] = True
@@ -545,28 +548,32 @@ class Ledger:
         The velocity of one of the two changes in the next step only, and neither changes in this one, unless by an
         earlier contact of the step.
         """
-        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (contacts["impulse"] != 0)
-        numbers = np.flatnonzero(at_end & (step_of < len(velocity) - 1))
-        contact, step = contacts[numbers], step_of[numbers]
+        steps = len(velocity) - 1
         fall = np.multiply(self._constants.gravity, self._constants.dt)
-        changes, next_only = [], np.zeros(len(numbers), np.bool_)
-        for key in ("first", "second"):
-            ball = np.maximum(contact[key], 0)
-            slight = np.abs(contact["impulse"]) / self._constants.mass[ball] / 1000
-            now, later = (
-                (length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight) & (contact[key] >= 0)
-                for k in range(2)
-            )
-            changes.append((ball, now))
-            next_only |= ~now & later
-        earlier = {
-            (one, ball)
-            for key in ("first", "second")
-            for one, ball in zip(step_of[~at_end].tolist(), contacts[key][~at_end].tolist(), strict=True)
-        }
+        slight = np.abs(contacts["impulse"]) / 1000
+        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < steps) & (slight > 0)
+
+        def changes(key: str, step: Integers, numbers: Integers) -> Bools:
+            ball = np.maximum(contacts[key][numbers], 0)
+            change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall).sum(axis=1)
+            return (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+
+        numbers = np.flatnonzero(at_end)
+        stays = [
+            ~changes(key, step_of[numbers], numbers) & (contacts[key][numbers] >= 0) for key in ("first", "second")
+        ]
+        numbers = numbers[stays[0] | stays[1]]
         found = step_of.copy()
-        for at in np.flatnonzero(next_only).tolist():
-            found[numbers[at]] += all(not now[at] or (step[at], ball[at]) in earlier for ball, now in changes)
+        for k in numbers.tolist():
+            one, step = np.array([k]), step_of[[k]]
+            earlier = contacts[(step_of == step) & (within < within[k])]
+            next_only = moved = False
+            for key in ("first", "second"):
+                now = bool(changes(key, step, one)[0])
+                next_only |= not now and bool(changes(key, step + 1, one)[0])
+                ball = contacts[key][k]
+                moved |= now and ball not in earlier["first"] and ball not in earlier["second"]
+            found[k] += next_only and not moved
         return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
