@@ -581,9 +581,17 @@ class WallElsewhere(EventDriven):
         return super().face(wall) - (2.0 if wall == 2 else 0.0)
 
 
-@fault(Cause.LATE, Cause.EARLY, Cause.UNTOLD, Cause.VELOCITY, named=0.8)
+@fault(
+    *(Cause.LATE, Cause.EARLY, Cause.PLACED, Cause.UNTOLD, Cause.VELOCITY),
+    fits=lambda scene: not with_gravity(scene),
+    named=0.8,
+)
 class SwapsTimes(EventDriven):
-    """Two contacts that follow each other are reported with each other's time: one too early, one too late."""
+    """Two contacts are reported with each other's time: one early, one late, and not where these times would lead.
+
+    In another step, one changes velocities without being reported, and the other does not change them. Under gravity,
+    the speeds at these times are others too.
+    """
 
     def contacts(self) -> Contacts:
         contacts = super().contacts()

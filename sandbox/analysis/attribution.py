@@ -245,6 +245,8 @@ def _check_geometry(
         flown = MAX_TRACE_STEPS * constants.dt * math.hypot(wx, wy) + slack
         if abs(depth) > flown:
             finding.gap, depth = -depth, contact.depth
+    elif not alone and not found_there and distance > 1.5 * reach:
+        finding.gap = distance - reach
     return nx, ny, depth
 
 
@@ -282,6 +284,17 @@ def _owned(unexplained: Unexplained, k: int, ball: int, axis: int) -> float:
 
 
 @kernel
+def _sum_unowned(unexplained: Unexplained, k: int, contact: Record) -> float:
+    """Return the sum of what changed of both velocities in the step of contact k, but not by it, px/s."""
+    total = 0.0
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball >= 0 and unexplained.cause[ball] != Cause.ROUNDING and unexplained.owner[ball] != k:
+            total += math.hypot(unexplained.velocity[ball, 0], unexplained.velocity[ball, 1])
+    return total
+
+
+@kernel
 def attribute_velocity(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
 ) -> tuple[int, float]:
@@ -314,7 +327,7 @@ def attribute_velocity(
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
     friction = friction_of(constants, contact)
-    cause = Cause.VELOCITY
+    cause = Cause.VELOCITY if alone else Cause.UNKNOWN
     if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
         if constants.together or not alone or part <= friction * abs(impulse) + slight:
             cause = Cause.FRICTION
@@ -441,7 +454,7 @@ def attribute_single(
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     lx, ly, finding.depth = _check_geometry(constants, block, k, contact, unexplained, reach)
-    uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
+    uncertain = 3 * (1 + e) * mu * (_sum_unsteady(unexplained, contact, 0) + _sum_unowned(unexplained, k, contact))
     if finding.gap > 0 or u <= 0:
         _attribute_unmet(constants, block, contact, finding, uncertain, otherwise)
         return
@@ -479,7 +492,7 @@ def attribute_single(
         enter(block, Cause.NORMAL, 0.0, turning, 0.0)
         if turning >= max(impulse_error, timing_error):
             finding.cause = Cause.NORMAL
-    if other_error > max(impulse_error, timing_error, turning):
+    if other_error > max(impulse_error / 10, timing_error, turning):  # the impulse was not what is reported
         finding.cause = otherwise
     right = at_touch
     if finding.turned > 0 and otherwise == Cause.ROUNDING:
@@ -552,21 +565,19 @@ def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int
 
 
 @kernel
-def mends_overlap(
-    constants: SceneConstants, unexplained: Unexplained, before: Floats, after: Floats, ball: int, moved: float
-) -> bool:
-    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before or after it.
+def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: Floats, ball: int, moved: float) -> bool:
+    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before it.
 
-    before, after: (n, 2) px. A solver that resolves contacts together hands what it mends on from ball to ball: there
-    any overlap will do. Looks first at what the ball touched last.
+    before: (n, 2) px, positions at the start of the step. A solver that resolves contacts together hands what it mends
+    on from ball to ball: there any overlap will do. Looks first at what the ball touched last.
     """
     other, room = unexplained.partner[ball], unexplained.room[ball]
-    depth = max(_depth_in(constants, before, ball, other), _depth_in(constants, after, ball, other))
+    depth = _depth_in(constants, before, ball, other)
     if 2 * (room + depth) >= moved:
         return True
     for one in range(-len(constants.wall), len(constants.mass)):
         if one not in (ball, other):
-            depth += max(_depth_in(constants, before, ball, one), _depth_in(constants, after, ball, one))
+            depth += _depth_in(constants, before, ball, one)
     if constants.together and room + depth > 0:
         return True
     enough: bool = 2 * (room + depth) >= moved
@@ -582,11 +593,10 @@ def attribute_displacement(
     unexplained: Unexplained,
     last: Integers,
     before: Floats,
-    after: Floats,
 ) -> None:
     """Attribute how a contact displaced its balls.
 
-    last: (n,) each ball's last contact; before, after: (n, 2) px, positions at the start and the end of the step.
+    last: (n,) each ball's last contact; before: (n, 2) px, positions at the start of the step.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
     energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
@@ -613,7 +623,7 @@ def attribute_displacement(
         by = math.hypot(x, y)
         moved += by
         if by > NEGLIGIBLE * constants.radius[ball]:
-            mends = mends and mends_overlap(constants, unexplained, before, after, ball, by)
+            mends = mends and mends_overlap(constants, unexplained, before, ball, by)
     cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)

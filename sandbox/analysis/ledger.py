@@ -233,13 +233,14 @@ def _find_unexplained(
     before: tuple[Floats, Floats],
     after: tuple[Floats, Floats],
     off_parabola: Floats,
-) -> None:
+) -> float:
     """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
 
-    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
+    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px. Returns the largest unexplained
+    momentum of a ball without a contact in the step, kg px/s.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
-    fastest, furthest, unflown = 0.0, 0.0, False
+    fastest, furthest, momentum, unflown = 0.0, 0.0, 0.0, False
     for ball in range(len(constants.mass)):
         _fly(constants, scratch, ball, constants.dt)
         by_gravity = error = away = slight = 0.0
@@ -258,7 +259,7 @@ def _find_unexplained(
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0] = error
-            fastest = max(fastest, error)
+            fastest, momentum = max(fastest, error), max(momentum, constants.mass[ball] * error)
             furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
         else:
             unflown = unflown or not unexplained.flown[ball]
@@ -266,6 +267,7 @@ def _find_unexplained(
         for ball in range(len(constants.mass)):
             if not unexplained.flown[ball] and scratch.last[ball] >= 0:
                 unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
+    return momentum
 
 
 @kernel
@@ -277,11 +279,14 @@ def _find_owners(
     begin: int,
     end: int,
     within: Floats,
+    elsewhere: float,
 ) -> None:
     """Find for each ball the contact of the step that changed its velocity besides its impulse, if one did.
 
-    A velocity that changed after some part of a step displaces the ball by the rest of it; the contact that fits this
-    best is taken, unless the change fits the start or the end of the step by far better, or is as large as in flight.
+    elsewhere: kg px/s, the largest unexplained momentum of a ball without a contact: if that is as large, the contact
+    may have had no part in it. A velocity that changed after some part of a step displaces the ball by the rest of it;
+    the contact that fits this best is taken, unless the change fits the start or the end of the step by far better, or
+    is as large as in flight.
     """
     for k in range(begin, end):
         for side in range(2):
@@ -291,7 +296,7 @@ def _find_owners(
             vx, vy = unexplained.velocity[ball, 0], unexplained.velocity[ball, 1]
             x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
             size = math.hypot(vx, vy)
-            if size <= 3 * unexplained.unsteady[ball, 0]:
+            if size <= 3 * max(unexplained.unsteady[ball, 0], elsewhere / constants.mass[ball]):
                 continue
             rest = constants.dt - within[k]
             score = math.hypot(x - rest * vx, y - rest * vy)
@@ -362,7 +367,7 @@ def _enter_unexplained(
         block.energy[Cause.ROUNDING] += energy
     else:
         moved = math.hypot(place[0], place[1])
-        if mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
+        if mends_overlap(constants, unexplained, before[0], ball, moved):
             enter(block, Cause.PUSHED, energy, 0.0, moved)
             _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
         else:
@@ -423,8 +428,8 @@ def _replay(
             at = end
 
         # Attribute what each contact did to velocities, then to places, and enter what is left.
-        _find_unexplained(constants, block, scratch, unexplained, before, after, off_parabola)
-        _find_owners(constants, scratch, unexplained, contacts, begin, at, within)
+        elsewhere = _find_unexplained(constants, block, scratch, unexplained, before, after, off_parabola)
+        _find_owners(constants, scratch, unexplained, contacts, begin, at, within, elsewhere)
         for k in range(begin, at):
             if block.shared[k]:
                 attribute_simultaneous(constants, block, k, contacts[k], unexplained)
@@ -433,7 +438,7 @@ def _replay(
         for ball in range(n):
             _explain_places(constants, block, unexplained, within, ball)
         for k in range(begin, at):
-            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0], after[0])
+            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0])
         for ball in range(n):
             _enter_unexplained(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
@@ -680,15 +685,14 @@ def _engine_gravity(
     if _share(sped, still, slight) * _share(moved, still, slight) > MIN_SHARE_RIGHT:
         return gravity, still
     faster, off = np.median(sped, axis=0), np.median(moved, axis=0)
-    if _share(sped, still, slight) > MIN_SHARE_ALIKE:
+    unaltered, alike = (_share(sped, value, slight) for value in (still, faster))
+    if unaltered > MIN_SHARE_ALIKE or alike < MIN_SHARE_ALIKE or len(steps) < MIN_FLIGHTS:
         faster = still
-    elif len(steps) < MIN_FLIGHTS or _share(sped, faster, slight) < MIN_SHARE_ALIKE:
-        return gravity, still
     off -= faster / 2
-    alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
-    if faster.any() and not alike:
+    off_alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
+    if faster.any() and not off_alike:
         return gravity, still
-    if not alike or not _is_integration(off, gravity):
+    if not off_alike or not _is_integration(off, gravity):
         off = still
     return gravity + faster * fall / dt, off * fall * dt
 
