@@ -102,8 +102,8 @@ class Block(NamedTuple):
     energy, momentum, displacement, contacts: (causes,), sums over all blocks so far; findings: (contacts,) FINDING;
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
-    second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,), whether it was resolved together
-    with another of its balls.
+    second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,),
+    whether it was resolved together with another of its balls.
     """
 
     energy: Floats
@@ -245,6 +245,8 @@ def _check_geometry(
         flown = MAX_TRACE_STEPS * constants.dt * math.hypot(wx, wy) + slack
         if abs(depth) > flown:
             finding.gap, depth = -depth, contact.depth
+    elif not alone and not found_there and distance > 1.5 * reach:
+        finding.gap = distance - reach
     return nx, ny, depth
 
 
@@ -282,6 +284,17 @@ def _owned(unexplained: Unexplained, k: int, ball: int, axis: int) -> float:
 
 
 @kernel
+def _sum_unowned(unexplained: Unexplained, k: int, contact: Record) -> float:
+    """Return the sum of what changed of both velocities in the step of contact k, but not by it, px/s."""
+    total = 0.0
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball >= 0 and unexplained.cause[ball] != Cause.ROUNDING and unexplained.owner[ball] != k:
+            total += math.hypot(unexplained.velocity[ball, 0], unexplained.velocity[ball, 1])
+    return total
+
+
+@kernel
 def attribute_velocity(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
 ) -> tuple[int, float]:
@@ -314,7 +327,7 @@ def attribute_velocity(
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
     friction = friction_of(constants, contact)
-    cause = Cause.VELOCITY
+    cause = Cause.VELOCITY if alone else Cause.UNKNOWN
     if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
         if constants.together or not alone or part <= friction * abs(impulse) + slight:
             cause = Cause.FRICTION
@@ -322,7 +335,11 @@ def attribute_velocity(
         lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
         turned = _turn(px, py, nx, ny)
         lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
-        if turned < MAX_TURNED and lengthened > 2 * slight and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight:
+        if (
+            turned < MAX_TURNED
+            and lengthened > 2 * slight
+            and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight
+        ):
             cause, finding.turned = Cause.NORMAL, turned
     if unexplained.owner[i] == k:
         unexplained.cause[i] = cause
@@ -337,13 +354,16 @@ def attribute_velocity(
 
 
 @kernel
-def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, e: float, depth: float) -> bool:
+def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> bool:
     """Return whether a wall's impulse is right but for gravity's part in the step.
 
     The speed before may lack gravity's pull of the step, or half of it, and so may the speed that restitution is of. Or
     the bounce was traced back, to first order in the depth.
     """
-    pull = constants.fall[0] * contact.normal[0] + constants.fall[1] * contact.normal[1]
+    e, _, _, _ = _pair_constants(constants, contact)
+    pull, depth = constants.fall[0] * contact.normal[0] + constants.fall[1] * contact.normal[1], finding.depth
+    if pull == 0:
+        return False
     u, size = finding.approach, contact.impulse / constants.mass[contact.first]
     slight = NEGLIGIBLE * (abs(u) + abs(pull) * constants.dt)
     for a in range(5):
@@ -356,7 +376,8 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, e: 
     then = _root(u * u - 2 * pull * depth)
     ago = 2 * depth / (u + then)
     traced, first_order = e * then - pull * ago, e * u - (1 + e) * pull * depth / u
-    return abs(size - u - max(traced, 0.0)) <= slight or abs(size - u - max(first_order, 0.0)) <= slight
+    off: float = min(abs(size - u - max(traced, 0.0)), abs(size - u - max(first_order, 0.0)))
+    return off <= float(slight)
 
 
 @kernel
@@ -378,6 +399,52 @@ def _enter_rest(block: Block, k: int, energy: float) -> None:
 
 
 @kernel
+def _attribute_unmet(
+    constants: SceneConstants, block: Block, contact: Record, finding: Record, uncertain: float, otherwise: int
+) -> None:
+    """Attribute a contact of two that part, or that are too far apart to have met.
+
+    uncertain: kg px/s, how much of its impulse is not known; otherwise: the cause of what it did besides, or ROUNDING.
+    """
+    impulse = contact.impulse
+    if finding.gap > 0:
+        cause = Cause.UNKNOWN
+    elif impulse == 0:
+        cause = Cause.ROUNDING
+    elif abs(impulse) <= uncertain:
+        cause = Cause.UNTOLD
+    else:
+        cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
+    _, per_i, per_j, _ = _pair_constants(constants, contact)
+    finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
+    finding.momentum_error = abs(impulse)
+    energy = impulse * (impulse * (per_i + per_j) / 2 - finding.approach)
+    enter(block, finding.cause, energy, finding.momentum_error, 0.0)
+
+
+@kernel
+def _cause_of_impulse(
+    constants: SceneConstants, contact: Record, finding: Record, uncertain: float, otherwise: int, at_rest: bool
+) -> int:
+    """Return why an impulse is not the expected one. uncertain, otherwise: as for `_attribute_unmet`."""
+    expected, impulse = finding.expected_impulse, contact.impulse
+    error = abs(impulse - expected)
+    if impulse < 0 and constants.together:
+        cause = Cause.STALE
+    elif error <= NEGLIGIBLE * expected:
+        cause = Cause.ROUNDING
+    elif otherwise == Cause.NORMAL:
+        cause = Cause.NORMAL
+    elif error <= uncertain:
+        cause = Cause.UNTOLD
+    elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding)):
+        cause = Cause.GRAVITY
+    else:
+        cause = Cause.SMALL if impulse < expected else Cause.LARGE
+    return cause
+
+
+@kernel
 def attribute_single(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
 ) -> None:
@@ -385,76 +452,53 @@ def attribute_single(
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
-    energy = impulse * (impulse / (2 * mu) - u)
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
-    lx, ly, depth = _check_geometry(constants, block, k, contact, unexplained, reach)
-    finding.depth = depth
-    uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
-    if finding.gap > 0:
-        finding.cause = Cause.UNKNOWN if otherwise == Cause.ROUNDING else otherwise
-        finding.momentum_error = abs(impulse)
-        enter(block, finding.cause, energy, finding.momentum_error, 0.0)
+    lx, ly, finding.depth = _check_geometry(constants, block, k, contact, unexplained, reach)
+    uncertain = 3 * (1 + e) * mu * (_sum_unsteady(unexplained, contact, 0) + _sum_unowned(unexplained, k, contact))
+    if finding.gap > 0 or u <= 0:
+        _attribute_unmet(constants, block, contact, finding, uncertain, otherwise)
         return
-    if u <= 0:
-        cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
-        if abs(impulse) <= uncertain:
-            cause = Cause.UNTOLD
-        if impulse == 0:
-            cause = Cause.ROUNDING
-        finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
-        finding.momentum_error = max(abs(impulse), other_error)
-        enter(block, finding.cause, energy, abs(impulse), 0.0)
-        return
+
+    # What the contact should have done, as it was found and at first touch.
     delay, u_t, tx, ty = 0.0, u, lx, ly
     if finding.turned == 0:
-        delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, depth)
+        delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, finding.depth)
     nx, ny = contact.normal[0], contact.normal[1]
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
     expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
-    by_elasticity = -(1 - e * e) * mu * u_t * u_t / 2
-    energy_expected = expected * (expected / (2 * mu) - u)
-    finding.expected_impulse, finding.delay = expected, delay
-    finding.normal_error = _turn(lx, ly, tx, ty)
+    finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
     block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * at_touch * tx, delay * at_touch * ty
 
-    impulse_error = abs(impulse - expected)
-    at_wall, at_rest = contact.second < 0, _is_at_rest(constants, contact, finding)
-    if impulse < 0 and constants.together:
-        cause = Cause.STALE
-    elif impulse_error <= NEGLIGIBLE * expected:
-        cause = Cause.ROUNDING
-    elif impulse_error <= uncertain:
-        cause = Cause.UNTOLD
-    elif at_wall and (at_rest or _by_gravity(constants, contact, finding, e, depth)):
-        cause = Cause.GRAVITY
-    else:
-        cause = Cause.SMALL if impulse < expected else Cause.LARGE
-    if otherwise == Cause.NORMAL and cause != Cause.ROUNDING:
-        cause = Cause.NORMAL
-    turning = math.hypot(expected * (nx - lx), expected * (ny - ly))
+    # Its errors: of the impulse, of its time, of its normal, and what it did besides.
+    at_rest = _is_at_rest(constants, contact, finding)
+    cause = _cause_of_impulse(constants, contact, finding, uncertain, otherwise, at_rest)
+    impulse_error, turning = abs(impulse - expected), expected * math.hypot(nx - lx, ny - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
+    block.timing[k] = timing
+    energy, energy_expected = impulse * (impulse / (2 * mu) - u), expected * (expected / (2 * mu) - u)
+    by_elasticity = -(1 - e * e) * mu * u_t * u_t / 2
     if at_rest:
         _enter_rest(block, k, energy)
         timing, energy, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, 0.0, 0.0
-    block.timing[k] = timing
-    is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
-    is_mistimed = timing in (Cause.LATE, Cause.EARLY)
+    is_error, is_mistimed = cause not in (Cause.ROUNDING, Cause.GRAVITY), timing in (Cause.LATE, Cause.EARLY)
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, impulse_error if is_error else 0.0, 0.0)
     enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
-    right = at_touch
-    if finding.turned > 0 and otherwise == Cause.ROUNDING:
-        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
-        right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
-    finding.momentum_error = max(math.hypot(impulse * nx - right * tx, impulse * ny - right * ty), other_error)
+
+    # The largest is the contact's cause; together they are the momentum that it moved wrongly.
     finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
     if turning > NEGLIGIBLE * at_touch:
         enter(block, Cause.NORMAL, 0.0, turning, 0.0)
         if turning >= max(impulse_error, timing_error):
             finding.cause = Cause.NORMAL
-    if other_error > max(impulse_error, timing_error, turning):
+    if other_error > max(impulse_error / 10, timing_error, turning):  # the impulse was not what is reported
         finding.cause = otherwise
+    right = at_touch
+    if finding.turned > 0 and otherwise == Cause.ROUNDING:
+        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
+        right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
+    finding.momentum_error = max(math.hypot(impulse * nx - right * tx, impulse * ny - right * ty), other_error)
 
 
 @kernel
@@ -512,30 +556,32 @@ def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int
     x, y = position[ball, 0], position[ball, 1]
     if other >= 0:
         reach = constants.radius[ball] + constants.radius[other]
-        return max(reach - math.hypot(position[other, 0] - x, position[other, 1] - y), 0.0)
-    dx, dy = line_to_wall(constants, ~other, x, y)
-    return max(constants.radius[ball] + constants.wall[~other, 2] - math.hypot(dx, dy), 0.0)
+        dx, dy = position[other, 0] - x, position[other, 1] - y
+    else:
+        reach = constants.radius[ball] + constants.wall[~other, 2]
+        dx, dy = line_to_wall(constants, ~other, x, y)
+    depth: float = max(reach - math.hypot(dx, dy), 0.0)
+    return depth
 
 
 @kernel
-def mends_overlap(
-    constants: SceneConstants, unexplained: Unexplained, before: Floats, after: Floats, ball: int, moved: float
-) -> bool:
-    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before or after it.
+def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: Floats, ball: int, moved: float) -> bool:
+    """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before it.
 
-    before, after: (n, 2) px. A solver that resolves contacts together hands what it mends on from ball to ball: there
-    any overlap will do. Looks first at what the ball touched last.
+    before: (n, 2) px, positions at the start of the step. A solver that resolves contacts together hands what it mends
+    on from ball to ball: there any overlap will do. Looks first at what the ball touched last.
     """
     other, room = unexplained.partner[ball], unexplained.room[ball]
-    depth = max(_depth_in(constants, before, ball, other), _depth_in(constants, after, ball, other))
+    depth = _depth_in(constants, before, ball, other)
     if 2 * (room + depth) >= moved:
         return True
     for one in range(-len(constants.wall), len(constants.mass)):
         if one not in (ball, other):
-            depth += max(_depth_in(constants, before, ball, one), _depth_in(constants, after, ball, one))
+            depth += _depth_in(constants, before, ball, one)
     if constants.together and room + depth > 0:
         return True
-    return 2 * (room + depth) >= moved
+    enough: bool = 2 * (room + depth) >= moved
+    return enough
 
 
 @kernel
@@ -547,11 +593,10 @@ def attribute_displacement(
     unexplained: Unexplained,
     last: Integers,
     before: Floats,
-    after: Floats,
 ) -> None:
     """Attribute how a contact displaced its balls.
 
-    last: (n,) each ball's last contact; before, after: (n, 2) px, positions at the start and the end of the step.
+    last: (n,) each ball's last contact; before: (n, 2) px, positions at the start of the step.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
     energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
@@ -578,7 +623,7 @@ def attribute_displacement(
         by = math.hypot(x, y)
         moved += by
         if by > NEGLIGIBLE * constants.radius[ball]:
-            mends = mends and mends_overlap(constants, unexplained, before, after, ball, by)
+            mends = mends and mends_overlap(constants, unexplained, before, ball, by)
     cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
@@ -607,23 +652,24 @@ def _cause_of_displacement(
     error, slight = finding.displacement_error, NEGLIGIBLE * constants.radius[contact.first]
     fall = math.hypot(constants.fall[0], constants.fall[1])
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
+    _, _, _, reach = _pair_constants(constants, contact)
+    depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
     if error <= slight:
-        return Cause.ROUNDING
-    if error <= 3 * _sum_unsteady(unexplained, contact, 1):
-        return Cause.PLACED
-    if error <= 3 * _sum_unsteady(unexplained, contact, 0) * constants.dt:
-        return Cause.UNTOLD
-    if error <= 2 * fall * (constants.dt * constants.dt if at_rest else delay * delay if contact.second < 0 else 0.0):
-        return Cause.GRAVITY
-    if moved <= slight:
-        return Cause.LATE if delay > 0 else Cause.EARLY
-    if not mends:
-        _, _, _, reach = _pair_constants(constants, contact)
-        depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
-        if abs(depth) <= 10 * slight or finding.approach <= 0:
-            return Cause.PLACED
-        finding.depth, finding.delay = depth, depth / finding.approach  # resolved at another time than reported
-        return Cause.LATE if depth > 0 else Cause.EARLY
-    if contact.second >= 0:
-        return Cause.PUSHED
-    return Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
+        cause = Cause.ROUNDING
+    elif error <= 3 * _sum_unsteady(unexplained, contact, 1):
+        cause = Cause.PLACED
+    elif error <= 3 * _sum_unsteady(unexplained, contact, 0) * constants.dt:
+        cause = Cause.UNTOLD
+    elif error <= 2 * fall * (constants.dt**2 if at_rest else delay * delay if contact.second < 0 else 0.0):
+        cause = Cause.GRAVITY
+    elif moved <= slight:
+        cause = Cause.LATE if delay > 0 else Cause.EARLY
+    elif mends:
+        put_on_wall = Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
+        cause = Cause.PUSHED if contact.second >= 0 else put_on_wall
+    elif abs(depth) <= 10 * slight or finding.approach <= 0:
+        cause = Cause.PLACED
+    else:  # resolved at another time than reported
+        finding.depth, finding.delay = depth, depth / finding.approach
+        cause = Cause.LATE if depth > 0 else Cause.EARLY
+    return cause

@@ -139,13 +139,11 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     follows = Reason(reason.cause, f"The balls have been on other courses since {origin.time:.3f} s.")
     others = places[1:] if origin == places[0] else places
     led_on = matches.led_on(origin)
-    return (
-        matches.difference(origin, reason),
-        *(
-            matches.difference(place, matches.own_reason(place) or (follows if led_on(place) else matches.reason(place)))
-            for place in others
-        ),
-    )
+    differing = [matches.difference(origin, reason)]
+    for place in others:
+        reason = matches.own_reason(place) or (follows if led_on(place) else matches.reason(place))
+        differing.append(matches.difference(place, reason))
+    return tuple(differing)
 
 
 class _Matches:
@@ -453,7 +451,7 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
 
 
 def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair, in order: by time, if they are no further apart than the slack (s), else by order.
+    """Match contacts of the same pair: by time, if they are no further apart than the slack (s), else by their order.
 
     Of several that are near enough, the nearest is taken. Later than the slack, a contact matches if it is the next of
     both its bodies in the engine and in the reference: then the two have met nothing else meanwhile, and one that was
@@ -512,8 +510,7 @@ def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, 
 def _sequences(contacts: Contacts) -> dict[int, list[int]]:
     """Return the numbers of each ball's contacts that have an impulse."""
     sequences: dict[int, list[int]] = defaultdict(list)
-    for k, first, second in zip(range(len(contacts)), contacts["first"].tolist(), contacts["second"].tolist(), strict=True):
-        if contacts["impulse"][k]:
-            sequences[first].append(k)
-            sequences[second].append(k)
+    for k in np.flatnonzero(contacts["impulse"]).tolist():
+        for key in ("first", "second"):
+            sequences[int(contacts[key][k])].append(k)
     return sequences

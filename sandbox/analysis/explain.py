@@ -35,9 +35,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
     return {
         Cause.PLACED: f"The contact left balls {off} from where it should, though there was no overlap to mend.",
         Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
-        Cause.UNKNOWN: (
-            f"The evidence fits no cause: a contact of the two is reported, and they are {finding['gap']:.3g} px apart."
-        ),
+        Cause.UNKNOWN: _explain_unknown(finding),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
         Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
@@ -110,6 +108,15 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     return f"The impulse is wrong: {amount}{still}. It amounts to a restitution of {restitution:.3g}."
 
 
+def _explain_unknown(finding: np.void) -> str:
+    """Say what is known of a contact whose evidence fits no cause."""
+    if finding["gap"] > 0:
+        return (
+            f"The evidence fits no cause: a contact of the two is reported, and they are {finding['gap']:.3g} px apart."
+        )
+    return "The evidence fits no cause: several contacts in one step, and velocities changed besides their impulses."
+
+
 def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
     """Name the angle of the normal, or what a contact changed besides its impulse: momentum, or along and across it."""
     changed = "The contact changed velocities by something else than its reported impulse"
@@ -118,14 +125,13 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
         if finding["unexplained"].any():
             return f"The impulse acted along a direction that is {turned} from the reported normal."
         return f"The impulse acted along a normal that is {turned} from the line of centres."
-    if not finding["unexplained"].any():
-        return f"{changed}, or another contact of the same step did."
     first, second = int(contact["first"]), int(contact["second"])
     on_first = -scene.bodies.mass[first] * finding["unexplained"][0]
     on_second = scene.bodies.mass[second] * finding["unexplained"][1] if second >= 0 else on_first
     reported, (nx, ny) = float(contact["impulse"]), contact["normal"].tolist()
     if second >= 0 and math.hypot(*(on_second - on_first)) > NEGLIGIBLE * 10 * abs(reported):
-        got = " and ".join(f"{math.hypot(*(reported * contact['normal'] + extra)):.4g}" for extra in (on_first, on_second))
+        each = (reported * contact["normal"] + extra for extra in (on_first, on_second))
+        got = " and ".join(f"{math.hypot(*one):.4g}" for one in each)
         return f"{changed} of {reported:.4g} kg px/s: the balls got {got}, which makes or loses momentum."
     along, across = float(on_first @ (nx, ny)), float(on_first @ (-ny, nx))
     parts = [

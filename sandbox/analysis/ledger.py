@@ -233,36 +233,41 @@ def _find_unexplained(
     before: tuple[Floats, Floats],
     after: tuple[Floats, Floats],
     off_parabola: Floats,
-) -> None:
+) -> float:
     """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
 
-    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px.
+    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px. Returns the largest unexplained
+    momentum of a ball without a contact in the step, kg px/s.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
-    fastest, furthest = 0.0, 0.0
+    fastest, furthest, momentum, unflown = 0.0, 0.0, 0.0, False
     for ball in range(len(constants.mass)):
         _fly(constants, scratch, ball, constants.dt)
-        by_gravity = 0.0
+        by_gravity = error = away = slight = 0.0
         for axis in range(2):
             moved = after[0][ball, axis] - before[0][ball, axis]
             by_gravity += (constants.fall[axis] - constants.gravity[axis]) * scratch.flown[ball, axis]
             by_gravity -= constants.gravity[axis] * off_parabola[axis]
             unexplained.place[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
             unexplained.velocity[ball, axis] = after[1][ball, axis] - scratch.explained[ball, axis]
+            error += abs(unexplained.velocity[ball, axis])  # no less than the length, which takes longer
+            away += abs(unexplained.place[ball, axis])
+            slight += abs(after[1][ball, axis]) + abs(before[1][ball, axis])
         if by_gravity != 0:
             enter(block, Cause.GRAVITY, constants.mass[ball] * by_gravity, 0.0, 0.0)
-        error = math.hypot(unexplained.velocity[ball, 0], unexplained.velocity[ball, 1])
-        speeds = abs(after[1][ball, 0]) + abs(after[1][ball, 1]) + abs(before[1][ball, 0]) + abs(before[1][ball, 1])
-        if error <= NEGLIGIBLE * (speeds + pull):
+        if error <= NEGLIGIBLE * (slight + pull):
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0] = error
-            away = math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
-            fastest = max(fastest, error)
+            fastest, momentum = max(fastest, error), max(momentum, constants.mass[ball] * error)
             furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
-    for ball in range(len(constants.mass)):
-        if not unexplained.flown[ball] and scratch.last[ball] >= 0:
-            unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
+        else:
+            unflown = unflown or not unexplained.flown[ball]
+    if unflown:
+        for ball in range(len(constants.mass)):
+            if not unexplained.flown[ball] and scratch.last[ball] >= 0:
+                unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 1] = fastest, furthest
+    return momentum
 
 
 @kernel
@@ -274,11 +279,14 @@ def _find_owners(
     begin: int,
     end: int,
     within: Floats,
+    elsewhere: float,
 ) -> None:
     """Find for each ball the contact of the step that changed its velocity besides its impulse, if one did.
 
-    A velocity that changed after some part of a step displaces the ball by the rest of it; the contact that fits this
-    best is taken, unless the change fits the start or the end of the step by far better, or is as large as in flight.
+    elsewhere: kg px/s, the largest unexplained momentum of a ball without a contact: if that is as large, the contact
+    may have had no part in it. A velocity that changed after some part of a step displaces the ball by the rest of it;
+    the contact that fits this best is taken, unless the change fits the start or the end of the step by far better, or
+    is as large as in flight.
     """
     for k in range(begin, end):
         for side in range(2):
@@ -288,7 +296,7 @@ def _find_owners(
             vx, vy = unexplained.velocity[ball, 0], unexplained.velocity[ball, 1]
             x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
             size = math.hypot(vx, vy)
-            if size <= 3 * unexplained.unsteady[ball, 0]:
+            if size <= 3 * max(unexplained.unsteady[ball, 0], elsewhere / constants.mass[ball]):
                 continue
             rest = constants.dt - within[k]
             score = math.hypot(x - rest * vx, y - rest * vy)
@@ -349,23 +357,23 @@ def _enter_unexplained(
     """Enter what is still unexplained of a ball's change in a step."""
     change, place, cause = unexplained.velocity[ball], unexplained.place[ball], unexplained.cause[ball]
     vx, vy = after[1][ball, 0] - change[0] / 2, after[1][ball, 1] - change[1] / 2
-    size = math.hypot(change[0], change[1])
-    is_error = cause != Cause.ROUNDING
-    energy = constants.mass[ball] * (change[0] * vx + change[1] * vy)
-    enter(block, cause, energy, constants.mass[ball] * size if is_error else 0.0, 0.0)
-    if cause == Cause.UNTOLD:
-        _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
-    moved, unsteady = math.hypot(place[0], place[1]), 0.0
-    energy = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1])
-    if moved <= NEGLIGIBLE * constants.radius[ball]:
-        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
-    elif mends_overlap(constants, unexplained, before[0], after[0], ball, moved):
-        enter(block, Cause.PUSHED, energy, 0.0, moved)
-        _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
+    block.energy[cause] += constants.mass[ball] * (change[0] * vx + change[1] * vy)
+    if cause != Cause.ROUNDING:
+        enter(block, cause, 0.0, constants.mass[ball] * math.hypot(change[0], change[1]), 0.0)
+        if cause == Cause.UNTOLD:
+            _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
+    energy, unsteady = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1]), 0.0
+    if abs(place[0]) + abs(place[1]) <= NEGLIGIBLE * constants.radius[ball]:
+        block.energy[Cause.ROUNDING] += energy
     else:
-        unsteady = moved
-        enter(block, Cause.PLACED, energy, 0.0, moved)
-        _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
+        moved = math.hypot(place[0], place[1])
+        if mends_overlap(constants, unexplained, before[0], ball, moved):
+            enter(block, Cause.PUSHED, energy, 0.0, moved)
+            _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
+        else:
+            unsteady = moved
+            enter(block, Cause.PLACED, energy, 0.0, moved)
+            _note_flight(flights, ball, PUT_ELSEWHERE, step, place, before[1][ball])
     if scratch.last[ball] < 0:
         unexplained.unsteady[ball, 1] = unsteady
         unexplained.flown[ball] = True
@@ -420,8 +428,8 @@ def _replay(
             at = end
 
         # Attribute what each contact did to velocities, then to places, and enter what is left.
-        _find_unexplained(constants, block, scratch, unexplained, before, after, off_parabola)
-        _find_owners(constants, scratch, unexplained, contacts, begin, at, within)
+        elsewhere = _find_unexplained(constants, block, scratch, unexplained, before, after, off_parabola)
+        _find_owners(constants, scratch, unexplained, contacts, begin, at, within, elsewhere)
         for k in range(begin, at):
             if block.shared[k]:
                 attribute_simultaneous(constants, block, k, contacts[k], unexplained)
@@ -430,7 +438,7 @@ def _replay(
         for ball in range(n):
             _explain_places(constants, block, unexplained, within, ball)
         for k in range(begin, at):
-            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0], after[0])
+            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0])
         for ball in range(n):
             _enter_unexplained(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
@@ -545,27 +553,32 @@ class Ledger:
         The velocity of one of the two changes in the next step only, and neither changes in this one, unless by an
         earlier contact of the step.
         """
-        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (contacts["impulse"] != 0)
-        numbers = np.flatnonzero(at_end & (step_of < len(velocity) - 1))
-        contact, step, fall = contacts[numbers], step_of[numbers], np.multiply(self._constants.gravity, self._constants.dt)
-        changes, next_only = [], np.zeros(len(numbers), np.bool_)
-        for key in ("first", "second"):
-            ball = np.maximum(contact[key], 0)
-            slight = np.abs(contact["impulse"]) / self._constants.mass[ball] / 1000
-            now, later = (
-                (length(velocity[step + k, ball] - velocity[step + k - 1, ball] - fall) > slight) & (contact[key] >= 0)
-                for k in range(2)
-            )
-            changes.append((ball, now))
-            next_only |= ~now & later
-        earlier = {
-            (one, ball)
-            for key in ("first", "second")
-            for one, ball in zip(step_of[~at_end].tolist(), contacts[key][~at_end].tolist(), strict=True)
-        }
+        steps = len(velocity) - 1
+        fall = np.multiply(self._constants.gravity, self._constants.dt)
+        slight = np.abs(contacts["impulse"]) / 1000
+        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < steps) & (slight > 0)
+
+        def changes(key: str, step: Integers, numbers: Integers) -> Bools:
+            ball = np.maximum(contacts[key][numbers], 0)
+            change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall).sum(axis=1)
+            return (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+
+        numbers = np.flatnonzero(at_end)
+        stays = [
+            ~changes(key, step_of[numbers], numbers) & (contacts[key][numbers] >= 0) for key in ("first", "second")
+        ]
+        numbers = numbers[stays[0] | stays[1]]
         found = step_of.copy()
-        for at in np.flatnonzero(next_only).tolist():
-            found[numbers[at]] += all(not now[at] or (step[at], ball[at]) in earlier for ball, now in changes)
+        for k in numbers.tolist():
+            one, step = np.array([k]), step_of[[k]]
+            earlier = contacts[(step_of == step) & (within < within[k])]
+            next_only = moved = False
+            for key in ("first", "second"):
+                now = bool(changes(key, step, one)[0])
+                next_only |= not now and bool(changes(key, step + 1, one)[0])
+                ball = contacts[key][k]
+                moved |= now and ball not in earlier["first"] and ball not in earlier["second"]
+            found[k] += next_only and not moved
         return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
@@ -649,7 +662,7 @@ def _wall_constants(scene: Scene) -> Floats:
 def _engine_gravity(
     scene: Scene, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
 ) -> tuple[Floats, Floats] | None:
-    """Return what pulls at an engine's balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
+    """Return what pulls at balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
 
     Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
     gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall
@@ -672,15 +685,14 @@ def _engine_gravity(
     if _share(sped, still, slight) * _share(moved, still, slight) > MIN_SHARE_RIGHT:
         return gravity, still
     faster, off = np.median(sped, axis=0), np.median(moved, axis=0)
-    if _share(sped, still, slight) > MIN_SHARE_ALIKE:
+    unaltered, alike = (_share(sped, value, slight) for value in (still, faster))
+    if unaltered > MIN_SHARE_ALIKE or alike < MIN_SHARE_ALIKE or len(steps) < MIN_FLIGHTS:
         faster = still
-    elif len(steps) < MIN_FLIGHTS or _share(sped, faster, slight) < MIN_SHARE_ALIKE:
-        return gravity, still
     off -= faster / 2
-    alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
-    if faster.any() and not alike:
+    off_alike = _share(moved - faster / 2, off, slight) >= MIN_SHARE_ALIKE
+    if faster.any() and not off_alike:
         return gravity, still
-    if not alike or not _is_integration(off, gravity):
+    if not off_alike or not _is_integration(off, gravity):
         off = still
     return gravity + faster * fall / dt, off * fall * dt
 

@@ -176,7 +176,9 @@ class Measurement:
         pulled: (rows,), the ball that the mouse pulled in the step that led to each, or -1.
         """
         contacts = self.runner.engine.contacts()
-        self._contacts.append(contacts[np.argsort(contacts["time"], kind="stable")])
+        if (np.diff(contacts["time"]) < 0).any():
+            contacts = contacts[np.argsort(contacts["time"], kind="stable")]
+        self._contacts.append(contacts)
         position, velocity = self.states.rows(slice(rows))
         self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
         steps = self._entered + np.flatnonzero(pulled >= 0)

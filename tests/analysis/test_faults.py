@@ -3,12 +3,15 @@
 from importlib.metadata import EntryPoint
 from typing import Final
 
+import numpy as np
 import pytest
 from conftest import scene_of
 from faults import FAULTS
 
 import sandbox.engines
+from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.measurement import Run
 from sandbox.scene.model import Scene
 
 EIGHT: Final = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
@@ -27,6 +30,9 @@ to = [330, 180]
 """
 
 
+FAST: Final = ("gas", "gravity", "friction", "inner walls", "mixed")  # the scenes of the fast test
+
+
 def gas(*balls: str, seed: int = 1, more: str = "", arena: str = "", walls: str = "") -> Scene:
     groups = [*balls[:-1], f"{balls[-1]}\n{walls}"]
     return scene_of(*groups, size=f"[400, 300]\n{arena}", more=f"seed = {seed}\nseconds = 1\n{more}")
@@ -43,3 +49,63 @@ def scenes(seed: int) -> dict[str, Scene]:
         "mixed": gas(*MIXED, seed=seed),
         "sideways": gas(*MIXED, seed=seed, more="gravity = [-300, 200]", walls=WALLS),
     }
+
+
+def run_of(engine: str, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run an engine of `faults`, measured against exact."""
+    entry = EntryPoint("faulty", f"faults:{engine}", sandbox.engines.ENTRY_POINTS)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", entry)
+    return compare(scene, ["faulty", "exact"]).runs["faulty"]
+
+
+def remainder(run: Run) -> float:
+    """Return how far the ledger's lines are from adding up to the change of energy, as a share of the most."""
+    change = run.energy[-1] - run.energy[0]
+    return float(abs(sum(entry.energy for entry in run.figures.ledger) - change) / np.abs(run.energy).max())
+
+
+@pytest.mark.parametrize("name", scenes(1))
+def test_an_event_driven_engine_without_a_fault_does_not_differ(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for seed in range(1, 4):
+        run = run_of("EventDriven", scenes(seed)[name], monkeypatch)
+        assert run.differences == ()
+        assert {entry.cause for entry in run.figures.ledger} <= {Cause.ELASTICITY, Cause.ROUNDING}
+
+
+def judge(engine: str, seeds: range, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Print each cause named, and check that it is true, and that a cause is named often enough."""
+    fault, shown, named = FAULTS[engine], 0, 0
+    true = ", ".join(sorted(cause.key for cause in fault.true))
+    for name in names:
+        for seed in seeds:
+            scene = scenes(seed)[name]
+            if not fault.fits(scene):
+                continue
+            run = run_of(engine, scene, monkeypatch)
+            assert remainder(run) < 1e-9
+            one = run.figures.first_difference
+            print(f"{engine:28}{name:14}{seed:3}  {one.cause.key if one else '-':12}true: {true}")
+            if one:
+                assert one.cause in {*fault.true, Cause.UNKNOWN}, f"{name}, seed {seed}: {one.because} {fault.why}"
+                shown += 1
+                named += one.cause in fault.true
+    assert shown or not fault.true
+    assert named >= fault.named * shown, f"{named} of {shown} are named"
+
+
+@pytest.mark.parametrize("engine", FAULTS)
+def test_the_first_difference_of_a_known_fault(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    judge(engine, range(1, 3), FAST, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", FAULTS)
+def test_the_first_differences_of_a_known_fault_in_many_scenes(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    judge(engine, range(1, 11), tuple(scenes(1)), monkeypatch)
+
+
+def test_the_faults_are_shown() -> None:
+    """Each fault is shown by a fitting scene, or the test above would judge nothing."""
+    assert len(FAULTS) >= 24
+    for fault in FAULTS.values():
+        assert any(fault.fits(scene) for scene in scenes(1).values())
