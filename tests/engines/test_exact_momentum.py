@@ -46,10 +46,10 @@ def successive_impacts(
     """Return the speeds of balls in a row after some time, s, by one impact after another in 50 digits.
 
     gap: px, between neighbours. Of impacts at one time, that of the first balls comes first. Returns None if
-    there are more than 200, as in an inelastic collapse, or nearly so.
+    there are more than 100, as in an inelastic collapse, or nearly so.
     """
     gap, v, now = [*gap], [*speed], Decimal(0)
-    for _ in range(200):
+    for _ in range(100):
         closing = [a - b for a, b in itertools.pairwise(v)]
         when = [max(g / c, Decimal(0)) if c > 0 else until for g, c in zip(gap, closing, strict=True)]
         soonest = min(when)
@@ -102,7 +102,7 @@ def test_touching_cradle_of_elasticity_half_keeps_the_energy_of_the_limit_of_sma
 
 
 def unexplained(scene: Scene, steps: int) -> Floats:
-    """Return the momentum that neither gravity nor a reported contact with a wall explains, each step: kg px/s."""
+    """Return the momentum that gravity and the reported contacts with walls leave unexplained until each step."""
     engine, mass = ExactEngine(scene, spawn(scene)), scene.bodies.mass
     engine.contacts()
     states = States.empty(steps, len(mass))
@@ -115,7 +115,8 @@ def unexplained(scene: Scene, steps: int) -> Floats:
     step = np.clip(np.ceil(walls["time"] * scene.rate - 1e-9).astype(int) - 1, 0, steps - 1)
     given = np.zeros((steps, 2))
     np.add.at(given, step, walls["impulse"][:, None] * walls["normal"])
-    return np.abs((change - weight + given).cumsum(axis=0)).max(axis=1)
+    total: Floats = np.abs((change - weight + given).cumsum(axis=0)).max(axis=1)
+    return total
 
 
 def row(count: int, angle: float, gap: float, e: float, rest: float, mass: Iterable[float], head: str) -> Scene:

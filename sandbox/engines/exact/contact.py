@@ -87,7 +87,7 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
         if _collapses(of_a, now) and _collapses(of_b, now):
             speed = closing
         speed = max(speed, MIN_PARTING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
-    if pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until:
+    if world.has_gravity and (pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until):
         hop = world.hop_speed
         if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
@@ -146,7 +146,12 @@ def _is_slow(world: World, i: int) -> bool:
 @kernel
 def _inverse_mass(world: World, i: int, other: int, closing: float) -> float:
     """Return 1/mass of disc i, 1/kg: 0 if it is held, and a contact as slow as this (px/s) does not release it."""
-    holds = world.event[i].carrier == HELD and closing < SLOW_HOPS * world.hop_speed and _is_slow(world, other)
+    holds = (
+        world.has_gravity
+        and world.event[i].carrier == HELD
+        and closing < SLOW_HOPS * world.hop_speed
+        and _is_slow(world, other)
+    )
     return 0.0 if holds else 1 / world.body[i].mass
 
 
@@ -154,9 +159,11 @@ def _inverse_mass(world: World, i: int, other: int, closing: float) -> float:
 def collide(world: World, i: int, j: int, since: float, now: float, log: Log) -> None:
     """Exchange momentum between two discs. since: s, the start of the step."""
     a, b, of_a, of_b = world.disc[i], world.disc[j], world.body[i], world.body[j]
-    for k in (i, j):
-        move_to_now(world, k, now)
-        report_support(world, k, since, now, log)
+    move_to_now(world, i, now)
+    move_to_now(world, j, now)
+    if world.has_gravity:
+        report_support(world, i, since, now, log)
+        report_support(world, j, since, now, log)
     nx, ny, distance = unit(b.x - a.x, b.y - a.y)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
@@ -179,9 +186,10 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     for k, per_k, per_other in ((i, per_a, per_b), (j, per_b, per_a)):
         if per_k > 0:
             _count_contact(world, k, now)
-            if per_other == 0:
-                world.body[k].last_support = now
-            _hold_if_jammed(world, k, closing, now)
+            if world.has_gravity:
+                if per_other == 0:
+                    world.body[k].last_support = now
+                _hold_if_jammed(world, k, closing, now)
 
 
 @kernel

@@ -49,11 +49,11 @@ BODY: Final = np.dtype(
         ("last_disc_contact", "f8"),  # s, time of the last contact with a disc
         ("leans_until", "f8"),  # s, until when it counts as leaning on others
         ("slow_since", "f8"),  # s, start of the count of slow contacts
-        ("slow_contacts", "i8"),  # since then
+        ("slow_contacts", "i4"),  # since then
         ("last_support", "f8"),  # s, time of the last contact with a wall or with a held disc
         ("held_until", "f8"),  # s, if it is held
-        ("corner", "i8"),  # second piece of wall that carries it, where it lies in a corner, or NONE
-        ("streak", "i8"),  # contacts in a row, each within CONTACT_TIME of the one before
+        ("corner", "i4"),  # second piece of wall that carries it, where it lies in a corner, or NONE
+        ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
     ]
 )
 

@@ -52,7 +52,7 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     pull = body.ax * nx + body.ay * ny
     body.ax -= pull * nx
     body.ay -= pull * ny
-    event.carrier = p
+    event.carrier, body.corner = p, NONE
     if before == NONE:
         return
     mx, my, _ = normal_to(disc, world.piece[before])
@@ -75,7 +75,7 @@ def _write_support(world: World, i: int, p: int, nx: float, ny: float, impulse: 
 def report_support(world: World, i: int, since: float, now: float, log: Log) -> None:
     """Report what walls that carry disc i gave it until now, since a time (s), or since its last contact if later."""
     disc, event, body = world.disc[i], world.event[i], world.body[i]
-    if event.carrier < 0 or not log.collects:
+    if not log.collects or event.carrier < 0:
         return
     x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
     momentum = body.mass * (now - max(since, body.last_contact))

@@ -70,6 +70,6 @@ def release(world: World, i: int) -> None:
     event, body = world.event[i], world.body[i]
     if event.carrier != NONE:
         body.last_support = world.disc[i].t
-    event.carrier, body.corner = NONE, NONE
+    event.carrier = NONE
     body.ax, body.ay = world.gravity
     world.disc[i].serial += 1
