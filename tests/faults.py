@@ -487,7 +487,7 @@ class DoesNotReport(EventDriven):
             self.seen += 1
 
 
-@fault(Cause.UNTOLD, Cause.VELOCITY, fits=lambda scene: len(scene.bodies) > 2, named=0.5)
+@fault(Cause.UNTOLD, Cause.VELOCITY, fits=lambda scene: len(scene.bodies) > 2, named=0.0)
 class ReportsWrongPair(EventDriven):
     """Contacts of a pair are reported of its first ball and a third: one changes untold, and one does not change."""
 
@@ -584,7 +584,7 @@ class WallElsewhere(EventDriven):
 @fault(
     *(Cause.LATE, Cause.EARLY, Cause.PLACED, Cause.UNTOLD, Cause.VELOCITY),
     fits=lambda scene: not with_gravity(scene),
-    named=0.8,
+    named=0.3,
 )
 class SwapsTimes(EventDriven):
     """Two contacts are reported with each other's time: one early, one late, and not where these times would lead.

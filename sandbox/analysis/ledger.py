@@ -579,7 +579,8 @@ class Ledger:
                 ball = contacts[key][k]
                 moved |= now and ball not in earlier["first"] and ball not in earlier["second"]
             found[k] += next_only and not moved
-        return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
+        resolved_next: Bools = np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
+        return resolved_next
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
