@@ -561,7 +561,8 @@ class Ledger:
         def changes(key: str, step: Integers, numbers: Integers) -> Bools:
             ball = np.maximum(contacts[key][numbers], 0)
             change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall).sum(axis=1)
-            return (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+            changed: Bools = (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+            return changed
 
         numbers = np.flatnonzero(at_end)
         stays = [
