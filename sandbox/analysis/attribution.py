@@ -400,11 +400,18 @@ def _enter_rest(block: Block, k: int, energy: float) -> None:
 
 @kernel
 def _attribute_unmet(
-    constants: SceneConstants, block: Block, contact: Record, finding: Record, uncertain: float, otherwise: int
+    constants: SceneConstants,
+    block: Block,
+    contact: Record,
+    finding: Record,
+    uncertain: float,
+    unowned: float,
+    otherwise: int,
 ) -> None:
     """Attribute a contact of two that part, or that are too far apart to have met.
 
-    uncertain: kg px/s, how much of its impulse is not known; otherwise: the cause of what it did besides, or ROUNDING.
+    uncertain, unowned: kg px/s, how much of its impulse is not known, because velocities change in flight, or change in
+    the step but not by this contact; otherwise: the cause of what it did besides, or ROUNDING.
     """
     impulse = contact.impulse
     if finding.gap > 0:
@@ -413,6 +420,8 @@ def _attribute_unmet(
         cause = Cause.ROUNDING
     elif abs(impulse) <= uncertain:
         cause = Cause.UNTOLD
+    elif abs(impulse) <= unowned:
+        cause = Cause.UNKNOWN
     else:
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
     _, per_i, per_j, _ = _pair_constants(constants, contact)
@@ -424,9 +433,15 @@ def _attribute_unmet(
 
 @kernel
 def _cause_of_impulse(
-    constants: SceneConstants, contact: Record, finding: Record, uncertain: float, otherwise: int, at_rest: bool
+    constants: SceneConstants,
+    contact: Record,
+    finding: Record,
+    uncertain: float,
+    unowned: float,
+    otherwise: int,
+    at_rest: bool,
 ) -> int:
-    """Return why an impulse is not the expected one. uncertain, otherwise: as for `_attribute_unmet`."""
+    """Return why an impulse is not the expected one. The others: as for `_attribute_unmet`."""
     expected, impulse = finding.expected_impulse, contact.impulse
     error = abs(impulse - expected)
     if impulse < 0 and constants.together:
@@ -437,6 +452,8 @@ def _cause_of_impulse(
         cause = Cause.NORMAL
     elif error <= uncertain:
         cause = Cause.UNTOLD
+    elif error <= unowned:
+        cause = Cause.UNKNOWN
     elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding)):
         cause = Cause.GRAVITY
     else:
@@ -454,9 +471,10 @@ def attribute_single(
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
     lx, ly, finding.depth = _check_geometry(constants, block, k, contact, unexplained, reach)
-    uncertain = 3 * (1 + e) * mu * (_sum_unsteady(unexplained, contact, 0) + _sum_unowned(unexplained, k, contact))
+    uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
+    unowned = 3 * (1 + e) * mu * _sum_unowned(unexplained, k, contact)
     if finding.gap > 0 or u <= 0:
-        _attribute_unmet(constants, block, contact, finding, uncertain, otherwise)
+        _attribute_unmet(constants, block, contact, finding, uncertain, unowned, otherwise)
         return
 
     # What the contact should have done, as it was found and at first touch.
@@ -471,7 +489,7 @@ def attribute_single(
 
     # Its errors: of the impulse, of its time, of its normal, and what it did besides.
     at_rest = _is_at_rest(constants, contact, finding)
-    cause = _cause_of_impulse(constants, contact, finding, uncertain, otherwise, at_rest)
+    cause = _cause_of_impulse(constants, contact, finding, uncertain, unowned, otherwise, at_rest)
     impulse_error, turning = abs(impulse - expected), expected * math.hypot(nx - lx, ny - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY

@@ -114,7 +114,7 @@ def _explain_unknown(finding: np.void) -> str:
         return (
             f"The evidence fits no cause: a contact of the two is reported, and they are {finding['gap']:.3g} px apart."
         )
-    return "The evidence fits no cause: several contacts in one step, and velocities changed besides their impulses."
+    return "The evidence fits no cause: in this step, velocities changed by something else than the reported impulses."
 
 
 def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:

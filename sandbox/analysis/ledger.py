@@ -561,7 +561,8 @@ class Ledger:
         def changes(key: str, step: Integers, numbers: Integers) -> Bools:
             ball = np.maximum(contacts[key][numbers], 0)
             change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall).sum(axis=1)
-            return (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+            changed: Bools = (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
+            return changed
 
         numbers = np.flatnonzero(at_end)
         stays = [
@@ -579,7 +580,8 @@ class Ledger:
                 ball = contacts[key][k]
                 moved |= now and ball not in earlier["first"] and ball not in earlier["second"]
             found[k] += next_only and not moved
-        return np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
+        resolved_next: Bools = np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
+        return resolved_next
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""

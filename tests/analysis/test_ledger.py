@@ -186,6 +186,15 @@ def test_gravity_integrated_in_steps_is_entered() -> None:
     assert set(ledger) <= {"gravity", "rounding"}
 
 
+@pytest.mark.parametrize("seconds", [2.0, 20.0])
+def test_a_ball_at_rest_does_not_fill_the_ledger(seconds: float) -> None:
+    """In a corner, gravity and two walls give and take in every step; no line is more than what is gained or lost."""
+    scene = scene_of("radius = 20\nposition = [780, 580]\nelasticity = 0.5", more="gravity = [300, 900]")
+    run, ledger = ledger_of(scene.changed(seconds=seconds), "pymunk")
+    assert run.energy[-1] / run.energy[0] == pytest.approx(1, abs=0.01)
+    assert all(abs(entry.energy) < 0.03 * run.energy[0] for entry in ledger.values())
+
+
 def test_the_mouse_s_work_is_entered_as_the_mouse_s() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]").changed(seconds=0.6)
     inputs: list[Input] = [Grab(step=6, ball=0, at=(600, 300)), Move(step=20, at=(200, 200)), Release(step=30)]
