@@ -33,6 +33,7 @@ from sandbox.engines.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
 MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
+BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 
 FINDING: Final = np.dtype(
@@ -382,13 +383,17 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> 
 
 @kernel
 def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then."""
+    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then.
+
+    A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce.
+    """
     nx, ny = contact.normal[0], contact.normal[1]
-    pull = math.hypot(constants.fall[0], constants.fall[1])
+    pull, bounced = math.hypot(constants.fall[0], constants.fall[1]), 0.0
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
+        bounced = BOUNCED * pull * finding.free_flight
     shortly: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
-    return shortly and pull > 0 and finding.approach <= 2 * pull * constants.dt
+    return shortly and pull > 0 and bounced <= finding.approach <= 2 * pull * constants.dt
 
 
 @kernel

@@ -31,7 +31,7 @@ from sandbox.analysis.explain import (
     explain_gravity,
     explain_passage,
 )
-from sandbox.analysis.ledger import PUSHED_OUT, PUT_ELSEWHERE, VELOCITY_CHANGED, Flights
+from sandbox.analysis.ledger import PUSHED_OUT, PUT_ELSEWHERE, VELOCITY_CHANGED, Flights, steps_containing
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -122,7 +122,7 @@ class Error(NamedTuple):
 
 
 def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
-    """Return the differences between an engine and the reference up to a time (s), in order of time.
+    """Return the differences between an engine and the reference up to a time (s), in order of their steps.
 
     end: s, up to which contacts are known; one near it may have its match later. If all velocities agree, the
     contacts that displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first
@@ -132,7 +132,7 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
         if len(record.contacts) > MAX_CONTACTS_COMPARED:
             until = min(until, float(record.contacts["time"][MAX_CONTACTS_COMPARED]))
     matches = _Matches(scene, own, reference, until, end)
-    places = sorted([*matches.other_velocities(), *matches.unmatched()])[:MAX_DIFFERENCES]
+    places = sorted([*matches.other_velocities(), *matches.unmatched()], key=matches.order)[:MAX_DIFFERENCES]
     if not places:
         return matches.displacements()
     origin, reason = matches.origin(places[0])
@@ -150,14 +150,28 @@ class _Matches:
     """The contacts of an engine, matched with the reference's.
 
     of_reference: for each contact of the engine the number of the reference's, or -1; matched: which of the
-    reference's have a match.
+    reference's have a match; at_ends_of_steps: whether that is where the engine has all its contacts.
     """
 
     def __init__(self, scene: Scene, own: Record, reference: Record, until: float, end: float) -> None:
         self.scene, self.own, self.reference = scene, own, reference
         slack = MAX_TRACE_STEPS / scene.rate
         self.until = min(until, end - slack)
-        self.of_reference, self.matched = _match(own.contacts, reference.contacts, until, slack)
+        self.of_reference, self.matched = _match(own, reference, until, slack)
+        times = own.contacts["time"]
+        ends = steps_containing(times, scene.rate) / scene.rate
+        self.at_ends_of_steps = bool((np.abs(times - ends) <= NEGLIGIBLE / scene.rate).all())
+
+    def order(self, place: Place) -> tuple[float, bool, int, int]:
+        """Return the key by which places are sorted: by time, then as the engine resolved them.
+
+        What an engine that finds contacts at the ends of steps lacks, it lacks at the end of a step, and may lack
+        because of what it found there.
+        """
+        lacks = place.own < 0
+        step = int(steps_containing(np.array([place.time]), self.scene.rate)[0])
+        time = step / self.scene.rate if lacks and self.at_ends_of_steps else place.time
+        return time, lacks, place.own, place.reference
 
     def other_velocities(self) -> Iterator[Place]:
         """Find the matched contacts that have other velocities after, or come in another order."""
@@ -450,15 +464,18 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
     return tuple((float(x), float(y)) for x, y in finding[key][: 1 if second < 0 else 2])
 
 
-def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tuple[Integers, Bools]:
+def _match(of_engine: Record, of_other: Record, until: float, slack: float) -> tuple[Integers, Bools]:
     """Match contacts of the same pair: by time, if they are no further apart than the slack (s), else by their order.
 
-    Of several that are near enough, the nearest is taken. Later than the slack, a contact matches if it is the next of
-    both its bodies in the engine and in the reference: then the two have met nothing else meanwhile, and one that was
-    missed is not matched with a later one. A contact without an impulse matches none. Returns, for each of the engine's
-    contacts up to a time, the number of the reference's or -1, and which of the reference's are matched.
+    Of several that are near enough, the one with the most similar velocities before is taken. Later than the slack, a
+    contact matches if it is the next of both its bodies in the engine and in the reference: then the two have met
+    nothing else meanwhile, and one that was missed is not matched with a later one. A contact without an impulse
+    matches none. Returns, for each of the engine's contacts up to a time, the number of the reference's or -1, and
+    which of the reference's are matched.
     """
+    own, reference = of_engine.contacts, of_other.contacts
     reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
+    own_before, before = of_engine.findings["before"], of_other.findings["before"]
     of_reference = np.full(len(own), -1)
     matched = np.zeros(len(reference), bool)
     waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
@@ -473,9 +490,12 @@ def _match(own: Contacts, reference: Contacts, until: float, slack: float) -> tu
         queue, at = waiting[first, second], begin[first, second]
         while at < len(queue) and times[queue[at]] < time - slack:
             at += 1
-        while at + 1 < len(queue) and abs(times[queue[at + 1]] - time) < abs(times[queue[at]] - time):
-            at += 1
-        if k < within and at < len(queue) and times[queue[at]] <= time + slack:
+        end = at
+        while end < len(queue) and times[queue[end]] <= time + slack:
+            end += 1
+        if end - at > 1:
+            at += int(np.abs(before[queue[at:end]] - own_before[k]).max(axis=(1, 2)).argmin())
+        if k < within and at < end:
             of_reference[k] = queue[at]
             matched[queue[at]] = True
             at += 1

@@ -76,6 +76,11 @@ def _marked(comparison: Comparison) -> tuple[str, ...]:
     return OF_PATHS if keeps_energy(comparison.scene) else OF_ENERGY + OF_PATHS
 
 
+def ledger_mark(comparison: Comparison) -> str:
+    """Return the mark of the ledger's rows, which in a heap cover more than the reference can account for."""
+    return MARK if comparison.trust.ends_by == "unresolved" else ""
+
+
 def mark_words(comparison: Comparison) -> str:
     """Say what the mark at some rows of the table means; empty if none is marked."""
     if comparison.trusted_until is None:
@@ -252,13 +257,13 @@ def _errors(run: Run) -> list[Entry]:
 
 
 def _main_cause(run: Run, error: float) -> Cause | None:
-    """Return the cause of most of an error in energy (kg px²/s²), None if the ledger's lines do not come to it."""
+    """Return the cause of most of an error in energy (kg px²/s²), None if the ledger does not tell it."""
     alike = [entry for entry in _errors(run) if entry.energy * error > 0]
     whole, same = sum(entry.energy for entry in _errors(run)), sum(abs(entry.energy) for entry in alike)
     if not alike or abs(whole - error) > EXPLAINED * abs(error) or same > MAX_CANCELLED * abs(error):
         return None
     worst = max(alike, key=lambda entry: abs(entry.energy))
-    return worst.cause if abs(worst.energy) > same / 2 else None
+    return worst.cause if abs(worst.energy) > same / 2 and worst.cause != Cause.UNKNOWN else None
 
 
 def _energy(comparison: Comparison) -> str:

@@ -12,7 +12,7 @@ from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
-from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
+from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, trust_words, verdict
 from sandbox.analysis.verify import Board, Outcome, Result, tally
 from sandbox.bench.against import worse
 from sandbox.bench.figure import Figure
@@ -88,7 +88,7 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
         ]
         values = [f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else "-" for share in shares]
         if any(value != "-" for value in values):
-            yield [f"energy: {cause.label}", *values]
+            yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
     for rows in zip(*(run.theory for run in runs if run.theory), strict=True):
         yield [rows[0].figure, *(f"{row.measured:.4g}" for row in rows)]
         yield [f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows)]

@@ -50,6 +50,11 @@ def test_the_lines_add_up_to_the_whole_change(name: str, engine: str) -> None:
         assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-6 * np.abs(run.energy).max()
 
 
+def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:
+    run, ledger = ledger_of(load("bouncing"), "exact")
+    assert all(abs(entry.energy) < 1e-9 * run.energy[0] for key, entry in ledger.items() if key != "elasticity")
+
+
 number = st.floats(0.05, 1.0)
 
 

@@ -44,8 +44,8 @@ LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a ho
 SLOW_HOPS: Final = 10  # hop speeds; a contact below this is slow, and a disc below twice this
 CONTACTS_PER_LOAD: Final = 4  # slow contacts of a disc in a hop time that make its hops faster by one hop speed
 MAX_LOAD: Final = 4  # hop speeds, the fastest hop
-MAX_SLOW_CONTACTS: Final = 150  # of a slow disc in a hop time, before it counts as jammed
-MAX_JAMMED_CONTACTS: Final = 500  # the same of a disc that is not slow
+MAX_SLOW_CONTACTS: Final = 300  # of a slow disc in a hop time, before it counts as jammed
+MAX_JAMMED_CONTACTS: Final = 1000  # the same of a disc that is not slow
 HELD_CONTACTS: Final = 10  # the same of a slow disc that has been held
 
 
