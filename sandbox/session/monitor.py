@@ -61,10 +61,11 @@ class Monitor:
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
-        self._update_trust(states[self._reference], contacts[self._reference])
         if self._lockstep.edited:
             self._begin_segment()
-        elif self._followed and self._lockstep.steps > self._begun + self._steps:
+            return
+        self._update_trust(states[self._reference], contacts[self._reference])
+        if self._followed and self._lockstep.steps > self._begun + self._steps:
             self._steps += 1
             for name, engine in self._followed.items():
                 engine.add(states[name], contacts[name], self._lockstep)

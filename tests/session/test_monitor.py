@@ -8,7 +8,7 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.run.edits import SetVelocity
+from sandbox.run.edits import DeleteBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
@@ -72,6 +72,12 @@ def test_after_an_edit_the_reference_is_judged_from_there() -> None:
     undecided = compare(scene, ["exact"], inputs=watched.session.given()).undecided
     assert undecided is not None
     assert marks.undecided == pytest.approx(0.5 + undecided)
+
+
+def test_a_ball_more_or_less_is_no_difference_from_the_twins_before() -> None:
+    watched = run(Watched(load("article"), ["pymunk", "exact"]), 30)
+    watched.session.give(DeleteBall(step=30, ball=1))
+    assert run(watched, 30).marks == Marks()
 
 
 @pytest.mark.parametrize(
