@@ -32,6 +32,7 @@ from sandbox.analysis.explain import (
     explain_passage,
 )
 from sandbox.analysis.ledger import PUSHED_OUT, PUT_ELSEWHERE, VELOCITY_CHANGED, Flights, steps_containing
+from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -224,7 +225,7 @@ class _Matches:
         error = self._first_error(self.own, place)
         if error is None or error.of_position:
             wrong = self._reason_in_reference(place)
-            if wrong and (error is None or not wrong.of_position):
+            if wrong and self._is_further_off(place) and (error is None or not wrong.of_position):
                 return place, wrong.reason
         if error is None:
             return place, self._reason_elsewhere(place)
@@ -313,12 +314,13 @@ class _Matches:
         if place.kind == Kind.EXTRA and passage:
             return Reason(Cause.MISSED, f"{WRONG_REFERENCE} {explain_passage(self.scene, passage)}")
         if place.kind == Kind.MISSING:
-            return Reason(Cause.MISSED, self._why_missing(place.reference))
+            return self._why_missing(place)
         if place.kind == Kind.ORDER and self.own.findings["delay"][place.own] > 0:
             return Reason(Cause.LATE, DISORDERED)
         if place.own >= 0 and place.reference >= 0 and (reason := self._other_time(place)):
             return reason
-        return Reason(Cause.UNKNOWN, NO_CAUSE)
+        mistimed = place.own >= 0 and self.own.findings["cause"][place.own] in (Cause.LATE, Cause.EARLY)
+        return self._reason_of(place.own) if mistimed else Reason(Cause.UNKNOWN, NO_CAUSE)
 
     def _reason_in_reference(self, place: Place) -> Error | None:
         """Return the reference's error if the reason lies in its contact, or else the first before it."""
@@ -333,6 +335,13 @@ class _Matches:
         if error is None:
             return None
         return error._replace(reason=Reason(error.reason.cause, f"{WRONG_REFERENCE} {error.reason.because}"))
+
+    def _is_further_off(self, place: Place) -> bool:
+        """Return whether the reference's contact puts its balls no less wrongly than the engine's own."""
+        if place.own < 0 or place.reference < 0:
+            return True
+        own, reference = self.own.findings[place.own], self.reference.findings[place.reference]
+        return bool(reference["displacement_error"] >= own["displacement_error"])
 
     def _other_time(self, place: Place) -> Reason | None:
         """Return the reason if balls that overlap are parted at another time, on another normal."""
@@ -353,27 +362,36 @@ class _Matches:
     def _slack(self) -> str:
         return f"{1e3 * MAX_TRACE_STEPS / self.scene.rate:.3g} ms"
 
-    def _why_missing(self, r: int) -> str:
+    def _has_others(self, place: Place) -> bool:
+        """Return whether the engine has a contact of the same two bodies near, with an impulse or without."""
+        contacts, (first, second) = self.own.contacts, self._bodies(place)
+        near = np.abs(contacts["time"] - place.time) <= MAX_TRACE_STEPS / self.scene.rate
+        return bool((near & (contacts["first"] == first) & (contacts["second"] == second)).any())
+
+    def _why_missing(self, place: Place) -> Reason:
         """Explain why the engine may have missed a contact of the reference."""
-        contact, finding = self.reference.contacts[r], self.reference.findings[r]
-        first, second = int(contact["first"]), int(contact["second"])
+        if self._has_others(place):
+            return Reason(Cause.UNKNOWN, f"Within {self._slack}, the engine has fewer contacts of the two.")
+        first, second = self._bodies(place)
+        finding = self.reference.findings[place.reference]
         approach = float(finding["approach"])
         if second >= 0 and approach > 0:
             reach = float(self.scene.bodies.radius[[first, second]].sum())
             overlap_time = 2 * reach * approach / float(np.sum((finding["before"][0] - finding["before"][1]) ** 2))
             if overlap_time * self.scene.rate < 1:
-                return f"The two would overlap for {1e3 * overlap_time:.2g} ms: less than a step, which can miss it."
-        return f"The engine has no such contact within {self._slack}."
+                because = f"The two would overlap for {1e3 * overlap_time:.2g} ms: less than a step, which can miss it."
+                return Reason(Cause.MISSED, because)
+        return Reason(Cause.MISSED, f"The engine has no such contact within {self._slack}.")
 
     def _disordered(self, matched: Integers) -> Bools:
         """Return for each matched contact whether the next one of a ball of it comes earlier in the reference."""
-        numbers = self.of_reference[matched]
+        times = self.reference.contacts["time"][self.of_reference[matched]]
         last: dict[int, int] = {}
         found = np.zeros(len(matched), bool)
         pairs = zip(*(self.own.contacts[key][matched].tolist() for key in ("first", "second")), strict=True)
         for at, pair in enumerate(pairs):
             for ball in pair:
-                if ball >= 0 and ball in last and numbers[last[ball]] > numbers[at]:
+                if ball >= 0 and ball in last and times[last[ball]] > times[at] + SIMULTANEOUS:
                     found[last[ball]] = True
                 last[ball] = at
         return found
@@ -386,11 +404,15 @@ class _Matches:
         return next(passages, None)
 
     def _explains(self, contact: np.void, finding: np.void, size: float) -> bool:
-        """Return whether a contact's error is at least half of the difference in the velocities after it (px/s)."""
+        """Return whether a contact's error is at least half of the difference in the velocities after it (px/s).
+
+        A ball that gravity pulled to a wall, and that the wall left at rest, is where it should be.
+        """
         mass = self.scene.bodies.mass
         lighter = min(mass[contact["first"]], mass[contact["second"]] if contact["second"] >= 0 else math.inf)
         needed = min(size, abs(finding["approach"])) / 2
-        return finding["cause"] != Cause.ROUNDING and bool(finding["momentum_error"] / lighter >= needed)
+        left_at_rest = finding["cause"] == Cause.GRAVITY and abs(finding["approach_after"]) <= NEGLIGIBLE * needed
+        return finding["cause"] != Cause.ROUNDING and not left_at_rest and finding["momentum_error"] / lighter >= needed
 
 
 def _influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[dict[int, float], list[int]]:

@@ -15,10 +15,7 @@ UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended be
 DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
-NO_CAUSE: Final = (
-    "The evidence fits no cause: neither run shows an error of a millionth or more before this contact. Collisions "
-    "multiply what is smaller."
-)
+NO_CAUSE: Final = "The evidence fits no single cause."
 WITH_FRICTION: Final = "Friction, as the engine computes it, led to other velocities before the contact."
 
 
@@ -54,7 +51,7 @@ def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
         return f"The velocity of ball {ball} changed by {size:.3g} px/s {when}, without a reported contact."
     if kind == PUSHED_OUT:
         return f"Ball {ball}, which overlapped, was moved by {size:.3g} px {when}, besides its flight."
-    moved = f"Ball {ball} was put {size:.3g} px from where its flight led {when}, though there was no overlap to mend"
+    moved = f"Ball {ball} was put {size:.3g} px from where its flight led {when}, with no overlap at the step's ends"
     way = speed / scene.rate
     if way and abs(x * vy - y * vx) <= size * speed / 1000:
         return f"{moved}: {_percent(size / way)} of its way {'further' if x * vx + y * vy > 0 else 'short'}."

@@ -31,7 +31,7 @@ from sandbox.analysis.attribution import (
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
 from sandbox.compiled import Record, entry, kernel
-from sandbox.quantity import length
+from sandbox.quantity import length, outside, segment_distance
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
@@ -379,6 +379,22 @@ def _enter_unexplained(
         unexplained.flown[ball] = True
 
 
+@kernel
+def _attribute_displacement_once(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    contacts: Contacts,
+    k: int,
+    before: Floats,
+) -> None:
+    """Attribute how a contact displaced its balls, unless its wall carries the ball on: then its last contact tells."""
+    contact, last = contacts[k], contacts[scratch.last[contacts[k].first]]
+    if last.second >= 0 or last.second != contact.second or last.time <= contact.time:
+        attribute_displacement(constants, block, k, contact, unexplained, scratch.last, before)
+
+
 @entry
 def _replay(
     constants: SceneConstants,
@@ -438,7 +454,7 @@ def _replay(
         for ball in range(n):
             _explain_places(constants, block, unexplained, within, ball)
         for k in range(begin, at):
-            attribute_displacement(constants, block, k, contacts[k], unexplained, scratch.last, before[0])
+            _attribute_displacement_once(constants, block, scratch, unexplained, contacts, k, before[0])
         for ball in range(n):
             _enter_unexplained(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
@@ -507,6 +523,8 @@ class Ledger:
         if not self._constants.together:
             moved = self._resolved_next(velocity, contacts, step_of, within)
             step_of, within = step_of + moved, np.where(moved, 0.0, within)
+        if not self._steps:
+            self._touched[_at_a_wall(self._scene, position[0])] = 0.0
         if self._off_parabola is None:
             self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
@@ -639,6 +657,14 @@ class Ledger:
             for cause, (energy, momentum, displacement, contacts) in zip(Cause, self._sums.T, strict=True)
             if energy or contacts
         )
+
+
+def _at_a_wall(scene: Scene, position: Floats) -> Bools:
+    """Return which balls touch a wall, (n,). position: (n, 2) px."""
+    room = -outside(position, scene.arena.size)
+    for wall in scene.walls:
+        room = np.minimum(room, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
+    return np.asarray(room <= scene.bodies.radius * (1 + NEGLIGIBLE))
 
 
 def steps_containing(time: Floats, rate: int) -> Integers:

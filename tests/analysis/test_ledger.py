@@ -47,7 +47,7 @@ def test_the_lines_add_up_to_the_whole_change(name: str, engine: str) -> None:
     assert remainder(run) < 1e-9
     if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
         assert "untold" not in ledger
-        assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-6 * np.abs(run.energy).max()
+        assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-5 * np.abs(run.energy).max()
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:

@@ -24,7 +24,7 @@ def test_without_a_display_it_says_so_compares_and_saves_a_picture(command: Comm
     first, title, *table, last = out.splitlines()
     assert first == "No display: comparing instead of opening the window."
     assert title.startswith("Head-on: 2 balls, seed 0, 3 s at 60 steps per second")
-    assert "energy left                   100.0000%           50.0000%  100.0000%" in table
+    assert "energy left                 100.0000%           50.0000%  100.0000%" in table
     assert last == "Picture of the end: head-on-0-000180.png"
     assert pygame.image.load("head-on-0-000180.png").get_size() == (1280, 560)
     scene = load("head-on")
