@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Generator
 from itertools import islice
+from mmap import PAGESIZE, mmap
 from pathlib import Path
 from subprocess import CalledProcessError
 from types import SimpleNamespace
@@ -151,7 +152,9 @@ def test_growth_is_that_of_1000_frames(monkeypatch: pytest.MonkeyPatch, capfd: p
     kept = []
 
     def grow(_window: object, _count: int) -> None:
-        kept.append(bytearray(b"x") * 20_000_000)
+        pages = mmap(-1, 20_000_000)  # new ones: the heap may have room that earlier tests left
+        pages[::PAGESIZE] = b"x" * len(range(0, len(pages), PAGESIZE))
+        kept.append(pages)
 
     monkeypatch.setattr(window, "_run_frames", grow)
     window.print_growth(10, 2)

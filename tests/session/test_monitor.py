@@ -142,11 +142,11 @@ def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
     monitor.begin(lockstep)
     sizes = []
     tracemalloc.start()
-    for _ in range(3):
-        for _ in range(3000):
+    for _ in range(4):
+        for _ in range(2000):
             lockstep.step()
             monitor.observe(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
         gc.collect()
         sizes.append(tracemalloc.get_traced_memory()[0])
     tracemalloc.stop()
-    assert sizes[2] - sizes[1] < 10_000  # three bytes a step; numba keeps some kilobytes at first
+    assert sizes[3] - sizes[2] < 7_000  # three bytes a step; numba keeps some kilobytes at first
