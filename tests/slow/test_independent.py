@@ -17,7 +17,7 @@ from discs_in_decimal import DIGITS, Disc, Run, Table, Wall, run
 from sandbox.engines.exact import ExactEngine
 from sandbox.scene.files import parse
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats
+from sandbox.state import Contacts, Floats, States
 
 STEPS: Final = 60
 MAX_CONTACTS: Final = 300
@@ -255,10 +255,9 @@ def by_exact(numbers: Numbers, steps: int) -> tuple[Floats, Floats, Contacts]:
     scene = parse(numbers.toml(), "random.toml")
     engine = ExactEngine(scene, spawn(scene))
     engine.contacts()
-    shape = (steps, len(numbers.balls), 2)
-    position, velocity = np.empty(shape), np.empty(shape)
-    engine.advance(steps, position, velocity)
-    return position, velocity, engine.contacts()
+    states = States.empty(steps, len(numbers.balls))
+    engine.advance(steps, *states)
+    return states.position, states.velocity, engine.contacts()
 
 
 @pytest.mark.parametrize("count", sizes(24, slow=900))

@@ -99,7 +99,7 @@ class ExactEngine:
 
 def _log(rows: int) -> Log:
     """Return an empty log, for `run` to fill."""
-    return Log(np.empty(rows, CONTACT), np.zeros(1, np.int64), collects=False)
+    return Log(np.zeros(rows, CONTACT), np.zeros(1, np.int64), collects=False)
 
 
 def _world(scene: Scene, initial: State, hop_time: float) -> World:
