@@ -46,7 +46,7 @@ class ExactEngine:
     @staticmethod
     def check(scene: Scene) -> None:
         """Raise Refused if the scene has friction."""
-        if _has_friction(scene):
+        if scene.is_rough:
             raise Refused("exact: friction is not part of smooth hard discs; use --engines pymunk")
 
     def step(self) -> None:
@@ -121,10 +121,3 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * hop_time / 2
     min_pull = ROUNDING * math.hypot(*gravity)
     return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), min_pull, hop_time, hop_speed)
-
-
-def _has_friction(scene: Scene) -> bool:
-    """Return whether any two things that can touch have friction, which is the product of their factors."""
-    rough = np.count_nonzero(scene.bodies.friction)
-    walls = (scene.arena.friction, *(wall.friction for wall in scene.walls))
-    return bool(rough > 1 or (rough == 1 and max(walls) > 0))
