@@ -187,7 +187,7 @@ def test_a_surface_is_not_locked_while_kernels_are_compiled_for_it(tmp_path: Pat
     program = (
         "import gc, numpy as np\n"
         "from pygame import Surface\n"
-        "from sandbox.view.discs import LINE, Discs\n"
+        "from sandbox.view.discs import Discs\n"
         "from sandbox.view.primitives import thin_lines\n"
         "gc.disable()\n"
         "surface = Surface((50, 50))\n"
