@@ -85,10 +85,8 @@ def _predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
     row, column = divmod(np.int64(event.cell), grid.stride)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * grid.width, column * grid.width)
     dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * grid.height, row * grid.height)
-    if dt_x < dt_y:
-        event.crossing, event.cell_offset = now + dt_x, way_x
-    else:
-        event.crossing, event.cell_offset = now + dt_y, way_y * grid.stride
+    dt, offset = (dt_x, way_x) if dt_x < dt_y else (dt_y, way_y * grid.stride)
+    event.crossing, event.cell_offset = now + dt, offset
 
 
 @kernel
