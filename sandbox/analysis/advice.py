@@ -299,7 +299,7 @@ def _described(trial: Trial, now: Trial) -> str:
 
 
 def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Return what `--json` writes of trials; nothing if there are none."""
+    """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}
     best = advised(trials)

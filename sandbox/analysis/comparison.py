@@ -30,8 +30,8 @@ class Comparison:
     """Several engines' runs of one scene.
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; horizon, undecided, unresolved, tied: until when the reference means anything, as in
-    `Trust`; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
+    there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
+    runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -39,19 +39,26 @@ class Comparison:
     since: float
     time: Floats
     runs: dict[str, Run]
-    horizon: float | None
-    undecided: float | None
-    unresolved: float | None
-    tied: tuple[int, int] | None
+    trust: Trust
     stride: int
     inputs: tuple[Input, ...]
 
     notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     @property
-    def trust(self) -> Trust:
-        """Until when the reference means anything, and why no longer."""
-        return Trust(self.horizon, self.undecided, self.unresolved, self.tied)
+    def horizon(self) -> float | None:
+        """When rounding errors have grown to a ball's radius, s; None if they do not within the run."""
+        return self.trust.horizon
+
+    @property
+    def undecided(self) -> float | None:
+        """When contacts are simultaneous and no law says which comes first, s; None if none are."""
+        return self.trust.undecided
+
+    @property
+    def unresolved(self) -> float | None:
+        """When the reference's treatment of a heap begins to matter, s; None if it does not."""
+        return self.trust.unresolved
 
     @property
     def trusted_until(self) -> float | None:
@@ -204,7 +211,7 @@ def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     if engine == reference.engine:
         time, stride = np.arange(scene.steps + 1) / scene.rate, _path_stride(scene, scene.steps)
-        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, *reference.trust, stride, ())
+        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.trust, stride, ())
     return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
 
 
@@ -346,7 +353,7 @@ class _Segment:
             for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
-        return Comparison(self.scene, self.against, self.since, time, runs, *trust, self.stride, inputs)
+        return Comparison(self.scene, self.against, self.since, time, runs, trust, self.stride, inputs)
 
 
 def _path_stride(scene: Scene, steps: int) -> int:

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import TUNED, Engine, can_run, settings_in
@@ -53,6 +54,16 @@ def described(engine: str) -> str:
 def reference_of(engines: Sequence[str]) -> str:
     """Return the engine that others are measured against by default: the exact one, or else the last."""
     return REFERENCE if REFERENCE in engines else engines[-1]
+
+
+def comparable_until(trusted: float, end: float, rate: int) -> tuple[float, float]:
+    """Return until when another engine can first differ from the reference, and until when its contacts are known, s.
+
+    trusted: s, when the reference's paths first mean nothing, inf if they do to the end; end: s, of what has run; rate:
+    steps per second. A contact found late is traced back by up to MAX_TRACE_STEPS.
+    """
+    known = trusted - SIMULTANEOUS
+    return min(end, known - MAX_TRACE_STEPS / rate), min(end, known)
 
 
 class Trust(NamedTuple):

@@ -93,14 +93,10 @@ def mark_words(comparison: Comparison) -> str:
 
 def trust_words(comparison: Comparison) -> str:
     """Say in a few words until when the reference's paths mean anything."""
-    match comparison.trust.ends_by:
-        case "undecided":
-            return f"undecided from {comparison.undecided:.2f} s"
-        case "unresolved":
-            return f"unresolved from {comparison.unresolved:.2f} s"
-        case "horizon":
-            return f"horizon at {comparison.horizon:.2f} s"
-    return "no chaos within the run"
+    ends_by, until = comparison.trust.ends_by, comparison.trusted_until
+    if until is None:
+        return "no chaos within the run"
+    return f"{ends_by} {'at' if ends_by == 'horizon' else 'from'} {until:.2f} s"
 
 
 def verdict(comparison: Comparison) -> str:
@@ -185,15 +181,12 @@ def _agreement(comparison: Comparison) -> str:
 
 def _until(comparison: Comparison) -> str:
     """Say until when paths can agree with the reference's."""
-    trust, against = comparison.trust, _reference(comparison)
-    match trust.ends_by:
-        case "undecided":
-            return f"up to {trust.undecided:.2f} s, where {against} is undecided"
-        case "unresolved":
-            return f"up to {trust.unresolved:.2f} s, where {against} is unresolved"
-        case "horizon":
-            return f"up to the horizon at {trust.horizon:.2f} s"
-    return f"to the end at {comparison.time[-1]:g} s"
+    ends_by, until = comparison.trust.ends_by, comparison.trusted_until
+    if until is None:
+        return f"to the end at {comparison.time[-1]:g} s"
+    if ends_by == "horizon":
+        return f"up to the horizon at {until:.2f} s"
+    return f"up to {until:.2f} s, where {_reference(comparison)} is {ends_by}"
 
 
 def _trust(comparison: Comparison) -> str:
@@ -223,8 +216,8 @@ def _trust(comparison: Comparison) -> str:
 
 def _tied(comparison: Comparison) -> str:
     """Name the two bodies of which the order is undecided."""
-    assert comparison.tied
-    first, second = sorted(comparison.tied, key=lambda body: (body < 0, abs(body)))
+    assert comparison.trust.tied
+    first, second = sorted(comparison.trust.tied, key=lambda body: (body < 0, abs(body)))
     if second >= 0:
         return f"balls {first} and {second}"
     names = [f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second)]
