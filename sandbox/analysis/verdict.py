@@ -13,9 +13,8 @@ from sandbox.analysis.difference import pair_name
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
-from sandbox.analysis.reference import REFERENCE, converged, described
+from sandbox.analysis.reference import REFERENCE, best_reference, described
 from sandbox.engines import TUNED, can_run
-from sandbox.scene.spawn import spawn
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what the scene and the mouse ask for
@@ -99,6 +98,12 @@ def trust_words(comparison: Comparison) -> str:
     return f"{ends_by} {'at' if ends_by == 'horizon' else 'from'} {until:.2f} s"
 
 
+def reference_words(comparison: Comparison) -> str:
+    """Say what several engines are measured against, and until when the reference's paths mean anything."""
+    against = f"measured against {comparison.against}; " if _others(comparison) else ""
+    return against + trust_words(comparison)
+
+
 def verdict(comparison: Comparison) -> str:
     """Return a paragraph: until when each engine's paths agree, what the reference is worth, errors, what to change."""
     parts = (
@@ -132,24 +137,17 @@ def _reference(comparison: Comparison) -> str:
 
 def _without_friction(comparison: Comparison) -> str:
     """Say why the reference is not the exact engine, if that cannot run the scene."""
-    if not _others(comparison) or _runs_exactly(comparison):
+    if not _others(comparison) or can_run(REFERENCE, comparison.scene):
         return ""
     return f"Measured against {described(comparison.against)}: no exact solver has friction."
-
-
-def _runs_exactly(comparison: Comparison) -> bool:
-    """Return whether the exact engine can run the scene."""
-    scene = comparison.scene
-    return comparison.against == REFERENCE or can_run(REFERENCE, scene, spawn(scene))
 
 
 def _alone(comparison: Comparison) -> str:
     """Say that an engine is measured against nothing if it is the only one, and what would measure it."""
     if _others(comparison):
         return ""
-    name = comparison.against
-    better = REFERENCE if _runs_exactly(comparison) else converged(comparison.scene)
-    hint = "" if name in {REFERENCE, better} else f"; --engines {shlex.quote(f'{name},{better}')} has a reference"
+    name, better = comparison.against, best_reference(comparison.scene)
+    hint = "" if name == better else f"; --engines {shlex.quote(f'{name},{better}')} has a reference"
     return f"Only {name} took part, so nothing is measured against it{hint}."
 
 

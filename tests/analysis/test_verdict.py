@@ -12,7 +12,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
 from sandbox.analysis.reference import Trust
-from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
+from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
@@ -131,7 +131,9 @@ def test_no_sentence_has_more_energy_lost_or_gained_than_there_is_a_difference()
 
 
 def test_a_single_engine_is_measured_against_nothing() -> None:
-    assert verdict(compare(load("head-on"), ["exact"])) == ("Only exact took part, so nothing is measured against it.")
+    alone = compare(load("head-on"), ["exact"])
+    assert verdict(alone) == "Only exact took part, so nothing is measured against it."
+    assert reference_words(alone) == "no chaos within the run"
     assert verdict(compare(load("head-on"), ["pymunk"])) == (
         "Only pymunk took part, so nothing is measured against it; --engines pymunk,exact has a reference."
     )

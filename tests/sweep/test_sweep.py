@@ -117,6 +117,11 @@ def test_each_combination_of_pymunk_s_settings_has_its_job() -> None:
     assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
 
 
+def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
+    rough = scene_of("radius = 20\nfriction = 1\npositions = [[100, 300], [300, 310]]")
+    assert plan(rough, [0], [60], ["pymunk"]).against == compare(rough.changed(seconds=0.1)).against
+
+
 def test_keys_of_tables_get_columns_and_unknown_values_stay_empty() -> None:
     rows: list[Row] = [
         {"seed": 1},
