@@ -11,7 +11,8 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
+from sandbox.analysis.reference import Trust
+from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
@@ -130,7 +131,9 @@ def test_no_sentence_has_more_energy_lost_or_gained_than_there_is_a_difference()
 
 
 def test_a_single_engine_is_measured_against_nothing() -> None:
-    assert verdict(compare(load("head-on"), ["exact"])) == ("Only exact took part, so nothing is measured against it.")
+    alone = compare(load("head-on"), ["exact"])
+    assert verdict(alone) == "Only exact took part, so nothing is measured against it."
+    assert reference_words(alone) == "no chaos within the run"
     assert verdict(compare(load("head-on"), ["pymunk"])) == (
         "Only pymunk took part, so nothing is measured against it; --engines pymunk,exact has a reference."
     )
@@ -183,8 +186,7 @@ def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_name
     exact = comparison.runs["exact"]
     heap = replace(
         comparison,
-        unresolved=1.2,
-        horizon=1.5,
+        trust=Trust(horizon=1.5, unresolved=1.2),
         runs=comparison.runs | {"exact": replace(exact, figures=replace(exact.figures, ledger=line))},
     )
     assert trust_words(heap) == "unresolved from 1.20 s"
@@ -207,7 +209,8 @@ def test_lines_that_cancel_each_other_prove_no_error_of_the_reference() -> None:
 
 def test_figures_of_energy_are_marked_too_if_the_scene_does_not_keep_it() -> None:
     comparison = compare(load("bouncing").changed(seconds=1.0), ["pymunk", "exact"])
-    marked = [label for label, *_ in key_figures(replace(comparison, unresolved=0.5)) if label.endswith("*")]
+    unresolved = replace(comparison, trust=Trust(unresolved=0.5))
+    marked = [label for label, *_ in key_figures(unresolved) if label.endswith("*")]
     assert marked == ["energy left *", "largest energy change *", "RMS gap *", "largest gap *"]
     assert not any(label.endswith("*") for label, *_ in key_figures(comparison))
     assert mark_words(comparison) == ""
