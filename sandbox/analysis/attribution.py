@@ -50,7 +50,7 @@ FINDING: Final = np.dtype(
         ("depth", "f8"),  # px, overlap when it was found: as reported, or as the places show if they contradict
         ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
         ("unexplained", "f8", (2, 2)),  # px/s by which both velocities changed besides the only impulse
-        ("free_flight", "f8"),  # s that both had flown undisturbed, at most MAX_TRACE_STEPS
+        ("free_flight", "f8"),  # s that both had flown undisturbed
         ("before", "f8", (2, 2)),  # px/s of first and second
         ("after", "f8", (2, 2)),  # px/s of first and second
     ]
@@ -264,15 +264,14 @@ def _trace_back(
     speed = wx * nx + wy * ny
     if abs(depth) <= NEGLIGIBLE * reach or speed <= 0:
         return 0.0, speed, nx, ny
-    j = contact.second
+    j, longest = contact.second, min(finding.free_flight, MAX_TRACE_STEPS * constants.dt) * (1 + NEGLIGIBLE)
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
         acceleration = constants.fall[0] * nx + constants.fall[1] * ny
         delay, then = _first_touch_of_face(depth, speed, acceleration)
-        in_flight = delay <= finding.free_flight * (1 + NEGLIGIBLE)
-        return (delay, then, nx, ny) if in_flight else (0.0, speed, nx, ny)
+        return (delay, then, nx, ny) if delay <= longest else (0.0, speed, nx, ny)
     apart = reach - depth
     delay, tx, ty = _first_touch(apart * nx, apart * ny, wx, wy, reach)
-    if delay > finding.free_flight * (1 + NEGLIGIBLE):
+    if delay > longest:
         return 0.0, speed, nx, ny
     return delay, max(wx * tx + wy * ty, 0.0), tx, ty
 
@@ -385,15 +384,17 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> 
 def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
     """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then.
 
-    A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce.
+    A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce, unless it is
+    found late.
     """
     nx, ny = contact.normal[0], contact.normal[1]
     pull, bounced = math.hypot(constants.fall[0], constants.fall[1]), 0.0
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
-        bounced = BOUNCED * pull * finding.free_flight
-    shortly: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
-    return shortly and pull > 0 and bounced <= finding.approach <= 2 * pull * constants.dt
+        if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
+            bounced = BOUNCED * pull * finding.free_flight
+    shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
+    return shortly and pull > 0 and bounced <= finding.approach <= 2 * pull * constants.dt * (1 + NEGLIGIBLE)
 
 
 @kernel

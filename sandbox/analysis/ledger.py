@@ -138,7 +138,7 @@ def _fly_to_contacts(
             unexplained.partner[j] = i
             _fly(constants, scratch, j, within[k])
             since = max(since, touched[j])
-        block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
+        block.findings[k].free_flight = contacts[k].time - since
 
 
 @kernel
@@ -694,15 +694,17 @@ def _engine_gravity(
 
     Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
     gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall
-    too much or too little, or with substeps a whole part of that. Returns None if too few balls fly in the block.
+    too much or too little, or with substeps a whole part of that. A step after a contact does not count: in it, a
+    solver may still push the balls apart. Returns None if no ball flies in the block.
     """
     dt, gravity, still = 1 / scene.rate, np.array(scene.gravity, float), np.zeros(2)
     if not gravity.any():
         return gravity, still
     flying = np.ones((len(position) - 1, position.shape[1]), bool)
-    flying[step_of - 1, contacts["first"]] = False
     between = contacts["second"] >= 0
-    flying[step_of[between] - 1, contacts["second"][between]] = False
+    for step in (step_of, np.minimum(step_of + 1, len(flying))):
+        flying[step - 1, contacts["first"]] = False
+        flying[step[between] - 1, contacts["second"][between]] = False
     steps, balls = np.nonzero(flying)
     if not len(steps):
         return None
