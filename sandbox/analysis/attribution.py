@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
-from sandbox.state import Bools, Floats, Integers
+from sandbox.scene.model import Scene
+from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
 BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
@@ -58,17 +59,24 @@ FINDING: Final = np.dtype(
 Findings = NDArray[np.void]
 
 
+def pair_friction(scene: Scene, contacts: Contacts) -> Floats:
+    """Return the friction of each contact, the product of the two factors: (contacts,)."""
+    walls = [scene.arena.friction] * ARENA_COUNT + [wall.friction for wall in scene.walls]
+    factors = np.concatenate([scene.bodies.friction, walls[::-1]])  # so that wall w is number ~w
+    product: Floats = factors[contacts["first"]] * factors[contacts["second"]]
+    return product
+
+
 class SceneConstants(NamedTuple):
     """A scene's balls and walls, and an engine's flight.
 
-    wall: (m, 8), direction of the segment, half the thickness (px), elasticity, friction, start (px), length (px);
+    wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs.
     """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
-    friction: Floats
     wall: Floats
     gravity: tuple[float, float]
     fall: tuple[float, float]
@@ -104,7 +112,7 @@ class Block(NamedTuple):
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
     second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,),
-    whether it was resolved together with another of its balls.
+    whether it was resolved together with another of its balls; friction: (contacts,), the product of its two factors.
     """
 
     energy: Floats
@@ -118,6 +126,7 @@ class Block(NamedTuple):
     line_before: Floats
     line_after: Floats
     shared: Bools
+    friction: Floats
 
 
 @kernel
@@ -174,18 +183,10 @@ def _pair_constants(constants: SceneConstants, contact: Record) -> tuple[float, 
 def line_to_wall(constants: SceneConstants, w: int, x: float, y: float) -> tuple[float, float]:
     """Return the vector from a point to a wall's centre line, or to a face of the arena, px."""
     wall = constants.wall[w]
-    along = (x - wall[5]) * wall[0] + (y - wall[6]) * wall[1]
+    along = (x - wall[4]) * wall[0] + (y - wall[5]) * wall[1]
     if w >= ARENA_COUNT:
-        along = min(max(along, 0.0), wall[7])
-    return wall[5] + along * wall[0] - x, wall[6] + along * wall[1] - y
-
-
-@kernel
-def friction_of(constants: SceneConstants, contact: Record) -> float:
-    """Return the friction of a contact: the product of the two factors."""
-    other = constants.friction[contact.second] if contact.second >= 0 else constants.wall[~contact.second, 4]
-    product: float = constants.friction[contact.first] * other
-    return product
+        along = min(max(along, 0.0), wall[6])
+    return wall[4] + along * wall[0] - x, wall[5] + along * wall[1] - y
 
 
 @kernel
@@ -214,7 +215,8 @@ def _check_geometry(
     finding, nx, ny, depth = block.findings[k], contact.normal[0], contact.normal[1], contact.depth
     lx, ly = block.line[k, 0], block.line[k, 1]
     distance = math.hypot(lx, ly)
-    if contact.second < 0 and contact.second >= -ARENA_COUNT:
+    of_arena = -ARENA_COUNT <= contact.second < 0
+    if of_arena:
         wall = ~contact.second
         outward = -1.0 if wall < 2 else 1.0
         ax, ay = (outward, 0.0) if wall % 2 == 0 else (0.0, outward)
@@ -229,7 +231,6 @@ def _check_geometry(
         if ball >= 0:
             slack += math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
             alone = alone and unexplained.contacts[ball] == 1
-    of_arena = contact.second < 0 and contact.second >= -ARENA_COUNT
     in_line, found_there = False, False
     for lines in (block.line, block.line_after, block.line_before):
         there = math.hypot(lines[k, 0], lines[k, 1])
@@ -326,7 +327,7 @@ def attribute_velocity(
     slight = 10 * NEGLIGIBLE * (abs(impulse) + math.hypot(wx, wy) / (per_i + per_j))
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
-    friction = friction_of(constants, contact)
+    friction = block.friction[k]
     cause = Cause.VELOCITY if alone else Cause.UNKNOWN
     if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
         if constants.together or not alone or part <= friction * abs(impulse) + slight:

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     DISORDERED,
@@ -36,7 +36,7 @@ from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
@@ -256,10 +256,11 @@ class _Matches:
         errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
         if errors:
             return min(errors)
-        rough = [k for k in contacts if _friction(self.scene, record.contacts[k]) > 0]
-        if not rough:
+        influential = record.contacts[contacts]
+        rough = influential[pair_friction(self.scene, influential) > 0]
+        if not len(rough):
             return None
-        contact = record.contacts[rough[0]]
+        contact = rough[0]
         reason = Reason(Cause.FRICTION, WITH_FRICTION)
         return Error(False, float(contact["time"]), int(contact["first"]), -1, reason)
 
@@ -460,15 +461,6 @@ def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> 
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
             yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
-
-
-def _friction(scene: Scene, contact: np.void) -> float:
-    """Return the friction of a contact: the product of the two factors."""
-    friction, second = scene.bodies.friction, int(contact["second"])
-    if second >= 0:
-        return float(friction[contact["first"]] * friction[second])
-    wall = ~second - len(ARENA_WALLS)
-    return float(friction[contact["first"]] * (scene.walls[wall] if wall >= 0 else scene.arena).friction)
 
 
 def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:
