@@ -42,7 +42,7 @@ class Comparison:
     horizon: float | None
     undecided: float | None
     unresolved: float | None
-    tied: tuple[int, int] | None
+    tied: tuple[int, int, int] | None
     stride: int
     inputs: tuple[Input, ...]
 

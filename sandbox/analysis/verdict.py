@@ -205,7 +205,7 @@ def _trust(comparison: Comparison) -> str:
             if comparison.against != REFERENCE:
                 reason = "in the same step, and the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {reason}. "
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} {reason}. "
                 "From then on compare statistics only."
             )
         case "unresolved":
@@ -222,13 +222,14 @@ def _trust(comparison: Comparison) -> str:
 
 
 def _tied(comparison: Comparison) -> str:
-    """Name the two bodies of which the order is undecided."""
+    """Say which ball touches which two bodies, of which the order is undecided."""
     assert comparison.tied
-    first, second = sorted(comparison.tied, key=lambda body: (body < 0, abs(body)))
+    *others, ball = comparison.tied
+    first, second = sorted(others, key=lambda body: (body < 0, abs(body)))
     if second >= 0:
-        return f"balls {first} and {second}"
+        return f"ball {ball} touches balls {first} and {second}"
     names = [f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second)]
-    return " and ".join(names)
+    return f"ball {ball} touches {' and '.join(names)}"
 
 
 # The energy
@@ -431,7 +432,7 @@ def _remedies(comparison: Comparison) -> str:
         return ""
     first = run.figures.first_difference
     cause = _explained(run) if _energy_error(run) > NEGLIGIBLE_ENERGY else None
-    causes = ([cause] if cause else []) + ([first.cause] if first else [])
+    causes = ([cause] if cause else []) + ([first.cause] if first and not first.in_reference else [])
     causes += [Cause.LATE] if run.missed else []
     remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
     return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""
