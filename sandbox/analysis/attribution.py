@@ -41,7 +41,10 @@ FINDING: Final = np.dtype(
     [
         ("cause", "i8"),  # of the contact's largest error; ROUNDING if it has none
         ("momentum_error", "f8"),  # kg px/s between the momentum that it moved and what it should have moved
-        ("displacement_error", "f8"),  # px between where it put the balls and where they should be
+        (
+            "displacement_error",
+            "f8",
+        ),  # px from where it put a ball to where that should be, the larger of both
         ("approach", "f8"),  # px/s along the normal as found, negative if the two separate
         ("approach_after", "f8"),  # px/s
         ("expected_impulse", "f8"),  # kg px/s
@@ -303,7 +306,7 @@ def attribute_velocity(
 
     The impulse that acted on each ball is the reported one and this. If both had the same, and it has the size of the
     reported impulse, or obeys the law of restitution along its own direction, it acted along another normal.
-    Returns the error's cause, ROUNDING if there is none, and its size, kg px/s.
+    Returns the error's cause, or ROUNDING if the contact has no such error, and its size, kg px/s.
     """
     finding, i, j = block.findings[k], contact.first, contact.second
     owns_second = j >= 0 and unexplained.owner[j] == k
@@ -624,7 +627,7 @@ def attribute_displacement(
     last: (n,) each ball's last contact; before: (n, 2) px, positions at the start of the step.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
-    energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
+    energy = energy_expected = put_back = moved = error = finding.displacement_error = 0.0
     mends = True
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
@@ -643,16 +646,17 @@ def attribute_displacement(
         energy_expected -= constants.mass[ball] * (
             constants.gravity[0] * expected_x + constants.gravity[1] * expected_y
         )
-        finding.displacement_error += math.hypot(x - expected_x, y - expected_y)
+        off = math.hypot(x - expected_x, y - expected_y)
+        error, finding.displacement_error = error + off, max(finding.displacement_error, off)
         put_back -= sign * (x * nx + y * ny)
         by = math.hypot(x, y)
         moved += by
         if by > NEGLIGIBLE * constants.radius[ball]:
             mends = mends and mends_overlap(constants, unexplained, before, ball, by)
-    cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
+    cause = _cause_of_displacement(constants, block, k, contact, unexplained, error, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
-    enter(block, cause, energy - energy_expected, 0.0, finding.displacement_error if is_error else 0.0)
+    enter(block, cause, energy - energy_expected, 0.0, error if is_error else 0.0)
     if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):
         finding.cause = cause
 
@@ -664,17 +668,17 @@ def _cause_of_displacement(
     k: int,
     contact: Record,
     unexplained: Unexplained,
+    error: float,
     put_back: float,
     moved: float,
     mends: bool,
 ) -> int:
     """Return why a contact displaced its balls wrongly.
 
-    put_back: px along the normal, away from the other body; moved: px, of both together; mends: whether overlaps are
-    deep enough for that.
+    error: px, of both together; put_back: px along the normal, away from the other body; moved: px, of both together;
+    mends: whether overlaps are deep enough for that.
     """
-    finding = block.findings[k]
-    error, slight = finding.displacement_error, NEGLIGIBLE * constants.radius[contact.first]
+    finding, slight = block.findings[k], NEGLIGIBLE * constants.radius[contact.first]
     fall = math.hypot(constants.fall[0], constants.fall[1])
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
     _, _, _, reach = _pair_constants(constants, contact)
