@@ -24,8 +24,10 @@ MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may hav
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
+_FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
 REMEDIES: Final = {
-    Cause.LATE: "a higher rate, or more substeps, finds contacts sooner",
+    Cause.LATE: _FINDS_SOONER,
+    Cause.MISSED: _FINDS_SOONER,
     Cause.STALE: "collision_persistence = 1 discards the impulses of earlier touches",
     Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
     Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
@@ -433,6 +435,6 @@ def _remedies(comparison: Comparison) -> str:
     first = run.figures.first_difference
     cause = _explained(run) if _energy_error(run) > NEGLIGIBLE_ENERGY else None
     causes = ([cause] if cause else []) + ([first.cause] if first and not first.in_reference else [])
-    causes += [Cause.LATE] if run.missed else []
+    causes += [Cause.MISSED] if run.missed else []
     remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
     return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""

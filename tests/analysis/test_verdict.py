@@ -169,6 +169,19 @@ def test_from_a_tie_on_no_engine_is_accused() -> None:
     assert [label for label, *_ in key_figures(comparison) if label.endswith("*")] == ["RMS gap *", "largest gap *"]
 
 
+def test_balls_that_fly_through_each_other_within_a_step_have_a_remedy() -> None:
+    """They overlap for 2 √(8² - 1²) / 2400 s = 6.6 ms, and a step has 16.7 ms."""
+    balls = (
+        "radius = 4\nposition = [50, 150]\nvelocity = [1200, 0]",
+        "radius = 4\nposition = [350, 151]\nvelocity = [-1200, 0]",
+    )
+    comparison = compare(scene_of(*balls, size="[400, 300]", more="seconds = 0.25"), ["pymunk", "exact"])
+    first = comparison.runs["pymunk"].figures.first_difference
+    assert first is not None
+    assert first.because == "The two would overlap for 6.6 ms: less than a step, which can miss it."
+    assert "For pymunk, a higher rate, or more substeps, finds contacts sooner." in verdict(comparison)
+
+
 def test_a_tie_names_the_ball_with_two_contacts() -> None:
     """Ball 0 hits a row of touching balls: ball 1 is hit, and hits ball 2, at the same time."""
     row = "radius = 10\nelasticity = 0.7\npositions = [[100, 150], [200, 150], [220, 150], [240, 150]]"
