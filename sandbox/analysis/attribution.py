@@ -386,7 +386,7 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> 
 
 @kernel
 def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then.
+    """Return whether two bodies that touched shortly before meet again, and part, by no more than gravity's pull.
 
     A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce, unless it is
     found late.
@@ -398,7 +398,8 @@ def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> 
         if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
             bounced = BOUNCED * pull * finding.free_flight
     shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
-    return shortly and pull > 0 and bounced <= finding.approach <= 2 * pull * constants.dt * (1 + NEGLIGIBLE)
+    slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
+    return shortly and pull > 0 and bounced <= finding.approach <= slow and abs(finding.approach_after) <= slow
 
 
 @kernel

@@ -18,6 +18,7 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.state import CONTACT
 
 ENGINES = tuple(registry())
 RUNS = [
@@ -229,6 +230,19 @@ def test_a_ball_that_hops_within_a_step_changes_nothing() -> None:
     scene = scene_of("radius = 15\nposition = [200, 285]", size="[400, 300]", more="gravity = [0, 900]\nseconds = 0.2")
     run, ledger = ledger_of(scene, "pymunk(substeps=4)")
     assert all(abs(entry.energy) < 1e-9 * run.energy[0] for entry in ledger.values())
+
+
+def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
+    """Gravity brings it to 15 px/s in a step. Restitution 0.5 gives 7.5 px/s back, and the floor gives 200."""
+    scene = scene_of(
+        "radius = 15\nposition = [200, 285]\nelasticity = 0.5", size="[400, 300]", more="gravity = [0, 900]"
+    )
+    ledger = Ledger(scene, together=False)
+    contacts = np.array([(k / 60, 0, -4, (0, 1), j, 0) for k, j in ((1, 15), (2, 215))], CONTACT)
+    velocity = np.array([(0, 0), (0, 0), (0, -200)], float)[:, None]
+    ledger.add(np.full((3, 1, 2), (200.0, 285.0)), velocity, contacts, np.full(3, -1), np.zeros((3, 2)))
+    [large] = [entry for entry in ledger.entries() if entry.cause == Cause.LARGE]
+    assert large.energy == pytest.approx((200**2 - 7.5**2) / 2)
 
 
 def test_the_mouse_s_work_is_entered_as_the_mouse_s() -> None:
