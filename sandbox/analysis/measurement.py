@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sandbox.analysis.attribution import pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
@@ -18,7 +19,7 @@ from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import dot, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.model import ARENA_WALLS, Expect, Scene
+from sandbox.scene.model import Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -289,8 +290,7 @@ class Measurement:
         unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
         step = np.clip(steps_containing(at_wall["time"], scene.rate), 1, steps) - 1
         np.add.at(unexplained, step, at_wall["impulse"][:, None] * at_wall["normal"])
-        walls = np.array([scene.arena.friction] * len(ARENA_WALLS) + [wall.friction for wall in scene.walls])
-        rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
+        rubs = pair_friction(scene, at_wall) > 0
         for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
             unexplained[k] = dot(unexplained[k], normal) * normal
         if self.runner.infers_impulses:

@@ -72,13 +72,13 @@ def comparable_until(trusted: float, end: float, rate: int) -> tuple[float, floa
 class Trust(NamedTuple):
     """Until when the paths of the reference mean anything: three times, s, each None if that is to the end.
 
-    tied: the two bodies (balls, or ~walls) of which the order is undecided.
+    tied: the two bodies (balls, or ~walls) of which the order is undecided, and the ball that they touch.
     """
 
     horizon: float | None = None
     undecided: float | None = None
     unresolved: float | None = None
-    tied: tuple[int, int] | None = None
+    tied: tuple[int, int, int] | None = None
 
     @property
     def until(self) -> float | None:
@@ -168,7 +168,7 @@ class Twins:
         if not ties:
             return Trust(self._horizon, None, self._unresolved)
         time, *tied = min(ties)
-        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1]))
+        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1], tied[2]))
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""

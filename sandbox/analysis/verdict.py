@@ -23,8 +23,10 @@ MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may hav
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
+_FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
 REMEDIES: Final = {
-    Cause.LATE: "a higher rate, or more substeps, finds contacts sooner",
+    Cause.LATE: _FINDS_SOONER,
+    Cause.MISSED: _FINDS_SOONER,
     Cause.STALE: "collision_persistence = 1 discards the impulses of earlier touches",
     Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
     Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
@@ -192,12 +194,13 @@ def _trust(comparison: Comparison) -> str:
     trust, against = comparison.trust, _reference(comparison)
     match trust.ends_by:
         case "undecided":
-            reason = "at the same time, and no law says which first"
+            assert trust.tied
+            when, reason = "at the same time", "no law says which first"
             if comparison.against != REFERENCE:
-                reason = "in the same step, and the result depends on which has the lower number"
+                when, reason = "in the same step", "the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {reason}. "
-                "From then on compare statistics only."
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {when} by ball "
+                f"{trust.tied[2]}, and {reason}. From then on compare statistics only."
             )
         case "unresolved":
             return (
@@ -213,13 +216,12 @@ def _trust(comparison: Comparison) -> str:
 
 
 def _tied(comparison: Comparison) -> str:
-    """Name the two bodies of which the order is undecided."""
+    """Name the two bodies that a ball hits, of which the order is undecided."""
     assert comparison.trust.tied
-    first, second = sorted(comparison.trust.tied, key=lambda body: (body < 0, abs(body)))
+    first, second = sorted(comparison.trust.tied[:2], key=lambda body: (body < 0, abs(body)))
     if second >= 0:
         return f"balls {first} and {second}"
-    names = [f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second)]
-    return " and ".join(names)
+    return " and ".join(f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second))
 
 
 # The energy
@@ -422,7 +424,7 @@ def _remedies(comparison: Comparison) -> str:
         return ""
     first = run.figures.first_difference
     cause = _explained(run) if _energy_error(run) > NEGLIGIBLE_ENERGY else None
-    causes = ([cause] if cause else []) + ([first.cause] if first else [])
-    causes += [Cause.LATE] if run.missed else []
+    causes = ([cause] if cause else []) + ([first.cause] if first and not first.in_reference else [])
+    causes += [Cause.MISSED] if run.missed else []
     remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
     return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""

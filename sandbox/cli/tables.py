@@ -77,7 +77,7 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     runs = comparison.runs.values()
     yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
-    yield ["  cause", *(first.cause.label if first else "-" for first in firsts)]
+    yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
     if any(run.missed for run in runs):
         yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
     energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
