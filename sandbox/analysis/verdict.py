@@ -199,8 +199,8 @@ def _trust(comparison: Comparison) -> str:
             if comparison.against != REFERENCE:
                 when, reason = "in the same step", "the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {when} by ball "
-                f"{trust.tied[2]}, and {reason}. From then on compare statistics only."
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} touch ball "
+                f"{trust.tied[2]} {when}, and {reason}. From then on compare statistics only."
             )
         case "unresolved":
             return (
@@ -216,7 +216,7 @@ def _trust(comparison: Comparison) -> str:
 
 
 def _tied(comparison: Comparison) -> str:
-    """Name the two bodies that a ball hits, of which the order is undecided."""
+    """Name the two bodies that touch a ball in an order that is undecided."""
     assert comparison.trust.tied
     first, second = sorted(comparison.trust.tied[:2], key=lambda body: (body < 0, abs(body)))
     if second >= 0:

@@ -165,7 +165,7 @@ def test_from_a_tie_on_no_engine_is_accused() -> None:
     assert trust_words(comparison) == "undecided from 0.83 s"
     assert verdict(comparison) == (
         "pymunk agrees with exact up to 0.83 s, where exact is undecided: no ball is more than its radius off. "
-        "exact is undecided from 0.83 s: ball 0 touches balls 1 and 2 at the same time, and no law says which first. "
+        "exact is undecided from 0.83 s: balls 1 and 2 touch ball 0 at the same time, and no law says which first. "
         "From then on compare statistics only."
     )
     assert mark_words(comparison) == "* over the whole run, though exact is no measure for it after 0.83 s."
@@ -189,13 +189,13 @@ def test_a_tie_names_the_ball_with_two_contacts() -> None:
     """Ball 0 hits a row of touching balls: ball 1 is hit, and hits ball 2, at the same time."""
     row = "radius = 10\nelasticity = 0.7\npositions = [[100, 150], [200, 150], [220, 150], [240, 150]]"
     scene = scene_of(f"{row}\nvelocities = [[150, 0], [0, 0], [0, 0], [0, 0]]", more="seconds = 1")
-    assert "ball 1 touches balls 0 and 2 at the same time" in verdict(compare(scene, ["pymunk", "exact"]))
+    assert "balls 0 and 2 touch ball 1 at the same time" in verdict(compare(scene, ["pymunk", "exact"]))
 
 
 def test_a_stepped_reference_whose_answer_depends_on_numbers_is_undecided() -> None:
     said = verdict(compare(TIED, ["exact", "impulse"], against="impulse"))
     assert (
-        "impulse is undecided from 0.83 s: ball 0 touches balls 1 and 2 in the same step, and the result depends on "
+        "impulse is undecided from 0.83 s: balls 1 and 2 touch ball 0 in the same step, and the result depends on "
         "which has the lower number."
     ) in said
 
