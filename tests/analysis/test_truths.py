@@ -318,18 +318,10 @@ def test_every_scored_scene_is_failed_by_an_engine_without_contacts(name: str, m
 
 
 @pytest.mark.parametrize("name", SCORED)
-def test_a_scene_in_which_balls_meet_is_failed_by_an_engine_of_walls_alone(
+def test_an_engine_of_walls_or_of_pairs_alone_fails_where_it_lacks_a_contact(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = load(name)
-    balls_meet, _ = touched(scene)
+    balls_meet, walls_are_met = touched(scene)
     assert fails(WallsOnly, scene, monkeypatch) == balls_meet
-
-
-@pytest.mark.parametrize("name", SCORED)
-def test_a_scene_in_which_walls_are_met_is_failed_by_an_engine_of_pairs_alone(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene = load(name)
-    _, walls_are_met = touched(scene)
     assert fails(PairsOnly, scene, monkeypatch) == walls_are_met
