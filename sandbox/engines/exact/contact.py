@@ -28,9 +28,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.friction import rub_discs, rub_wall
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.records import HELD
-from sandbox.engines.exact.support import carry, normal_to, report_support, unit
+from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
 from sandbox.engines.exact.world import World, move_to_now, release
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
@@ -111,7 +113,7 @@ def _shortest_flight(world: World, body: Record, now: float) -> float:
 @kernel
 def _is_wedged(world: World, body: Record, piece: Record) -> bool:
     """Return whether a body's contacts never end."""
-    lossless = not world.has_gravity and body.elasticity * piece.elasticity == 1
+    lossless = not world.has_gravity and not world.is_rough and body.elasticity * piece.elasticity == 1
     return body.streak > (MAX_LOSSLESS_STREAK if lossless else MAX_WEDGED_STREAK)
 
 
@@ -175,8 +177,12 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
+    tangential, slip = 0.0, 0.0
+    if world.is_rough:
+        tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
-    write(log, now, np.int64(world.event[i].ball), np.int64(world.event[j].ball), nx, ny, impulse, depth)
+    of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
+    write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if parting.hops:
@@ -199,8 +205,11 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     move_to_now(world, i, now)
     report_support(world, i, since, now, log)
     nx, ny, distance = normal_to(disc, piece)
-    if p == carrier:  # it has reached the end of the face that carries it
-        release(world, i)
+    if p == carrier:
+        if world.is_rough and now == world.turn[i].slips_until:
+            stop_slipping(world, i, now)
+        else:  # it has reached the end of the face that carries it
+            release(world, i)
         return
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
@@ -210,8 +219,11 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     disc.vy -= (closing + parting.speed) * ny
     impulse = body.mass * (closing + parting.speed)
     if impulse > 0:
+        tangential, slip = 0.0, 0.0
+        if world.is_rough:
+            tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
-        write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth)
+        write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, now)
     body.last_support = now
@@ -245,5 +257,7 @@ def _hold_if_jammed(world: World, i: int, closing: float, now: float) -> None:
     limit = MAX_SLOW_CONTACTS if _is_slow(world, i) else MAX_JAMMED_CONTACTS
     if is_supported and body.slow_contacts > limit:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
+        if world.is_rough:
+            world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
         world.event[i].carrier, body.held_until = HELD, now + world.hop_time
         body.slow_since, body.slow_contacts = body.held_until, MAX_SLOW_CONTACTS - HELD_CONTACTS
