@@ -81,7 +81,7 @@ def test_each_states_what_it_is_and_by_which_law(name: str, scene: Scene) -> Non
     for one in scene.expect:
         assert one.because
         if one.overlap is None:
-            assert one.tolerance == (0.5 if name in (LEANING, FALLING) else 1e-6)
+            assert one.tolerance in ((0.5, 2) if name in (LEANING, FALLING) else (1e-6,))
         else:  # a solver that finds contacts at the end of a step has balls in each other
             assert one.tolerance <= scene.bodies.radius.min()
         assert 0 < one.at <= scene.seconds
@@ -291,28 +291,28 @@ def test_the_pyramid_that_falls_hardly_moves_for_a_second() -> None:
         assert one.spin == pytest.approx(speed / radius if side else 0, abs=1e-6)
 
 
-@pytest.mark.parametrize(("first", "half_angle", "stands"), [(0, math.pi / 12, True), (3, math.atan(1 / 3), True)])
-def test_a_pyramid_stands_if_its_friction_is_at_least_the_tangent_of_half_its_angle(
-    first: int, half_angle: float, stands: bool
+@pytest.mark.parametrize(("first", "half_angle"), [(0, math.pi / 12), (3, math.atan(1 / 3))])
+def test_the_pyramids_that_stand_have_more_friction_than_the_tangent_of_half_their_angle(
+    first: int, half_angle: float
 ) -> None:
     scene = load("truths/pyramid-stands")
-    left, _, top = spawn(scene).position[first : first + 3]
-    away = top - left
-    assert math.atan2(away[0], -away[1]) / 2 == pytest.approx(half_angle)
     friction = scene.bodies.friction
-    assert (friction[first] * friction[first + 2] >= math.tan(half_angle)) == stands
+    left, _, top = spawn(scene).position[first : first + 3]
+    x, y = top - left
+    assert math.atan2(x, -y) / 2 == pytest.approx(half_angle)
+    assert math.tan(half_angle) < friction[first] * friction[first + 2] < 1.05 * math.tan(half_angle)
 
 
 def test_forces_within_the_cones_of_friction_hold_the_heap() -> None:
     """Those that its expectations name: in units of a disc's weight, on the second disc of each contact."""
     scene = load("truths/floor-under-a-heap")
     position, friction = spawn(scene).position, scene.bodies.friction
-    corner, middle = math.tan(math.pi / 12) / 2, math.tan(math.pi / 12) / 2
+    aside = math.tan(math.pi / 12) / 2
     forces = {  # lower disc (None: the floor), upper disc: force up and to the right
         (3, 5): (0, 0.5), (4, 5): (0, 0.5),
-        (0, 3): (corner, 0.5), (2, 4): (-corner, 0.5),
-        (1, 3): (-middle, 1.0), (1, 4): (middle, 1.0),
-        (None, 0): (corner, 1.5), (None, 2): (-corner, 1.5), (None, 1): (0.0, 3.0),
+        (0, 3): (aside, 0.5), (2, 4): (-aside, 0.5),
+        (1, 3): (-aside, 1.0), (1, 4): (aside, 1.0),
+        (None, 0): (aside, 1.5), (None, 2): (-aside, 1.5), (None, 1): (0.0, 3.0),
     }  # fmt: skip
     force, torque = np.tile([0.0, 1.0], (6, 1)), np.zeros(6)  # the weights; y is down
     for (lower, upper), (right, up) in forces.items():
