@@ -393,11 +393,10 @@ def test_ball_wedged_between_walls_does_not_stop_the_clock() -> None:
 # Many balls
 
 
-def gas(rate: int = 60, **more: float) -> Scene:
-    extra = "".join(f"{key} = {value}\n" for key, value in more.items())
+def gas(rate: int = 60) -> Scene:
     return parse(
         f"rate = {rate}\n[arena]\nsize = [200, 200]\n"
-        f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n{extra}",
+        f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n",
         "test",
     )
 

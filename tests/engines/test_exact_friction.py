@@ -321,6 +321,26 @@ def test_disc_rolls_off_an_edge_and_keeps_its_spin() -> None:
     assert state.angle[0] == pytest.approx(15, abs=EXACT)
 
 
+@pytest.mark.parametrize("v", [20.0, 50.0])
+@pytest.mark.parametrize("mu", [0.0, 0.3, 1.0])
+def test_disc_slides_or_rolls_round_the_end_of_a_wall(v: float, mu: float) -> None:
+    """Within the error of the hops in which it goes round. The equations of motion are integrated in steps of 10 µs.
+
+    It rolls first, then slips as the end carries less of it, and leaves where the end carries nothing.
+    """
+    shelf = wall([100, 300], [500, 300], mu, thickness=4.0)
+    scene = box_of(shelf, ball([490, 288], [v, 0], spin=v / 10 if mu else 0.0), head=FALLING)
+    angle, speed, rim, radius, dt = 0.0, v, v if mu else 0.0, 12.0, 1e-5
+    while (carried := G * math.cos(angle) - speed**2 / radius) > 0:
+        friction = min(G * math.sin(angle) / 3, mu * carried)
+        middle = angle + dt / 2 * speed / radius
+        speed, rim = speed + dt * (G * math.sin(middle) - friction), rim + dt * 2 * friction
+        angle = middle + dt / 2 * speed / radius
+    state = after(scene, 1)
+    assert state.velocity[0, 0] == pytest.approx(speed * math.cos(angle), abs=0.03)
+    assert state.spin[0] * 10 == pytest.approx(rim, abs=0.1 if mu else 0)
+
+
 @pytest.mark.parametrize("at", [0.1, 0.5])
 @pytest.mark.parametrize("kick", [250.0, -500.0])
 def test_kick_of_a_disc_that_slips_or_rolls(at: float, kick: float) -> None:

@@ -1,8 +1,8 @@
-"""The law of contact of smooth discs: two discs collide, or one bounces off a wall.
+"""The law of contact: two discs collide, or one bounces off a wall.
 
-There is no friction. A contact exchanges momentum along the line of centres as it is, whatever rounding did to the
-distance. Its elasticity is the product of the two factors, with three exceptions that keep an inelastic collapse,
-infinitely many contacts in finite time, from stopping the clock:
+A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance, and `friction`
+adds a part along the tangent. Its elasticity is the product of the two factors, with three exceptions that keep an
+inelastic collapse, infinitely many contacts in finite time, from stopping the clock:
 
 - Collapse. A contact is elastic if both bodies, or the disc that meets a wall, have had MAX_STREAK contacts, each
   within CONTACT_TIME of the last. In the TC model of S. Luding and S. McNamara, Granular Matter 1 (1998) 113, it is
@@ -10,12 +10,14 @@ infinitely many contacts in finite time, from stopping the clock:
   contacts have no duration: discs that touch in a row have several in one instant, and each must take its energy. Only
   what a collapse would still take after MAX_STREAK contacts is kept.
 - Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
-  disc from then on. The disc lies still, slides down a slope, or is stopped where two walls meet, all without events,
-  until another disc or a kick moves it or the face ends. What a wall gives to a disc that it carries is a contact at
-  the end of each step, and before each other contact. The disc slides round the end of a wall in hops. Discs that lean
-  on each other move apart in hops of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A
-  disc that carries others hops faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root
-  of the load. Hops exchange momentum as all contacts do, so the walls get the weight of a heap.
+  disc from then on. The disc lies still, slides or rolls down a slope, or is stopped where two walls meet, until
+  another disc or a kick moves it or the face ends; the only event meanwhile is the end of slipping. What a wall gives
+  to a disc that it carries is a contact at the end of each step, and before each other contact. The disc goes round the
+  end of a wall in hops: one of radius 10 px that goes off a shelf of 4 px at 20 or 50 px/s leaves it up to 0.03 px/s
+  too fast and, with friction up to 1, its rim up to 0.1 px/s too slow. Discs that lean on each other move apart in hops
+  of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A disc that carries others hops
+  faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root of the load. Hops exchange
+  momentum as all contacts do, so the walls get the weight of a heap.
 - Jams. Discs that fill the room between walls to the last bit have contacts without end. After MAX_SLOW_CONTACTS slow
   ones in a hop time, a slow disc is held where it is, as if its mass were infinite, for a hop time or until something
   fast hits it, and later again after HELD_CONTACTS. What holds it is no wall, so no contact reports it: it remains as
