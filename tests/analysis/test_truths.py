@@ -330,6 +330,19 @@ def test_forces_within_the_cones_of_friction_hold_the_heap() -> None:
     assert torque == pytest.approx(0, abs=1e-9)
 
 
+def test_the_floor_carries_the_weight_of_the_heap() -> None:
+    scene = load("truths/floor-under-a-heap")
+    engine = ExactEngine(scene, spawn(scene))
+    engine.contacts()
+    for _ in range(scene.steps):
+        engine.step()
+    found = engine.contacts()
+    on_floor = found[found["second"] == ~3]
+    weight = scene.bodies.mass.sum() * scene.gravity[1]
+    assert on_floor["impulse"].sum() == pytest.approx(weight * scene.steps / scene.rate, rel=1e-12)
+    assert on_floor["tangential"].sum() == pytest.approx(0, abs=1e-9 * weight)
+
+
 class Through:
     """Balls fly through everything."""
 
