@@ -42,8 +42,7 @@ def score_of(scene: Scene, engine: str = "exact") -> Score:
 def test_the_exact_engine_meets_every_truth(name: str) -> None:
     result = result_of(load(name))
     assert result.outcome is Outcome.MET
-    rounding = 1e-8 if name == "truths/off-an-edge" else 1e-9  # a wall carries a disc 1e-9 px past its end
-    assert all(score.error < rounding for score in result.judged if score.expect.tolerance == 1e-6)
+    assert all(score.error < 1e-9 for score in result.judged if score.expect.tolerance == 1e-6)
 
 
 def test_an_expectation_at_the_start_is_scored() -> None:
