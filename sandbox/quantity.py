@@ -1,7 +1,8 @@
-"""Energy, momentum, overlap, distances: pure functions of positions and velocities.
+"""Energy, momentum, overlap, distances: pure functions of positions, velocities and spins.
 
-position and velocity are (..., n, 2) in px and px/s, where the leading axes may be the steps of a trajectory; mass and
-radius are (n,) in kg and px; gravity is in px/s², and size is the arena's width and height, px.
+position and velocity are (..., n, 2) in px and px/s, and spin is (..., n) in rad/s, where the leading axes may be the
+steps of a trajectory; mass, moment (of inertia) and radius are (n,) in kg, kg px² and px; gravity is in px/s², and size
+is the arena's width and height, px.
 """
 
 from collections.abc import Sequence
@@ -9,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
-from sandbox.state import Floats
+from sandbox.state import Bodies, Contacts, Floats, State, States
 
 
 def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
@@ -24,9 +25,22 @@ def potential_energy(position: Floats, mass: Floats, gravity: Sequence[float], s
     return np.einsum("...nk,k,n->...", lowest - position, field, mass)
 
 
-def energy(position: Floats, velocity: Floats, mass: Floats, gravity: Sequence[float], size: Sequence[float]) -> Floats:
-    """Return kinetic and potential energy of all balls, kg px²/s²: (...)."""
-    return kinetic_energy(velocity, mass) + potential_energy(position, mass, gravity, size)
+def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float], size: Sequence[float]) -> Floats:
+    """Return the energy of all balls, of flight, spin and gravity, kg px²/s²: (...)."""
+    kinetic = kinetic_energy(moving.velocity, bodies.mass) + spin_energy(moving.spin, bodies.moment)
+    return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
+
+
+def spin_energy(spin: Floats, moment: Floats) -> Floats:
+    """Return the energy of the spins of all balls, kg px²/s²: (...)."""
+    return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)
+
+
+def angular_momentum(moving: State | States, bodies: Bodies) -> Floats:
+    """Return the angular momentum of all balls about the origin, positive from x to y, kg px²/s: (...)."""
+    position, velocity = moving.position, moving.velocity
+    orbital = position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0]
+    return np.einsum("...n,n->...", orbital, bodies.mass) + np.einsum("...n,n->...", moving.spin, bodies.moment)
 
 
 def momentum(velocity: Floats, mass: Floats) -> Floats:
@@ -85,6 +99,24 @@ def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tupl
 def dot(a: Floats, b: Floats) -> Floats:
     """Return the scalar product of vectors: (..., 2) and (..., 2) -> (...)."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+
+
+def tangent(normal: Floats) -> Floats:
+    """Return the tangent of each unit normal, (-normal_y, normal_x): (..., 2) -> (..., 2)."""
+    return np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+
+
+def slips(contacts: Contacts, velocity: Floats, spin: Floats, radius: Floats) -> Floats:
+    """Return how fast the first body's rim slips past the second's in each contact, along the tangent: (k,) px/s.
+
+    velocity, spin: (k, n, 2) px/s and (k, n) rad/s, of all balls at each contact; radius: (n,) px. A wall is at rest.
+    """
+    rows, first, second = np.arange(len(contacts)), contacts["first"], contacts["second"]
+    along, between = tangent(contacts["normal"]), second >= 0
+    slip = dot(velocity[rows, first], along) + radius[first] * spin[rows, first]
+    rows, second, along = rows[between], second[between], along[between]
+    slip[between] += radius[second] * spin[rows, second] - dot(velocity[rows, second], along)
+    return slip
 
 
 def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:

@@ -1,6 +1,6 @@
 """What an engine returns: snapshots of the balls, and the contacts it resolved."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -19,36 +19,73 @@ CONTACT: Final = np.dtype(
         ("normal", "f8", (2,)),  # unit vector from first to second
         ("impulse", "f8"),  # kg px/s along the normal, positive if it pushes the two apart
         ("depth", "f8"),  # px, overlap when the contact was found
+        ("tangential", "f8"),  # kg px/s along (-normal_y, normal_x), which friction gives to the second
+        ("slip", "f8"),  # px/s along the same, of the first's rim past the second's before the contact
     ]
 )
+
+
+_NOT_GIVEN: Final = np.empty(0)
 
 
 @dataclass(frozen=True, slots=True)
 class State:
     """A snapshot of every ball, in scene order.
 
-    time: s; position: (n, 2) px; velocity: (n, 2) px/s.
+    time: s; position: (n, 2) px; velocity: (n, 2) px/s; angle, spin: (n,) rad, rad/s, zeros if they are not given. A
+    positive angle turns x towards y, which points down.
     """
 
     time: float
     position: Floats
     velocity: Floats
+    angle: Floats = field(default_factory=lambda: _NOT_GIVEN)
+    spin: Floats = field(default_factory=lambda: _NOT_GIVEN)
+
+    def __post_init__(self) -> None:
+        for name in ("angle", "spin"):
+            if getattr(self, name) is _NOT_GIVEN:
+                object.__setattr__(self, name, np.zeros(len(self.position)))
+
+    def copy(self) -> "State":
+        """Return a state that shares no array with this one."""
+        return State(self.time, *(getattr(self, name).copy() for name in States._fields))
 
 
 class States(NamedTuple):
-    """Arrays for the states after many steps. position: (steps, n, 2) px; velocity: (steps, n, 2) px/s."""
+    """Arrays for the states after many steps.
+
+    position, velocity: (steps, n, 2) px, px/s; angle, spin: (steps, n) rad, rad/s.
+    """
 
     position: Floats
     velocity: Floats
+    angle: Floats
+    spin: Floats
 
     @classmethod
     def empty(cls, steps: int, balls: int) -> Self:
-        """Return arrays that are not filled yet."""
-        return cls(np.empty((steps, balls, 2)), np.empty((steps, balls, 2)))
+        """Return arrays that are not filled yet; the angles and spins are zeros."""
+        shape = (steps, balls)
+        return cls(np.empty((*shape, 2)), np.empty((*shape, 2)), np.zeros(shape), np.zeros(shape))
+
+    @classmethod
+    def of(cls, state: State) -> Self:
+        """Return arrays of one step, which share those of a state."""
+        return cls(*(getattr(state, name)[None] for name in cls._fields))
 
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""
-        return States(self.position[rows], self.velocity[rows])
+        return States(*(each[rows] for each in self))
+
+    def state(self, row: int, time: float) -> State:
+        """Return the state of one row, which shares the arrays. time: s."""
+        return State(time, *(each[row] for each in self))
+
+    def fill(self, row: int, state: State) -> None:
+        """Copy a state into a row."""
+        for name, rows in zip(self._fields, self, strict=True):
+            rows[row] = getattr(state, name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +102,11 @@ class Bodies:
 
     def __len__(self) -> int:
         return len(self.radius)
+
+    @property
+    def moment(self) -> Floats:
+        """The moments of inertia of uniform discs, m r²/2: (n,) kg px²."""
+        return self.mass * self.radius**2 / 2
 
 
 def no_contacts() -> Contacts:

@@ -107,7 +107,7 @@ class Discs:
 
     def contacts(self) -> Contacts:
         found, self.found = self.found, []
-        return np.array(found, CONTACT) if found else no_contacts()
+        return np.array([(*one, 0.0, 0.0) for one in found], CONTACT) if found else no_contacts()
 
     def kick(self, ball: int, dv: Vector) -> None:
         self.v[ball] += complex(*dv)

@@ -218,7 +218,7 @@ class _RunningReference:
             runner: States.empty(*measurement.states.position.shape[:2]) for runner in self._twins.runners
         }
         for states in self.twin_states.values():  # at the start they are where the original is
-            states.position[0], states.velocity[0] = measurement.states.rows(slice(1))
+            states.fill(0, measurement.start)
         self._rate = lockstep.scene.rate
         self._kept = kept
 

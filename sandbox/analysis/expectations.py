@@ -26,6 +26,7 @@ class Quantity(Enum):
     MOMENTUM = "momentum"
     CENTRE_OF_MASS = "centre_of_mass"
     OVERLAP = "overlap"
+    SPIN = "spin"
 
     @property
     def label(self) -> str:
@@ -35,12 +36,18 @@ class Quantity(Enum):
     @property
     def unit(self) -> str:
         """The unit; empty for a ratio."""
-        return {Quantity.VELOCITY: "px/s", Quantity.MOMENTUM: "kg px/s", Quantity.ENERGY_RATIO: ""}.get(self, "px")
+        units = {
+            Quantity.VELOCITY: "px/s",
+            Quantity.SPIN: "rad/s",
+            Quantity.MOMENTUM: "kg px/s",
+            Quantity.ENERGY_RATIO: "",
+        }
+        return units.get(self, "px")
 
     @property
     def of_ball(self) -> bool:
         """Whether it is of one ball, not of all together."""
-        return self in (Quantity.POSITION, Quantity.VELOCITY)
+        return self in (Quantity.POSITION, Quantity.VELOCITY, Quantity.SPIN)
 
 
 @dataclass(frozen=True)
@@ -160,7 +167,9 @@ def _flown(scene: Scene, state: State, at: float) -> State:
     """Return where a state is at another time if nothing is touched."""
     time, gravity = at - state.time, np.array(scene.gravity)
     flight = state.velocity * time + gravity * time**2 / 2
-    return State(at, state.position + flight, state.velocity + gravity * time)
+    return State(
+        at, state.position + flight, state.velocity + gravity * time, state.angle + state.spin * time, state.spin
+    )
 
 
 def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> Iterator[Deviation]:
@@ -172,6 +181,8 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> I
         ):
             if expected is not None:
                 yield Deviation(quantity, expected, _vector(found[expect.ball]))
+        if expect.spin is not None:
+            yield Deviation(Quantity.SPIN, expect.spin, float(state.spin[expect.ball]))
     if expect.energy_ratio is not None:
         yield Deviation(Quantity.ENERGY_RATIO, expect.energy_ratio, _energy(scene, state) / _energy(scene, initial))
     if expect.momentum is not None:
@@ -189,7 +200,7 @@ def _vector(values: Floats) -> Vector:
 
 
 def _energy(scene: Scene, state: State) -> float:
-    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
+    return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))
 
 
 def _overlap(scene: Scene, position: Floats) -> float:

@@ -106,7 +106,7 @@ class Measurement:
         self.states = States.empty(rows, n)
         self.pull = np.zeros((rows, 2))
         self.start = state = runner.engine.state()
-        self.states.position[0], self.states.velocity[0] = state.position, state.velocity
+        self.states.fill(0, state)
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
@@ -135,11 +135,12 @@ class Measurement:
         the steps of the run before the first row of the block.
         """
         scene, bodies = self._scene, self._scene.bodies
-        position, velocity = self.states.rows(rows)
+        states = self.states.rows(rows)
+        position, velocity = states.position, states.velocity
         first = before + rows.start
         steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
-        self.energy[steps] = energy(position, velocity, bodies.mass, scene.gravity, scene.arena.size)
+        self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._lengths[steps] = np.einsum("tn,n->t", length(velocity), bodies.mass)
         self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
@@ -162,8 +163,7 @@ class Measurement:
 
     def score(self, number: int, expect: Expect, initial: State, rows: Sequence[int], before: int) -> None:
         """Score the states of the rows around the time of an expectation; before: as in `measure`."""
-        position, velocity = self.states
-        around = (State((before + row) / self._scene.rate, position[row], velocity[row]) for row in rows)
+        around = (self.states.state(row, (before + row) / self._scene.rate) for row in rows)
         self._scores[number] = score(self._scene, expect, initial, *around)
 
     def skip(self, number: int, expect: Expect) -> None:
@@ -179,19 +179,19 @@ class Measurement:
         if (np.diff(contacts["time"]) < 0).any():
             contacts = contacts[np.argsort(contacts["time"], kind="stable")]
         self._contacts.append(contacts)
-        position, velocity = self.states.rows(slice(rows))
-        self._ledger.add(position, velocity, self._contacts[-1], pulled, self.pull[:rows])
+        states = self.states.rows(slice(rows))
+        self._ledger.add(states.position, states.velocity, self._contacts[-1], pulled, self.pull[:rows])
         steps = self._entered + np.flatnonzero(pulled >= 0)
         self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
         self._entered += rows - 1
-        position[0], velocity[0] = position[-1], velocity[-1]
+        states.fill(0, states.state(-1, 0.0))
         self.pull[:] = 0.0
 
     @property
     def _final(self) -> State:
         """The last state, once all are entered."""
         time = (len(self.energy) - 1) / self._scene.rate
-        return State(time, self.states.position[0].copy(), self.states.velocity[0].copy())
+        return self.states.state(0, time).copy()
 
     @cached_property
     def record(self) -> Record:

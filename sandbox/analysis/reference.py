@@ -144,8 +144,8 @@ class Twins:
         """Compare as `compare` does after each step. contacts: of the original in this step; time: s, at its end."""
         if self._hidden:
             states = {runner: runner.state() for runner in self._hidden}
-            rows = {runner: States(one.position[None], one.velocity[None]) for runner, one in states.items()}
-            self.compare(States(original.position[None], original.velocity[None]), rows, np.array([time]))
+            rows = {runner: States.of(one) for runner, one in states.items()}
+            self.compare(States.of(original), rows, np.array([time]))
         return self.trust(contacts)
 
     def trust(self, contacts: Contacts) -> Trust:

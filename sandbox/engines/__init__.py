@@ -13,6 +13,7 @@ import json
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from inspect import signature
 from typing import Final, Protocol, cast
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from sandbox.errors import Refused, SandboxError, suggestion
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import CONTACT, Contacts, Floats, State
+from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 ENTRY_POINTS: Final = "sandbox.engines"
 _BUILT_IN: Final = {
@@ -69,23 +70,23 @@ class Engine(Protocol):
 class BlockEngine(Engine, Protocol):
     """An engine that can also do many steps in one call, which saves the time to return each state."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        """Do some steps, and write the state after each into the rows of position and velocity.
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        """Do some steps, and write the state after each into the rows of arrays.
 
-        position, velocity: (steps, n, 2) px, px/s. States and contacts are to the byte those of as many calls of
-        `step`, `state` and `contacts`.
+        position, velocity: (steps, n, 2) px, px/s; angle, spin: (steps, n) rad, rad/s, zeros until then. States and
+        contacts are to the byte those of as many calls of `step`, `state` and `contacts`.
         """
 
 
-def advance(engine: Engine, steps: int, position: Floats, velocity: Floats) -> None:
-    """Do some steps as `BlockEngine.advance` does, in any engine."""
+def advance(engine: Engine, states: States) -> None:
+    """Do as many steps as there are rows, and write the state after each into them, in any engine."""
+    steps = len(states.position)
     if hasattr(engine, "advance"):
-        cast("BlockEngine", engine).advance(steps, position, velocity)
+        cast("BlockEngine", engine).advance(steps, *states)
         return
     for step in range(steps):
         engine.step()
-        state = engine.state()
-        position[step], velocity[step] = state.position, state.velocity
+        states.fill(step, engine.state())
 
 
 def registry() -> dict[str, EntryPoint]:
@@ -173,12 +174,13 @@ class _CheckedEngine:
 
     def state(self) -> State:
         state = self._engine.state()
-        position, velocity = np.array(state.position, dtype=np.float64), np.array(state.velocity, dtype=np.float64)
-        for what, numbers in (("position", position), ("velocity", velocity)):
-            if numbers.shape != (self._balls, 2):
-                raise SandboxError(f"{self._name}: its {what} must be of shape {(self._balls, 2)}, got {numbers.shape}")
+        checked = {what: np.array(getattr(state, what), dtype=np.float64) for what in States._fields}
+        for what, numbers in checked.items():
+            shape = (self._balls, 2)[: 2 if what in ("position", "velocity") else 1]
+            if numbers.shape != shape:
+                raise SandboxError(f"{self._name}: its {what} must be of shape {shape}, got {numbers.shape}")
             self._check_finite(what, numbers[None])
-        return State(state.time, position, velocity)
+        return State(state.time, **checked)
 
     def contacts(self) -> Contacts:
         contacts = self._engine.contacts()
@@ -189,14 +191,14 @@ class _CheckedEngine:
         first, second = contacts["first"], contacts["second"]
         if not np.all((first >= 0) & (first < self._balls) & (second >= -self._walls) & (second < self._balls)):
             raise SandboxError(f"{self._name}: its contacts must name the {self._balls} balls and {self._walls} walls")
-        numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth"))
+        numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")
         return contacts.copy()
 
     def _check_finite(self, what: str, numbers: Floats) -> None:
-        """Raise SandboxError for the first ball that has a number which is not finite. numbers: (steps, n, 2)."""
-        finite = np.isfinite(numbers).all(axis=2)
+        """Raise SandboxError for the first ball that has a number which is not finite. numbers: (steps, n, ...)."""
+        finite = np.isfinite(numbers).reshape(*numbers.shape[:2], -1).all(axis=2)
         if not finite.all():
             step, ball = np.argwhere(~finite)[0].tolist()
             values = numbers[step, ball].tolist()
@@ -206,12 +208,14 @@ class _CheckedEngine:
 class _CheckedBlockEngine(_CheckedEngine):
     """A checked engine that can do many steps in one call."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        theirs = np.full((2, steps, self._balls, 2), np.nan)  # so that a state left out is not finite
-        cast("BlockEngine", self._engine).advance(steps, *theirs)
-        position[:], velocity[:] = theirs
-        self._check_finite("position", position)
-        self._check_finite("velocity", velocity)
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        theirs = States.empty(steps, self._balls)
+        theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
+        engine = cast("BlockEngine", self._engine)
+        engine.advance(steps, *theirs[: len(signature(engine.advance).parameters) - 1])  # angle and spin are optional
+        for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), theirs, strict=True):
+            ours[:] = numbers
+            self._check_finite(what, numbers)
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
@@ -223,8 +227,7 @@ def create(name: str, scene: Scene, initial: State) -> Engine:
     engine = _engine(name)
     if name in _BUILT_IN:
         return engine(scene, initial)
-    own = State(initial.time, initial.position.copy(), initial.velocity.copy())  # other engines start from initial
-    built = engine(scene, own)
+    built = engine(scene, initial.copy())  # other engines start from initial
     checked = _CheckedBlockEngine if _has_own_advance(type(built)) else _CheckedEngine
     return checked(name, built, scene)
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
 from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
-from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
+from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step, log_contact
 from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State
+from sandbox.state import Contacts, Floats, State, States
 
 SQUARE: Final = 2.0  # exponent, passed to `frames` as an argument: a compiler turns a constant one into a product
 POW_PROBES: Final = {  # numbers whose squares only one variant of glibc's pow, with FMA or without, does not round
@@ -27,11 +27,10 @@ MAX_TOUCHING: Final = 1 + 1e-9  # diameters; balls further apart do not touch, h
 
 @portable_entry
 def frames(
-    start: tuple[Floats, Floats],
+    start: Snapshot,
     frames_before: int,
     rate: int,
-    position: Floats,
-    velocity: Floats,
+    states: States,
     radius: float,
     width: float,
     height: float,
@@ -41,18 +40,18 @@ def frames(
 ) -> tuple[int, int]:
     """Play frames of the article, see `SteppedEngine.run`.
 
-    position: (frames, n, 2) px; velocity: (frames, n, 2) px per frame; log: of contacts, with the impulse per mass (px
-    per frame). Returns the number of frames played, and of contacts logged in them.
+    states: with velocities in px per frame; log: of contacts, with the impulse per mass (px per frame). Returns the
+    number of frames played, and of contacts logged in them.
     """
     count = 0
-    for k in range(len(position)):
-        here, now = begin_step(k, start, position, velocity), (frames_before + k + 1) / rate
-        before = count
-        count = _move(*here, radius, width, height, log, count, now)
-        count = _collide(*here, radius, square, grid, log, count, now)
+    for k in range(len(states.position)):
+        position, velocity, _, _ = begin_step(k, start, states)
+        now, before = (frames_before + k + 1) / rate, count
+        count = _move(position, velocity, radius, width, height, log, count, now)
+        count = _collide(position, velocity, radius, square, grid, log, count, now)
         if count > len(log):
             return k, before
-    return len(position), count
+    return len(states.position), count
 
 
 @kernel
@@ -166,14 +165,11 @@ class ArticleEngine(SteppedEngine):
         if unsupported:
             *first, last = unsupported
             parts = f"{', '.join(first)} and {last} are" if first else f"{last} is"
-            other = "pymunk" if "friction" in unsupported else "impulse"
-            raise Refused(f"article: {parts} not part of the article's rule; use --engines {other}")
+            raise Refused(f"article: {parts} not part of the article's rule; use --engines impulse")
 
-    def run(
-        self, start: tuple[Floats, Floats], steps_before: int, position: Floats, velocity: Floats, log: Contacts
-    ) -> tuple[int, int]:
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
         """Play frames."""
-        return frames(start, steps_before, self._rate, position, velocity, *self._constants, log)
+        return frames(start, steps_before, self._rate, states, *self._constants, log)
 
 
 def pow_variant() -> str:
@@ -198,5 +194,6 @@ def _unsupported(scene: Scene) -> list[str]:
         "an inner wall": len(scene.walls) > 0,
         "elasticity below 1": bodies.elasticity.min() < 1 or arena.elasticity < 1,
         "friction": bodies.friction.max() > 0,
+        "spin": any(group.spin for group in scene.balls),
     }
     return [name for name, present in features.items() if present]

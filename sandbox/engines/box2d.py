@@ -15,12 +15,12 @@ import numpy as np
 import pyb2d3
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.engines.walls import Segments, separation
+from sandbox.engines.walls import ARENA_COUNT, Segments, separation
 from sandbox.errors import Refused
-from sandbox.quantity import dot
+from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
-from sandbox.state import CONTACT, Contacts, Floats, Integers, State
+from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
 # 2.56 px. A power of two, so that scaling rounds nothing.
@@ -35,6 +35,7 @@ WALL_THICKNESS: Final = 40_000.0
 
 MAX_ITERATIONS: Final = 200  # of conjugate gradients; gases and piles take tens
 RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: the precision of float32
+DISC_TURNS: Final = 2  # m r²/I of a disc: an impulse at the rim turns it by this times as much as it moves it
 VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: the rounding of four substeps
 
 
@@ -66,6 +67,9 @@ class Box2DEngine:
         for body in self._bodies:
             self._batch.append(body)
         self._segments = _add_walls(self.world, materials, scene)
+        walls = [scene.arena.friction] * ARENA_COUNT + [wall.friction for wall in scene.walls]
+        self._friction = np.array([*scene.bodies.friction, *reversed(walls)])  # so that ~wall is its index
+        self._start_angle, self._angle = initial.angle, initial.angle.copy()
         self._touching: set[tuple[int, int]] = set()
         self._contacts = ContactLog()
 
@@ -74,6 +78,7 @@ class Box2DEngine:
         before = self.state() if self._contacts.recording else None
         self.world.step(1 / self._rate, SUBSTEPS)
         self._steps += 1
+        self._turn()
         self._update_touching()
         if before is not None and self._touching:
             self._collect(before)
@@ -81,7 +86,9 @@ class Box2DEngine:
     def state(self) -> State:
         """Return a snapshot: float32 numbers."""
         position, velocity = self._batch.get_positions(), self._batch.get_linear_velocities()
-        return State(self._steps / self._rate, position * np.float64(METRE), velocity * np.float64(METRE))
+        spin = self._batch.get_angular_velocities().astype(np.float64)
+        x, v = position * np.float64(METRE), velocity * np.float64(METRE)
+        return State(self._steps / self._rate, x, v, self._angle.copy(), spin)
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call.
@@ -95,6 +102,13 @@ class Box2DEngine:
         x, y = _metres(dv)
         velocity = self._bodies[ball].linear_velocity
         self._bodies[ball].linear_velocity = (velocity.x + x, velocity.y + y)
+
+    def _turn(self) -> None:
+        """Update the angles: Box2D knows them up to whole turns, of which the spin makes the nearest in a step."""
+        cosine, sine = self._batch.get_rotations().astype(np.float64).T
+        expected = self._angle + self._batch.get_angular_velocities() / self._rate
+        more = self._start_angle + np.arctan2(sine, cosine) - expected
+        self._angle = expected + more - 2 * np.pi * np.rint(more / (2 * np.pi))
 
     def _update_touching(self) -> None:
         """Update which pairs touch, from the events of the last step."""
@@ -118,7 +132,14 @@ class Box2DEngine:
         contacts["first"], contacts["second"] = first, second
         contacts["normal"], contacts["depth"] = self._geometry(before.position, first, second)
         change = after.velocity - before.velocity - self._gravity / self._rate
-        contacts["impulse"] = impulses(first, second, contacts["normal"], change, self._balls.mass)
+        turned = self._balls.radius * (after.spin - before.spin)
+        rough = self._friction[first] * self._friction[second] > 0
+        contacts["impulse"], contacts["tangential"] = impulses(
+            first, second, contacts["normal"], np.column_stack([change, turned]), self._balls.mass, rough
+        ).T
+        falling = np.broadcast_to(before.velocity + self._gravity / self._rate, (len(first), *before.velocity.shape))
+        turning = np.broadcast_to(before.spin, (len(first), len(before.spin)))
+        contacts["slip"] = slips(contacts, falling, turning, self._balls.radius)
         fastest = np.abs([before.velocity, after.velocity]).max()
         solved = contacts["impulse"] > VELOCITY_ROUNDING * fastest * self._balls.mass[first]
         self._contacts.add(contacts[solved])
@@ -131,42 +152,48 @@ class Box2DEngine:
         return normal, reach - distance
 
 
-def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats) -> Floats:
-    """Return the impulse of each contact along its normal (kg px/s), given the changes of velocity that they caused.
+def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats, rough: Bools) -> Floats:
+    """Return the impulse of each contact along normal and tangent (kg px/s), from the changes of velocity they caused.
 
-    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 2) px/s; mass: (n,) kg. For a ball's only contact,
-    it is the change of the ball's momentum. For several, it is a least-squares solution, by conjugate gradients; which
-    solution Box2D found is unknown if there are several, and so is the part of friction.
+    first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 3) px/s, of both components of the velocity, and of
+    radius times spin; mass: (n,) kg; rough: (k,), whether the pair has friction. Returns (k, 2).
+
+    For a ball's only contact, it is the change of the ball's momentum. For several, it is a least-squares solution, by
+    conjugate gradients; which solution Box2D found is unknown if there are several.
     """
     between = second >= 0
     other = second[between]
+    along = tangent(normal)
     inertia = 1 / mass[first]
     inertia[between] += 1 / mass[other]
+    inertia = inertia[:, None] * (1, 1 + DISC_TURNS)
 
     def parting_speed(velocity: Floats) -> Floats:
-        speed = -dot(normal, velocity[first])
-        speed[between] += dot(normal[between], velocity[other])
-        return speed
+        """Return how fast the bodies part, and the first's rim slips past the second's backwards: (k, 2) px/s."""
+        apart = -velocity[first]
+        apart[between] += velocity[other] * (1, 1, -1)
+        return np.column_stack([dot(normal, apart), np.where(rough, dot(along, apart) + apart[:, 2], 0.0)])
 
     def velocity_change(impulse: Floats) -> Floats:
-        push = impulse[:, None] * normal
+        push = impulse[:, :1] * normal + impulse[:, 1:] * along
+        turn = DISC_TURNS * impulse[:, 1:]
         momentum = np.zeros_like(change)
-        np.subtract.at(momentum, first, push)
-        np.add.at(momentum, other, push[between])
+        np.subtract.at(momentum, first, np.hstack([push, turn]))
+        np.add.at(momentum, other, np.hstack([push, -turn])[between])
         return momentum / mass[:, None]
 
-    impulse = np.zeros(len(first))
+    impulse = np.zeros((len(first), 2))
     residual = parting_speed(change)
     direction = residual / inertia
-    norm = start = float(residual @ direction)
-    for _ in range(min(len(first), MAX_ITERATIONS)):
+    norm = start = float(np.vdot(residual, direction))
+    for _ in range(min(impulse.size, MAX_ITERATIONS)):
         if norm <= RESIDUAL_TOLERANCE**2 * start:
             break
         response = parting_speed(velocity_change(direction))
-        step = norm / float(direction @ response)
+        step = norm / float(np.vdot(direction, response))
         impulse += step * direction
         residual -= step * response
-        before, norm = norm, float(residual @ (residual / inertia))
+        before, norm = norm, float(np.vdot(residual, residual / inertia))
         direction = residual / inertia + norm / before * direction
     return impulse
 
@@ -222,6 +249,7 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
         body = world.create_dynamic_body(
             position=_metres(initial.position[ball].tolist()),
             linear_velocity=_metres(initial.velocity[ball].tolist()),
+            angular_velocity=float(initial.spin[ball]),
             enable_sleep=False,
         )
         radius, mass = float(bodies.radius[ball]) / METRE, float(bodies.mass[ball])

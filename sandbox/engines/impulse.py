@@ -1,7 +1,7 @@
-"""The textbook's rule in the article's loop: any mass, radius, elasticity and gravity, and any segment wall.
+"""The textbook's rule in the article's loop: any mass, radius, elasticity, friction and gravity, any segment wall.
 
 It differs from the article in three points: the impulse is (1 + e) v_n / (1/m_i + 1/m_j) (D. Baraff, Physically Based
-Modeling, SIGGRAPH 2001 course notes, eq. 8-18, without rotation), the push-out is shared by inverse mass, and a wall
+Modeling, SIGGRAPH 2001 course notes, eq. 8-18) and has friction, the push-out is shared by inverse mass, and a wall
 reflects the overshoot, as if the ball had bounced in time. Contacts are still found up to a step late.
 """
 
@@ -12,23 +12,24 @@ import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
 from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
-from sandbox.engines.stepped import SteppedEngine, begin_step, log_contact
+from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step, log_contact
 from sandbox.engines.walls import ARENA_COUNT, RIGHT
-from sandbox.errors import Refused
 from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State
+from sandbox.state import Contacts, Floats, State, States
 
 
 class Constants(NamedTuple):
     """What does not change from step to step.
 
-    radius, mass, elasticity: (n,) px, kg, 1; gravity: (2,) px/s²; walls: (m, 6), see `_walls_of`; dt: s; rate: 1/s.
+    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; gravity: (2,) px/s²; walls: (m, 7), see `_walls_of`; dt: s;
+    rate: 1/s.
     """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
+    friction: Floats
     gravity: Floats
     walls: Floats
     dt: float
@@ -51,53 +52,68 @@ def normal_to_wall(x: float, y: float, wall: Floats, of_arena: bool) -> tuple[fl
 
 @portable_entry
 def steps(
-    start: tuple[Floats, Floats],
+    start: Snapshot,
     steps_before: int,
-    position: Floats,
-    velocity: Floats,
+    states: States,
     constants: Constants,
     grid: Grid | None,
     log: Contacts,
 ) -> tuple[int, int]:
-    """Do steps, see `SteppedEngine.run`. position, velocity: (steps, n, 2) px, px/s; log: of contacts.
-
-    Returns the number of steps done, and of contacts logged in them.
-    """
+    """Do steps, see `SteppedEngine.run`. Returns the number of steps done, and of contacts logged in them."""
     count = 0
-    for k in range(len(position)):
-        here = begin_step(k, start, position, velocity)
-        before = count
-        count = _step(*here, constants, grid, log, count, (steps_before + k + 1) / constants.rate)
+    for k in range(len(states.position)):
+        here, before = begin_step(k, start, states), count
+        now = (steps_before + k + 1) / constants.rate
+        count = _move(here, constants, log, count, now)
+        count = _collide(here, constants, grid, log, count, now)
         if count > len(log):
             return k, before
-    return len(position), count
+    return len(states.position), count
 
 
 @kernel
-def _step(
-    position: Floats,
-    velocity: Floats,
-    constants: Constants,
-    grid: Grid | None,
-    log: Contacts,
-    count: int,
-    now: float,
-) -> int:
-    """Do one step, in place; return the number of contacts in the log."""
-    n, radius, mass, elasticity = len(position), constants.radius, constants.mass, constants.elasticity
-    gravity, walls, dt = constants.gravity, constants.walls, constants.dt
+def _friction_impulse(slip: float, normal_impulse: float, friction: float, mass: float) -> float:
+    """Return the impulse along the tangent (kg px/s) that stops a slip (px/s), or the most that friction gives.
 
-    # Update positions on the parabola of gravity, and bounce off the walls.
-    for i in range(n):
+    mass: kg, m_i at a wall, 1/(1/m_i + 1/m_j) of two discs; a third of it resists along the tangent, since discs turn
+    too (O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949, with beta_0 = 0).
+    """
+    most = friction * normal_impulse
+    return min(max(slip * mass / 3, -most), most)
+
+
+@kernel
+def _rub(states: Snapshot, i: int, impulse: float, tx: float, ty: float, mass: float, radius: float) -> None:
+    """Change velocity and spin of ball i by an impulse (kg px/s) against the tangent, at its rim."""
+    _, velocity, _, spin = states
+    velocity[i, 0] -= impulse / mass * tx
+    velocity[i, 1] -= impulse / mass * ty
+    spin[i] -= 2 * impulse / (mass * radius)
+
+
+@kernel
+def _move(states: Snapshot, constants: Constants, log: Contacts, count: int, now: float) -> int:
+    """Move the balls on the parabola of gravity, and bounce off the walls; return the number of contacts in the log."""
+    position, velocity, angle, spin = states
+    radius, mass, gravity, walls, dt = (
+        constants.radius,
+        constants.mass,
+        constants.gravity,
+        constants.walls,
+        constants.dt,
+    )
+    for i in range(len(position)):
         for k in range(2):
             position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
             velocity[i, k] += gravity[k] * dt
+        angle[i] += spin[i] * dt
         for w in range(len(walls)):
             nx, ny, depth = normal_to_wall(position[i, 0], position[i, 1], walls[w], w < ARENA_COUNT)
             depth += radius[i]
             v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
             if depth > 0 and v_n > 0:
-                e = elasticity[i] * walls[w, 5]
+                slip = velocity[i, 1] * nx - velocity[i, 0] * ny + radius[i] * spin[i]
+                e = constants.elasticity[i] * walls[w, 5]
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
                 # At most to the opposite wall: row w | RIGHT, right or bottom, has the arena's width or height.
@@ -106,9 +122,27 @@ def _step(
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
-                count = log_contact(log, count, now, i, ~w, nx, ny, (v_n + away) * mass[i], depth)
+                impulse = (v_n + away) * mass[i]
+                rubbed = _friction_impulse(slip, impulse, constants.friction[i] * walls[w, 6], mass[i])
+                if rubbed != 0:
+                    _rub(states, i, rubbed, -ny, nx, mass[i], radius[i])
+                    late = min(depth / v_n, dt)
+                    position[i, 0] += late * rubbed / mass[i] * ny
+                    position[i, 1] -= late * rubbed / mass[i] * nx
+                    angle[i] -= late * 2 * rubbed / (mass[i] * radius[i])
+                count = log_contact(log, count, now, i, ~w, nx, ny, impulse, depth, rubbed, slip)
+    return count
 
-    # Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
+
+@kernel
+def _collide(states: Snapshot, constants: Constants, grid: Grid | None, log: Contacts, count: int, now: float) -> int:
+    """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
+
+    Returns the number of contacts in the log.
+    """
+    position, velocity, _, spin = states
+    radius, mass, elasticity, friction = constants.radius, constants.mass, constants.elasticity, constants.friction
+    n = len(position)
     fill(grid, position)
     for i in range(n):
         begin_turn(grid, position, i)
@@ -127,7 +161,8 @@ def _step(
                 nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
 
                 # Skip balls that do not approach.
-                v_n = (velocity[i, 0] - velocity[j, 0]) * nx + (velocity[i, 1] - velocity[j, 1]) * ny
+                vx, vy = velocity[i, 0] - velocity[j, 0], velocity[i, 1] - velocity[j, 1]
+                v_n = vx * nx + vy * ny
                 if v_n >= 0:
                     continue
 
@@ -139,8 +174,13 @@ def _step(
                     velocity[j, k] += impulse * per_j * n_k
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
+                slip = vx * ny - vy * nx + radius[i] * spin[i] + radius[j] * spin[j]
+                rubbed = _friction_impulse(slip, -impulse, friction[i] * friction[j], 1 / (per_i + per_j))
+                if rubbed != 0:
+                    _rub(states, i, rubbed, ny, -nx, mass[i], radius[i])
+                    _rub(states, j, rubbed, -ny, nx, mass[j], radius[j])
                 note_push(grid, position, i, j)
-                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, reach - distance)
+                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, reach - distance, rubbed, slip)
     return count
 
 
@@ -148,7 +188,6 @@ class ImpulseEngine(SteppedEngine):
     """The textbook's rule. Balls whose centres coincide part along x, as in `article` and `exact`."""
 
     def __init__(self, scene: Scene, initial: State) -> None:
-        self.check(scene)
         super().__init__(scene, initial)
         bodies = scene.bodies
         self._grid = new_grid(len(bodies), 2 * float(bodies.radius.max()), scene.arena.size)
@@ -156,32 +195,26 @@ class ImpulseEngine(SteppedEngine):
             bodies.radius,
             bodies.mass,
             bodies.elasticity,
+            bodies.friction,
             np.array(scene.gravity, float),
             _walls_of(scene),
             1 / scene.rate,
             scene.rate,
         )
 
-    @staticmethod
-    def check(scene: Scene) -> None:
-        """Raise Refused if the scene has friction."""
-        if scene.bodies.friction.max() > 0:
-            raise Refused("impulse: friction is not part of its rule; use --engines pymunk")
-
-    def run(
-        self, start: tuple[Floats, Floats], steps_before: int, position: Floats, velocity: Floats, log: Contacts
-    ) -> tuple[int, int]:
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
         """Do steps."""
-        return steps(start, steps_before, position, velocity, self._constants, self._grid, log)
+        return steps(start, steps_before, states, self._constants, self._grid, log)
 
 
 def _walls_of(scene: Scene) -> Floats:
-    """Return the walls as the kernel expects them, (m, 6): left, top, right, bottom, then the scene's own.
+    """Return the walls as the kernel expects them, (m, 7): left, top, right, bottom, then the scene's own.
 
-    A row of the arena: its outward normal, the face's distance along it (px), 0, 0, elasticity. A row of the scene's
-    own: both ends (px), half the thickness (px), elasticity.
+    A row of the arena: its outward normal, the face's distance along it (px), 0, 0, elasticity, friction. A row of the
+    scene's own: both ends (px), half the thickness (px), elasticity, friction.
     """
-    (width, height), e = scene.arena.size, scene.arena.elasticity
-    arena = [(-1, 0, 0, 0, 0, e), (0, -1, 0, 0, 0, e), (1, 0, width, 0, 0, e), (0, 1, height, 0, 0, e)]
-    inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
+    (width, height), of_arena = scene.arena.size, (scene.arena.elasticity, scene.arena.friction)
+    faces = [(-1, 0, 0), (0, -1, 0), (1, 0, width), (0, 1, height)]
+    arena = [(*face, 0, 0, *of_arena) for face in faces]
+    inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
     return np.array([*arena, *inner], float)

@@ -8,10 +8,10 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 
 from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.walls import Segments, separation
-from sandbox.quantity import dot
+from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, Integers, State
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State, States
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
 # crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
@@ -26,7 +26,7 @@ _CONTACT_FIELDS: Final = (
 )
 
 _IDS_BYTES: Final = 2 * np.dtype(np.uintp).itemsize  # of an arbiter's two bodies
-_STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.VELOCITY
+_STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 STATES_BYTES: Final = 500_000  # of states in the buffer, which are decoded together
 
 
@@ -57,11 +57,11 @@ class PymunkEngine:
         a, b, radius = (np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
         self._segments = Segments(a, b, radius)
         self._states, self._arbiters = Buffer(), Buffer()
-        state_bytes = 32 * len(ids)
+        state_bytes = 48 * len(ids)
         self._steps_per_read = max(1, STATES_BYTES // (state_bytes * self._substeps))
         self._contacts = ContactLog()
         # The last total impulse of each pair: the pair's number, the impulse, and the call of `Space.step`, from 1.
-        self._cached = np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)
+        self._cached = np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64)
         self._calls = 0
 
     def step(self) -> None:
@@ -73,20 +73,21 @@ class PymunkEngine:
             self.space.step(self._dt)
         self._steps += 1
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        """Do some steps, and write the state after each into the rows of position and velocity: (steps, n, 2)."""
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        """Do some steps, and write the state after each into the rows of position, velocity, angle and spin."""
         for begin in range(0, steps, self._steps_per_read):
             rows = slice(begin, min(begin + self._steps_per_read, steps))
             self._run(rows.stop - rows.start)
-            states = self._read()[self._substeps - 1 :: self._substeps]
-            position[rows], velocity[rows] = states[..., :2], states[..., 2:]
+            states = self._read()[self._substeps :: self._substeps]
+            for ours, part in zip((position, velocity, angle, spin), _parts(states), strict=True):
+                ours[rows] = part
 
     def state(self) -> State:
         """Return a snapshot, read in one batch."""
         self._states.clear()
         get_space_bodies(self.space, _STATE_FIELDS, self._states)
         [state] = self._read()
-        return State(self._steps / self._rate, state[:, :2].copy(), state[:, 2:].copy())
+        return State(self._steps / self._rate, *(part.copy() for part in _parts(state)))
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
@@ -97,11 +98,12 @@ class PymunkEngine:
         self._bodies[ball].velocity += dv
 
     def _run(self, steps: int) -> None:
-        """Do some steps, leave the state after each substep in a buffer, and collect the contacts."""
+        """Do some steps, leave the state before them and after each substep in a buffer, and collect the contacts."""
         space, states, arbiters, recording = self.space, self._states, self._arbiters, self._contacts.recording
         ends: list[int] = []  # of the arbiters' ids in the buffer after each call of `Space.step`
         states.clear()
         arbiters.clear()
+        get_space_bodies(space, _STATE_FIELDS, states)
         for _ in range(steps * self._substeps):
             space.step(self._dt)
             get_space_bodies(space, _STATE_FIELDS, states)
@@ -115,8 +117,8 @@ class PymunkEngine:
         self._steps += steps
 
     def _read(self) -> Floats:
-        """Return the states in the buffer, which overwrites them later: (states, n, 4), position and velocity."""
-        rows = np.frombuffer(self._states.float_buf()).reshape(-1, len(self._ids), 4)
+        """Return the states in the buffer, which overwrites them later: (states, n, 6), see `_parts`."""
+        rows = np.frombuffer(self._states.float_buf()).reshape(-1, len(self._ids), 6)
         return rows[:, : len(self._bodies)]
 
     def _collect(self, counts: Integers) -> None:
@@ -133,33 +135,41 @@ class PymunkEngine:
         first, second, call = first[touching], second[touching], call[touching]
         values, swapped = values[touching], swapped[touching]
         pair = first * len(self._numbers) + second  # in the order of first, then second
-        impulse = np.abs(dot(values[:, 0:2], values[:, 2:4]))
+        on_a, normal = values[:, 0:2], values[:, 2:4]  # the impulse on body A, and the normal from A to B
+        impulse = -np.column_stack([dot(on_a, normal), dot(on_a, tangent(normal))])
         impulse -= self._stale_impulse(pair, impulse, self._calls - len(counts) + 1 + call)
         order = np.lexsort((pair, call))
-        order = order[impulse[order] != 0]
+        order = order[impulse[order, 0] != 0]
         contacts = np.empty(len(order), CONTACT)
         step, substep = np.divmod(call[order], self._substeps)
         contacts["time"] = (self._steps + step + (substep + 1) / self._substeps) / self._rate
         contacts["first"], contacts["second"] = first[order], second[order]
-        contacts["normal"] = (np.where(swapped[:, None], -1.0, 1.0) * values[:, 2:4])[order]
-        contacts["impulse"] = impulse[order]
+        contacts["normal"] = (np.where(swapped[:, None], -1.0, 1.0) * normal)[order]
+        contacts["impulse"], contacts["tangential"] = impulse[order].T
         contacts["depth"] = -values[order, 4]
+        contacts["slip"] = self._slip(contacts, call[order])
         self._contacts.add(contacts)
 
+    def _slip(self, contacts: Contacts, call: Integers) -> Floats:
+        """Return the slip of each contact before its call of `Space.step` solved it, px/s: (k,)."""
+        before = _parts(self._read()[call])
+        velocity = before.velocity + np.multiply(self.space.gravity, self._dt)
+        return slips(contacts, velocity, before.spin, self._radius)
+
     def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
-        """Return the part of each total impulse that an earlier contact left and that was not applied, kg px/s: (k,).
+        """Return the part of each total impulse that an earlier contact left and that was not applied: (k, 2) kg px/s.
 
         Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
         them, the solver starts from that impulse and includes it in the total, but applies only the difference.
-        pair: (k,) a number for each pair; impulse: (k,) in total; call: (k,) of `Space.step`, in ascending order.
+        pair: (k,) a number for each pair; impulse: (k, 2) in total; call: (k,) of `Space.step`, in ascending order.
         """
         persistence, cached = self.space.collision_persistence, self._cached
         pair, impulse, call = (np.concatenate(both) for both in zip(cached, (pair, impulse, call), strict=True))
         order = np.argsort(pair, kind="stable")
         again = pair[order[1:]] == pair[order[:-1]]
         gap = np.diff(call[order])
-        stale = np.zeros(len(pair))
-        stale[order[1:]] = np.where(again & (gap > 1) & (gap <= persistence), impulse[order[:-1]], 0.0)
+        stale = np.zeros((len(pair), 2))
+        stale[order[1:]] = np.where((again & (gap > 1) & (gap <= persistence))[:, None], impulse[order[:-1]], 0.0)
         last = order[~np.append(again, False)]
         last = last[self._calls - call[last] < persistence]
         self._cached = pair[last], impulse[last], call[last]
@@ -172,10 +182,15 @@ class PymunkEngine:
         """
         numbers = np.arange(len(call))
         balls = np.concatenate([first, np.maximum(second, 0)])  # the first of each pair, then the second of each
-        position = self._read()[np.concatenate([call, call]), balls, :2]
+        position = self._read()[1 + np.concatenate([call, call]), balls, :2]
         pair = numbers, np.where(second >= 0, len(call) + numbers, second)
         away, reach = separation(position, self._radius[balls], self._segments, *pair)
         return np.flatnonzero(dot(away, away) < reach * reach)
+
+
+def _parts(states: Floats) -> States:
+    """Return the parts of states as Pymunk writes them, (..., n, 6), which share the array."""
+    return States(states[..., :2], states[..., 3:5], states[..., 2], states[..., 5])
 
 
 def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
@@ -186,6 +201,7 @@ def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk
         body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, radius))
         body.position = tuple(initial.position[ball].tolist())
         body.velocity = tuple(initial.velocity[ball].tolist())
+        body.angle, body.angular_velocity = float(initial.angle[ball]), float(initial.spin[ball])
         shape = pymunk.Circle(body, radius)
         shape.elasticity = float(bodies.elasticity[ball])
         shape.friction = float(bodies.friction[ball])

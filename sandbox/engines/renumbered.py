@@ -15,27 +15,26 @@ class RenumberedEngine:
     """
 
     def __init__(self, name: str, scene: Scene, initial: State) -> None:
-        position, velocity = initial.position[::-1].copy(), initial.velocity[::-1].copy()
         # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
         reverse = scene.changed(balls=scene.balls[::-1], expect=())
-        self._engine = create(name, reverse, State(initial.time, position, velocity))
+        self._engine = create(name, reverse, _reversed(initial))
         self.together = getattr(self._engine, "together", False)
-        self._last = len(position) - 1
+        self._last = len(initial.position) - 1
 
     def step(self) -> None:
         """Advance by one step."""
         self._engine.step()
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        """Do some steps, and write the state after each: (steps, n, 2) px, px/s."""
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
         found = States.empty(steps, self._last + 1)
-        advance(self._engine, steps, *found)
-        position[:], velocity[:] = found.position[:, ::-1], found.velocity[:, ::-1]
+        advance(self._engine, found)
+        for ours, theirs in zip((position, velocity, angle, spin), found, strict=True):
+            ours[:] = theirs[:, ::-1]
 
     def state(self) -> State:
         """Return a snapshot."""
-        state = self._engine.state()
-        return State(state.time, state.position[::-1].copy(), state.velocity[::-1].copy())
+        return _reversed(self._engine.state())
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
@@ -50,3 +49,7 @@ class RenumberedEngine:
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
         self._engine.kick(self._last - ball, dv)
+
+
+def _reversed(state: State) -> State:
+    return State(state.time, *(getattr(state, name)[::-1].copy() for name in States._fields))

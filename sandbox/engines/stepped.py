@@ -9,33 +9,46 @@ from sandbox.compiled import kernel
 from sandbox.engines.contact_log import ContactLog
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, State
+from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 LOG_ROWS: Final = 64  # of a new engine's log
+Snapshot = tuple[Floats, Floats, Floats, Floats]  # positions and velocities (n, 2), angles and spins (n,)
 
 
 @kernel
-def begin_step(step: int, start: tuple[Floats, Floats], position: Floats, velocity: Floats) -> tuple[Floats, Floats]:
-    """Copy the state before a step into its row, to be advanced in place; return the row's positions and velocities.
+def begin_step(step: int, start: Snapshot, states: States) -> Snapshot:
+    """Copy the state before a step into its row, to be advanced in place; return that row.
 
-    step: from 0; start: positions and velocities before step 0, (n, 2) each; position, velocity: (steps, n, 2).
+    step: from 0; start: the state before step 0.
     """
-    before = start if step == 0 else (position[step - 1], velocity[step - 1])
+    position, velocity, angle, spin = states
+    before = start if step == 0 else (position[step - 1], velocity[step - 1], angle[step - 1], spin[step - 1])
     for i in range(position.shape[1]):
         for k in range(2):
             position[step, i, k], velocity[step, i, k] = before[0][i, k], before[1][i, k]
-    return position[step], velocity[step]
+        angle[step, i], spin[step, i] = before[2][i], before[3][i]
+    return position[step], velocity[step], angle[step], spin[step]
 
 
 @kernel
 def log_contact(
-    log: Contacts, count: int, time: float, first: int, second: int, nx: float, ny: float, impulse: float, depth: float
+    log: Contacts,
+    count: int,
+    time: float,
+    first: int,
+    second: int,
+    nx: float,
+    ny: float,
+    impulse: float,
+    depth: float,
+    tangential: float = 0.0,
+    slip: float = 0.0,
 ) -> int:
     """Write a contact into row `count` of a log if it has that row; return the number of contacts so far."""
     if count < len(log):
         row = log[count]
         row["time"], row["first"], row["second"], row["impulse"], row["depth"] = time, first, second, impulse, depth
-        row["normal"][0], row["normal"][1] = nx, ny
+        row["normal"][0], row["normal"][1], row["tangential"], row["slip"] = nx, ny, tangential, slip
     return count + 1
 
 
@@ -46,8 +59,9 @@ class SteppedEngine(ABC):
     """
 
     def __init__(self, scene: Scene, initial: State, *, unit: float = 1.0, impulse_unit: float = 1.0) -> None:
-        self._state = initial.position.copy(), initial.velocity / unit
-        self._row = np.empty((1, *initial.position.shape)), np.empty((1, *initial.position.shape))  # for `step`
+        position, velocity, angle, spin = initial.position, initial.velocity / unit, initial.angle, initial.spin
+        self._state = position.copy(), velocity, angle.copy(), spin.copy()
+        self._row = States.empty(1, len(position))  # for `step`
         self._unit = unit
         self._impulse_unit = impulse_unit
         self._rate = scene.rate
@@ -56,42 +70,40 @@ class SteppedEngine(ABC):
         self._contacts = ContactLog()
 
     @abstractmethod
-    def run(
-        self, start: tuple[Floats, Floats], steps_before: int, position: Floats, velocity: Floats, log: Contacts
-    ) -> tuple[int, int]:
-        """Do as many steps as position and velocity have rows, and write the states there; stop if the log is full.
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
+        """Do as many steps as the states have rows, and write them there; stop if the log is full.
 
-        start: positions and velocities before the first of them; steps_before: steps done so far; log: (capacity,)
-        CONTACT. Returns the number of steps done, and of contacts logged in them.
+        start: the state before the first of them; steps_before: steps done so far; log: (capacity,) CONTACT. Returns
+        the number of steps done, and of contacts logged in them.
         """
 
     def step(self) -> None:
         """Advance by one step of 1/rate seconds."""
         self.advance(1, *self._row)
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        """Do some steps, and write the state after each: (steps, n, 2) px, px/s."""
-        rows, recording = (position, velocity), self._contacts.recording
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
+        rows, recording = States(position, velocity, angle, spin), self._contacts.recording
         while steps:
-            done, count = self.run(self._state, self._steps, *rows, self._log)
+            done, count = self.run(self._state, self._steps, rows, self._log)
             self._steps += done
             if done:
-                for state, states in zip(self._state, rows, strict=True):
-                    state[:] = states[done - 1]
+                for ours, theirs in zip(self._state, rows, strict=True):
+                    ours[:] = theirs[done - 1]
             if recording and count:
                 contacts = self._log[:count].copy()
-                contacts["impulse"] *= self._impulse_unit
+                contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
                 self._contacts.add(contacts)
             steps -= done
             if steps:
-                rows = rows[0][done:], rows[1][done:]
+                rows = rows.rows(slice(done, None))
                 self._log = np.empty(2 * len(self._log), CONTACT)
         velocity *= self._unit
 
     def state(self) -> State:
         """Return a snapshot."""
-        position, velocity = self._state
-        return State(self._steps / self._rate, position.copy(), velocity * self._unit)
+        position, velocity, angle, spin = self._state
+        return State(self._steps / self._rate, position.copy(), velocity * self._unit, angle.copy(), spin.copy())
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

@@ -6,15 +6,16 @@ state, so engines need not support edits.
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
-from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Vector
+from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.model import Scene
-from sandbox.state import State
+from sandbox.state import State, States
 
 
 class Edit(Model):
@@ -40,6 +41,8 @@ class AddBall(Edit):
     """Centre, px."""
     velocity: Vector = (0, 0)
     """Velocity, px/s."""
+    spin: Number = 0
+    """Angular velocity, rad/s; positive is clockwise on the screen."""
     radius: NotTiny
     """Radius, px."""
     mass: NotTiny = 1
@@ -57,9 +60,9 @@ class AddBall(Edit):
         return _with_balls(scene, [*scene.balls, ball])
 
     def change_state(self, state: State) -> State:
-        """Append the ball's position and velocity."""
+        """Append the ball's position, velocity and spin."""
         position, velocity = np.vstack([state.position, self.position]), np.vstack([state.velocity, self.velocity])
-        return State(state.time, position, velocity)
+        return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
 
 class DeleteBall(Edit):
@@ -84,10 +87,9 @@ class DeleteBall(Edit):
         return _with_balls(scene, groups)
 
     def change_state(self, state: State) -> State:
-        """Remove the ball's position and velocity."""
-        return State(
-            state.time, np.delete(state.position, self.ball, axis=0), np.delete(state.velocity, self.ball, axis=0)
-        )
+        """Remove the ball from the state."""
+        kept = (np.delete(getattr(state, name), self.ball, axis=0) for name in States._fields)
+        return State(state.time, *kept)
 
 
 class SetVelocity(Edit):
@@ -107,7 +109,7 @@ class SetVelocity(Edit):
         """Set the ball's velocity."""
         velocity = state.velocity.copy()
         velocity[self.ball] = self.velocity
-        return State(state.time, state.position, velocity)
+        return replace(state, velocity=velocity)
 
 
 class SetElasticity(Edit):

@@ -1,6 +1,7 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from time import perf_counter
 from typing import Final
@@ -63,13 +64,13 @@ class Runner:
 
     def advance(self, states: States) -> None:
         """Advance by as many steps as there are rows, and write the state after each into them."""
-        advance(self.engine, len(states.position), *states)
+        advance(self.engine, states)
         self._steps += len(states.position)
 
     def state(self) -> State:
         """Return the engine's state, with the time since the start of the run."""
         state = self.engine.state()
-        return State(self._clock.time(self._steps), state.position, state.velocity)
+        return replace(state, time=self._clock.time(self._steps))
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call; the first call starts recording."""

@@ -14,7 +14,7 @@ from sandbox.run.edits import AddBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Floats, States
+from sandbox.state import Contacts, Floats, Integers, States
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
@@ -25,8 +25,9 @@ class Trajectory:
     """The run of a scene in one engine, at the start and after every step.
 
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
-    mass: (n,) kg; size: width and height of the arena, px. The n balls are the scene's and then the added ones,
-    in order; the position and velocity of a ball are NaN before it is added and after it is deleted.
+    mass: (n,) kg; size: width and height of the arena, px; angle: (steps + 1, n) rad; spin: (steps + 1, n) rad/s;
+    contacts: (k,) CONTACT, by time. The n balls are the scene's and then the added ones, in order; the position,
+    velocity, angle and spin of a ball are NaN before it is added and after it is deleted.
     """
 
     time: Floats
@@ -35,6 +36,9 @@ class Trajectory:
     radius: Floats
     mass: Floats
     size: tuple[float, float]
+    angle: Floats
+    spin: Floats
+    contacts: Contacts
 
 
 def simulate(
@@ -58,27 +62,49 @@ def simulate(
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
     added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
     balls = len(scene.bodies) + len(added)
-    needed_bytes = (steps + 1) * balls * 4 * 8
+    needed_bytes = (steps + 1) * balls * 6 * 8
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
     lockstep = Lockstep(scene, [engine], inputs)
     runner = lockstep.engines[engine]
-    position = np.full((steps + 1, balls, 2), np.nan)
-    velocity = np.full_like(position, np.nan)
+    states = States.empty(steps + 1, balls)
+    for part in states:
+        part[:] = np.nan
+    contacts = [runner.contacts()]
     while True:
         lockstep.apply_due()
-        step, present, state = lockstep.steps, lockstep.balls, runner.state()
-        position[step, present], velocity[step, present] = state.position, state.velocity
+        step, present, state = lockstep.steps, np.array(lockstep.balls), runner.state()
+        for part, now in zip(states, States.of(state), strict=True):
+            part[step, present] = now[0]
         if step == steps:
             break
         block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
         done = slice(step + 1, step + lockstep.advance({runner: block}))  # the last one may be edited first
-        position[done, present], velocity[done, present] = block.rows(slice(done.stop - done.start))
+        for part, more in zip(states, block.rows(slice(done.stop - done.start)), strict=True):
+            part[done, present] = more
+        contacts.append(_among_all(runner.contacts(), present))
     time = np.array([clock.time(step) for step in range(steps + 1)])
     radius = np.append(scene.bodies.radius, [given.radius for given in added])
     mass = np.append(scene.bodies.mass, [given.mass for given in added])
-    return Trajectory(time, position, velocity, radius, mass, scene.arena.size)
+    return Trajectory(
+        time,
+        states.position,
+        states.velocity,
+        radius,
+        mass,
+        scene.arena.size,
+        states.angle,
+        states.spin,
+        np.concatenate(contacts),
+    )
+
+
+def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
+    """Renumber the balls of contacts. balls: (n,), the number of each among all that ever were."""
+    second = contacts["second"]
+    contacts["first"], contacts["second"] = balls[contacts["first"]], np.where(second < 0, second, balls[second])
+    return contacts
 
 
 def write_trace(trajectory: Trajectory, path: str | Path) -> None:
@@ -100,17 +126,14 @@ def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    arrays = ("time", "position", "velocity", "radius", "mass")
+    arrays = ("time", "position", "velocity", "radius", "mass", "angle", "spin")
     np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
-    file.write(b"time,ball,x,y,vx,vy,radius,mass\n")
+    file.write(b"time,ball,x,y,vx,vy,radius,mass,angle,spin\n")
     for time, balls in _frames(trajectory):
-        file.writelines(
-            f"{time!r},{ball},{x!r},{y!r},{vx!r},{vy!r},{radius!r},{mass!r}\n".encode()
-            for ball, (x, y, vx, vy, radius, mass) in balls
-        )
+        file.writelines(f"{time!r},{ball},{','.join(map(repr, numbers))}\n".encode() for ball, numbers in balls)
 
 
 def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
@@ -118,22 +141,23 @@ def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
     width, height = trajectory.size
     head = (
         f'Lattice="{width!r} 0 0 0 {height!r} 0 0 0 1" pbc="F F F" '
-        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time="
+        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time="
     )
     for time, balls in _frames(trajectory):
         file.write(f"{len(balls)}\n{head}{time!r}\n".encode())
         file.writelines(
-            f"X {x!r} {y!r} 0 {vx!r} {vy!r} 0 {radius!r} {mass!r}\n".encode()
-            for _, (x, y, vx, vy, radius, mass) in balls
+            f"X {x!r} {y!r} 0 {vx!r} {vy!r} 0 {' '.join(map(repr, others))}\n".encode()
+            for _, (x, y, vx, vy, *others) in balls
         )
 
 
 def _frames(trajectory: Trajectory) -> Iterator[tuple[float, list[tuple[int, list[float]]]]]:
-    """Yield each time with the balls that exist then: number, and x, y, vx, vy, radius, mass."""
-    constants = np.column_stack([trajectory.radius, trajectory.mass])
-    for time, position, velocity in zip(trajectory.time, trajectory.position, trajectory.velocity, strict=True):
+    """Yield each time with the balls that exist then: number, and x, y, vx, vy, radius, mass, angle, spin."""
+    constants, turns = (trajectory.radius, trajectory.mass), np.stack([trajectory.angle, trajectory.spin], axis=-1)
+    states = zip(trajectory.time, trajectory.position, trajectory.velocity, turns, strict=True)
+    for time, position, velocity, turn in states:
         existing = np.flatnonzero(~np.isnan(position[:, 0]))
-        rows = np.hstack([position, velocity, constants])[existing].tolist()
+        rows = np.column_stack([position, velocity, *constants, turn])[existing].tolist()
         yield float(time), list(zip(existing.tolist(), rows, strict=True))
 
 

@@ -1,11 +1,12 @@
 """A group of balls: how many, of what kind, and how they are placed and thrown."""
 
 from collections.abc import Iterator
+from random import Random
 from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, Range, Vector
+from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, Number, Range, Vector
 from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
 from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
 from sandbox.scene.validation import Problem, invalid
@@ -57,6 +58,8 @@ class BallGroup(Model):
     """Speed of every ball in a direction drawn at random, px/s."""
     rms_speed: NotNegative | None = None
     """Root mean square speed, px/s: both components are drawn from a normal distribution."""
+    spin: Number | Range = 0
+    """Angular velocity, rad/s, of every ball or drawn at random; positive is clockwise on the screen."""
 
     @property
     def ball_count(self) -> int:
@@ -93,6 +96,12 @@ class BallGroup(Model):
         if self.rms_speed is not None:
             return Maxwellian(self.rms_speed)
         return AllAlike(self.velocity or (0.0, 0.0))
+
+    def spins(self, rng: Random) -> Iterator[float]:
+        """Yield the angular velocities at the start, ball by ball, rad/s."""
+        spin = self.spin
+        while True:
+            yield spin.draw(rng) if isinstance(spin, Range) else spin
 
     @model_validator(mode="after")
     def _check_keys_go_together(self) -> Self:

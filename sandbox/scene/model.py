@@ -94,11 +94,13 @@ class Expect(Model):
     at: NotNegative
     """Time, s; between two steps, the state of the nearer one is flown there."""
     ball: Index | None = None
-    """Number of the ball, from 0 in scene order; requires position or velocity."""
+    """Number of the ball, from 0 in scene order; requires position, velocity or spin."""
     position: Vector | None = None
     """Position of the ball, px."""
     velocity: Vector | None = None
     """Velocity of the ball, px/s."""
+    spin: Number | None = None
+    """Angular velocity of the ball, rad/s; positive is clockwise on the screen."""
     energy_ratio: NotNegative | None = None
     """Energy of all balls as a share of their energy at the start."""
     momentum: Vector | None = None
@@ -114,15 +116,15 @@ class Expect(Model):
 
     @model_validator(mode="after")
     def _check_something_is_expected(self) -> Self:
-        of_ball = self.position is not None or self.velocity is not None
+        of_ball = any(one is not None for one in (self.position, self.velocity, self.spin))
         keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap")
         of_all = [key for key in keys if getattr(self, key) is not None]
         if not of_ball and not of_all:
-            raise invalid(((), f"must contain position, velocity, {', '.join(keys[:-1])} or {keys[-1]}"))
+            raise invalid(((), f"must contain position, velocity, spin, {', '.join(keys[:-1])} or {keys[-1]}"))
         if of_ball and self.ball is None:
-            raise invalid((("ball",), "is missing; position and velocity are those of one ball"))
+            raise invalid((("ball",), "is missing; position, velocity and spin are those of one ball"))
         if not of_ball and self.ball is not None:
-            raise invalid((("ball",), f"requires position or velocity; {of_all[0]} is of all balls"))
+            raise invalid((("ball",), f"requires position, velocity or spin; {of_all[0]} is of all balls"))
         return self
 
 

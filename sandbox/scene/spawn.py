@@ -25,16 +25,16 @@ _recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # the last ones: s
 
 
 def spawn(scene: Scene) -> State:
-    """Return the initial state of a scene: position (n, 2) px, velocity (n, 2) px/s, in scene order.
+    """Return the initial state of a scene: position (n, 2) px, velocity (n, 2) px/s, spin (n,) rad/s, in scene order.
 
-    One `random.Random(scene.seed)` serves all groups in order; each ball draws x, y, vx, vy in that order.
+    One `random.Random(scene.seed)` serves all groups in order; each ball draws x, y, vx, vy and spin in that order.
     The arrays are the caller's own. Raises SandboxError if the balls of a group do not fit.
     """
     state = next((state for earlier, state in tuple(_recent) if _spawns_alike(scene, earlier)), None)
     if state is None:
         state = _spawn(scene)
         _recent.append((scene, state))
-    return State(0.0, state.position.copy(), state.velocity.copy())
+    return state.copy()
 
 
 def _spawns_alike(scene: Scene, other: Scene) -> bool:
@@ -56,16 +56,19 @@ def _spawn(scene: Scene) -> State:
     last_packed = max((index for index, group in enumerate(scene.balls) if group.inside), default=-1)
     position: list[Vector] = []
     velocity: list[Vector] = []
+    spin: list[float] = []
     for index, group in enumerate(scene.balls):
         pack = partial(_pack, scene, index, rng, packing)
         places = group.placement.positions(group.ball_count, scene.arena.size, rng, pack)
-        # zip alternates the draws of place and velocity.
-        for place, thrown in islice(zip(places, group.throw.velocities(rng), strict=False), group.ball_count):
+        # zip alternates the draws of place, velocity and spin.
+        balls = zip(places, group.throw.velocities(rng), group.spins(rng), strict=False)
+        for place, thrown, turning in islice(balls, group.ball_count):
             position.append(place)
             velocity.append(thrown)
+            spin.append(turning)
         if index < last_packed and not group.inside:
             place_all(packing, np.array(position[-group.ball_count :], float), group.radius)
-    return State(0.0, np.array(position, float), np.array(velocity, float))
+    return State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
 
 
 def warnings(scene: Scene, state: State) -> Iterator[str]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pygame import Surface
 
-from sandbox.quantity import kinetic_energy, potential_energy
+from sandbox.quantity import kinetic_energy, potential_energy, spin_energy
 from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.pane import Pane
 from sandbox.view.primitives import card
@@ -21,7 +21,8 @@ def ball_table(panes: Sequence[Pane], ball: int) -> list[list[str]]:
     for pane in panes:
         scene, one = pane.scene, slice(ball, ball + 1)
         position, velocity, mass = pane.state.position[one], pane.state.velocity[one], scene.bodies.mass[one]
-        total = kinetic_energy(velocity, mass) + potential_energy(position, mass, scene.gravity, scene.arena.size)
+        total = kinetic_energy(velocity, mass) + spin_energy(pane.state.spin[one], scene.bodies.moment[one])
+        total += potential_energy(position, mass, scene.gravity, scene.arena.size)
         (x, y), (vx, vy) = position[0], velocity[0]
         rows.append([pane.name, f"{x:.2f}, {y:.2f}", f"{vx:.2f}, {vy:.2f}", f"{total:.6g}"])
     return rows

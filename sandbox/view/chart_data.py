@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.reference import reference_of
-from sandbox.quantity import energy, kinetic_energy, length, momentum
+from sandbox.quantity import energy, length, momentum
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
 
@@ -115,6 +115,4 @@ class ChartData:
 
 def scene_energy(scene: Scene, state: State) -> float:
     """Return the energy of a scene's balls in a state, kg px²/s²."""
-    if not any(scene.gravity):
-        return float(kinetic_energy(state.velocity, scene.bodies.mass))
-    return float(energy(state.position, state.velocity, scene.bodies.mass, scene.gravity, scene.arena.size))
+    return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))

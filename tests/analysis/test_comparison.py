@@ -113,9 +113,9 @@ def test_progress_is_reported_several_times_a_second(monkeypatch: pytest.MonkeyP
     """Engines that take 10 ms a step, at first; then as long as ours."""
     times, pace = [0.0], [0.01]
 
-    def slow_advance(engine: Engine, steps: int, position: Floats, velocity: Floats) -> None:
-        advance(engine, steps, position, velocity)
-        times.append(times[-1] + steps * pace[0])
+    def slow_advance(engine: Engine, states: States) -> None:
+        advance(engine, states)
+        times.append(times[-1] + len(states.position) * pace[0])
 
     monkeypatch.setattr("sandbox.run.lockstep.advance", slow_advance)
     monkeypatch.setattr("sandbox.run.lockstep.perf_counter", lambda: times[-1])

@@ -8,7 +8,7 @@ from sandbox.state import CONTACT, Contacts
 
 def log(*contacts: tuple[float, int, int, float]) -> Contacts:
     """Return contacts along x, each with time (s), first, second and impulse (kg px/s)."""
-    rows = [(time, first, second, (1.0, 0.0), impulse, 0.0) for time, first, second, impulse in contacts]
+    rows = [(time, first, second, (1.0, 0.0), impulse, 0.0, 0.0, 0.0) for time, first, second, impulse in contacts]
     return np.array(rows, CONTACT)
 
 

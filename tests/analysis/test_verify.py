@@ -273,8 +273,8 @@ def test_an_edit_ends_expectations_also_before_the_first_step(step: int) -> None
 class Breaks(ExactEngine):
     """Raises an exception in a scene with more than five balls, after some steps."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        super().advance(steps, position, velocity)
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        super().advance(steps, position, velocity, angle, spin)
         if len(position[0]) > 5:
             raise ZeroDivisionError("no \x1b mass")
 

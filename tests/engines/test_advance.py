@@ -61,9 +61,8 @@ def test_contacts_are_not_collected_before_they_are_asked_for() -> None:
     scene = load("gas-100")
     engine = create("article", scene, spawn(scene))
     assert isinstance(engine, SteppedEngine)
-    position = np.empty((60, 100, 2))
-    engine.advance(60, position, np.empty_like(position))
+    engine.advance(60, *States.empty(60, 100))
     assert len(engine.contacts()) == 0
-    engine.advance(60, position, np.empty_like(position))
+    engine.advance(60, *States.empty(60, 100))
     time = engine.contacts()["time"]
     assert 1 < time.min() <= time.max() == 2

@@ -127,14 +127,24 @@ def test_impulses_of_a_chain_are_those_that_made_its_change() -> None:
     first, second = np.array([0, 0, 1, 2]), np.array([-1, 1, 2, -3])
     normal = np.array([[-1.0, 0], [1, 0], [1, 0], [1, 0]])
     mass = np.array([1.0, 5.0, 0.2])
-    given = np.array([7.0, 3.0, 2.0, 11.0])
-    change = np.array([[7.0 - 3, 0], [3 - 2, 0], [2 - 11, 0]]) / mass[:, None]
+    given, smooth = np.array([7.0, 3.0, 2.0, 11.0]), np.zeros(4, bool)
+    change = np.array([[7.0 - 3, 0, 0], [3 - 2, 0, 0], [2 - 11, 0, 0]]) / mass[:, None]
     # Four impulses, three velocities: one share of the squeeze is free, which pushes all four alike.
-    found = impulses(first, second, normal, change, mass)
+    found, _ = impulses(first, second, normal, change, mass, smooth).T
     assert found - given == pytest.approx(np.full(4, (found - given)[0]), abs=1e-5)
-    released = np.array([[0, 0], [0, 0], [11 / mass[2], 0]])  # by the second wall
-    found = impulses(first[:3], second[:3], normal[:3], change + released, mass)
+    released = np.array([[0, 0, 0], [0, 0, 0], [11 / mass[2], 0, 0]])  # by the second wall
+    found, along = impulses(first[:3], second[:3], normal[:3], change + released, mass, smooth[:3]).T
     assert found == pytest.approx(given[:3], rel=1e-6)
+    assert (along == 0).all()
+
+
+def test_impulses_along_the_tangent_are_those_that_turned_the_balls() -> None:
+    """Two rough balls that touch, one of them at a wall: along n = (1, 0) and t = (0, 1)."""
+    first, second, normal = np.array([0, 0]), np.array([1, -1]), np.array([[1.0, 0], [-1, 0]])
+    mass, (n1, t1, n2, t2) = np.array([2.0, 5.0]), (7.0, 1.5, 3.0, -0.5)
+    momentum = np.array([[-n1 + n2, -t1 + t2, -2 * (t1 + t2)], [n1, t1, -2 * t1]])
+    found = impulses(first, second, normal, momentum / mass[:, None], mass, np.ones(2, bool))
+    assert found == pytest.approx(np.array([[n1, t1], [n2, t2]]), rel=1e-6)
 
 
 def test_contacts_account_for_every_change_of_momentum() -> None:

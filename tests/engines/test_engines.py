@@ -212,10 +212,10 @@ class KeepsArrays(ArticleEngine):
 
     given: Floats | None = None
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         if self.given is not None:
             self.given[:] = -1.0
-        super().advance(steps, position, velocity)
+        super().advance(steps, position, velocity, angle, spin)
         self.given = position
 
 
@@ -236,11 +236,11 @@ def test_the_states_of_a_block_are_ours(tmp_path: Path, monkeypatch: pytest.Monk
     install(tmp_path, monkeypatch, mine=f"{__name__}:KeepsArrays")
     scene = load("article")
     engine, article = (create(name, scene, spawn(scene)) for name in ("mine", "article"))
-    (mine, _), (expected, _) = found = np.empty((2, 2, 6, 3, 2))
+    mine, expected = found = States.empty(6, 3), States.empty(6, 3)
     for begin in (0, 3):
-        for one, (position, velocity) in zip((engine, article), found, strict=True):
-            advance(one, 3, position[begin : begin + 3], velocity[begin : begin + 3])
-    assert np.array_equal(mine, expected)
+        for one, states in zip((engine, article), found, strict=True):
+            advance(one, states.rows(slice(begin, begin + 3)))
+    assert np.array_equal(mine.position, expected.position)
 
 
 def test_an_engine_that_replaces_step_is_not_run_by_the_block_of_its_base(
@@ -253,7 +253,10 @@ def test_an_engine_that_replaces_step_is_not_run_by_the_block_of_its_base(
 
 
 class Wrapped:
-    """The article's rule in an engine that has only `advance` itself, and all else from the one it wraps."""
+    """The article's rule in an engine that has only `advance` itself, and all else from the one it wraps.
+
+    Its balls do not turn, so that `advance` takes neither angles nor spins.
+    """
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self._wrapped = ArticleEngine(scene, initial)
@@ -262,7 +265,7 @@ class Wrapped:
         return getattr(self._wrapped, name)
 
     def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        self._wrapped.advance(steps, position, velocity)
+        self._wrapped.advance(steps, position, velocity, *np.zeros((2, steps, 3)))
 
 
 def test_an_engine_may_pass_all_but_its_blocks_on_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,15 +279,15 @@ def test_an_engine_may_pass_all_but_its_blocks_on_to_another(tmp_path: Path, mon
 def test_a_block_of_steps_has_the_states_and_contacts_of_single_steps(name: str) -> None:
     scene = load("gas-100")
     block, single = (create(name, scene, spawn(scene)) for _ in range(2))
-    position, velocity = np.empty((2, 90, 100, 2))
+    states = States.empty(90, 100)
     for engine in (block, single):
         engine.contacts()
-    advance(block, 90, position, velocity)
+    advance(block, states)
     for step in range(90):
         single.step()
         state = single.state()
-        assert np.array_equal(position[step], state.position)
-        assert np.array_equal(velocity[step], state.velocity)
+        for part, expected in zip(states, States.of(state), strict=True):
+            assert np.array_equal(part[step], expected[0])
     contacts = block.contacts()
     assert len(contacts) > 100
     assert contacts.tobytes() == single.contacts().tobytes()

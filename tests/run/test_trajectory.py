@@ -13,9 +13,10 @@ from conftest import scene_of
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
 from sandbox.scene.files import load
-from sandbox.state import Floats
+from sandbox.state import Floats, no_contacts
 
 AWKWARD = [0.1, -0.0, 5e-324, 1 / 3, 1e8, -1.7976931348623157e308, 123456789.12345679, 2.0**-1074 * 3]
+ARRAYS = ("time", "position", "velocity", "radius", "mass", "angle", "spin")
 ENDINGS = ["npz", "csv", "xyz"]
 
 
@@ -26,27 +27,29 @@ def awkward() -> Trajectory:
     position, velocity = rng.normal(size=shape), rng.normal(size=shape) * 10.0 ** rng.integers(-20, 20, shape)
     position.flat[: len(AWKWARD)] = AWKWARD
     velocity.flat[: len(AWKWARD)] = AWKWARD[::-1]
-    return Trajectory(
-        np.arange(4) / 60, position, velocity, np.array([20, 0.1, 1 / 3]), np.array([1, 1e-3, 7]), (800.0, 600.5)
-    )
+    angle, spin = rng.normal(size=(2, 4, 3))
+    spin.flat[: len(AWKWARD)] = AWKWARD
+    radius, mass = np.array([20, 0.1, 1 / 3]), np.array([1, 1e-3, 7])
+    return Trajectory(np.arange(4) / 60, position, velocity, radius, mass, (800.0, 600.5), angle, spin, no_contacts())
 
 
 def read_npz(path: Path) -> list[Floats]:
     with np.load(path) as file:
-        assert set(file.files) == {"time", "position", "velocity", "radius", "mass"}
-        return [file[name] for name in ("time", "position", "velocity", "radius", "mass")]
+        assert set(file.files) == set(ARRAYS)
+        return [file[name] for name in ARRAYS]
 
 
 def table(rows: list[list[float]], frames: int) -> list[Floats]:
-    """Convert rows of time, x, y, vx, vy, radius, mass into the arrays of a trace."""
-    array = np.array(rows).reshape(frames, -1, 7)
-    return [array[:, 0, 0], array[:, :, 1:3], array[:, :, 3:5], array[0, :, 5], array[0, :, 6]]
+    """Convert rows of time, x, y, vx, vy, radius, mass, angle, spin into the arrays of a trace."""
+    array = np.array(rows).reshape(frames, -1, 9)
+    constants = [array[0, :, 5], array[0, :, 6]]
+    return [array[:, 0, 0], array[:, :, 1:3], array[:, :, 3:5], *constants, array[:, :, 7], array[:, :, 8]]
 
 
 def read_csv(path: Path) -> list[Floats]:
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    keys = ("time", "x", "y", "vx", "vy", "radius", "mass")
+    keys = ("time", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin")
     assert [row["ball"] for row in rows] == ["0", "1", "2"] * 4
     return table([[float(row[key]) for key in keys] for row in rows], 4)
 
@@ -60,14 +63,14 @@ def read_xyz(path: Path) -> list[Floats]:
         assert count == "3"
         match = re.fullmatch(
             r'Lattice="800\.0 0 0 0 600\.5 0 0 0 1" pbc="F F F" '
-            r"Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1 Time=(\S+)",
+            r"Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time=(\S+)",
             comment,
         )
         assert match
         for atom in atoms:
-            species, x, y, z, vx, vy, vz, radius, mass = atom.split()
+            species, x, y, z, vx, vy, vz, *others = atom.split()
             assert (species, z, vz) == ("X", "0", "0")
-            rows.append([float(number) for number in (match[1], x, y, vx, vy, radius, mass)])
+            rows.append([float(number) for number in (match[1], x, y, vx, vy, *others)])
     return table(rows, 4)
 
 
@@ -79,7 +82,7 @@ def test_a_trace_has_the_same_numbers_to_the_bit(tmp_path: Path, ending: str) ->
     trajectory = awkward()
     path = tmp_path / f"trace.{ending}"
     write_trace(trajectory, path)
-    written = [trajectory.time, trajectory.position, trajectory.velocity, trajectory.radius, trajectory.mass]
+    written = [getattr(trajectory, name) for name in ARRAYS]
     for array, read in zip(written, READ[ending](path), strict=True):
         assert read.dtype == np.float64
         assert read.shape == array.shape
@@ -101,7 +104,7 @@ def test_standard_output_is_csv(tmp_path: Path, capsysbinary: pytest.CaptureFixt
     write_trace(awkward(), tmp_path / "trace.csv")
     out = capsysbinary.readouterr().out
     assert out == (tmp_path / "trace.csv").read_bytes()
-    assert out.startswith(b"time,ball,x,y,vx,vy,radius,mass\n0.0,0,0.1,-0.0,")
+    assert out.startswith(b"time,ball,x,y,vx,vy,radius,mass,angle,spin\n0.0,0,0.1,-0.0,")
     assert not list(Path.cwd().glob("-*"))
 
 

@@ -30,7 +30,7 @@ def overlay_of(scene: Scene, scale: float = 1.0, trail: Trail | None = None, imp
     surface.fill(GREY)
     contacts = RecentContacts(scene.bodies.radius)
     if impulse is not None:
-        contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0)], CONTACT), start)
+        contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0, 0.0, 0.0)], CONTACT), start)
     trail = trail or Trail(len(scene.bodies))
     return Overlay(surface, scene, start, trail, contacts, None, scale=scale, text_height=16)
 

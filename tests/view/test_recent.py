@@ -32,7 +32,7 @@ def test_trails_of_many_balls_are_shorter() -> None:
 
 
 def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np.ndarray:
-    return np.array([(*row, 0.0) for row in rows], CONTACT)
+    return np.array([(*row, 0.0, 0.0, 0.0) for row in rows], CONTACT)
 
 
 def test_a_contact_is_placed_where_the_ball_was_at_its_time() -> None:

@@ -18,7 +18,7 @@ from sandbox.engines.walls import pieces_of
 from sandbox.errors import Refused, SandboxError
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, State
+from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
 LOG_ROWS: Final = 64  # of a new engine's log, besides MAX_SUPPORTS for each ball
@@ -37,8 +37,7 @@ class ExactEngine:
         self._steps = 0
         self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
-        shape = (1, len(scene.bodies), 2)
-        self._row = np.empty(shape), np.empty(shape)  # for `step`
+        self._row = States.empty(1, len(scene.bodies))  # for `step`
         self._log = _log(LOG_ROWS + MAX_SUPPORTS * len(scene.bodies))
         self._contacts = ContactLog()
         self.collisions = 0
@@ -57,7 +56,7 @@ class ExactEngine:
         """
         self.advance(1, *self._row)
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s. Raises SandboxError as `step` does."""
         done, recording = 0, self._contacts.recording
         while done < steps:
