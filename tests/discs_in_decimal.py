@@ -29,6 +29,7 @@ BRIEF_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs sl
 BRIEF_ON_DISC: Final = Decimal("2e-3")  # s, off a disc
 TOUCHING: Final = Decimal("1e-9")  # px between a disc that comes to rest on a face and another wall: it is in a corner
 MAX_STREAK: Final = 40  # contacts of a disc with changing partners, each within STREAK_TIME of the last
+MAX_INSTANT_STREAK: Final = 5  # the same if the last two are within CLOCK_ERROR
 STREAK_TIME: Final = Decimal("1e-6")  # s
 CLOCK_ERROR: Final = Decimal("1e-13")  # s, between a disc's contacts, whose order is lost in double precision
 
@@ -403,12 +404,14 @@ class Streaks:
 
     def add(self, contact: Contact) -> bool:
         """Count a contact, and return whether it seems that infinitely many follow."""
+        endless = False
         for disc, partner in ((contact.first, contact.second), (contact.second, contact.first)):
             if disc >= 0:
                 time, before = self.last[disc]
-                self.last[disc] = contact.time, partner
-                self.count[disc] = self.count[disc] + (partner != before) if contact.time - time < STREAK_TIME else 0
-        return max(self.count) > MAX_STREAK
+                since, self.last[disc] = contact.time - time, (contact.time, partner)
+                self.count[disc] = self.count[disc] + (partner != before) if since < STREAK_TIME else 0
+                endless |= self.count[disc] > (MAX_STREAK if since > CLOCK_ERROR else MAX_INSTANT_STREAK)
+        return endless
 
 
 def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
