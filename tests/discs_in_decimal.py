@@ -14,7 +14,7 @@ past what it touches.
 """
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from functools import cached_property
@@ -372,7 +372,10 @@ def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
 
     carried = [disc.face for disc, _ in bodies]
     for (disc, side), face in zip(bodies, carried, strict=True):
-        vx, vy = side * (impulse * nx + tangential * tx) / disc.mass, side * (impulse * ny + tangential * ty) / disc.mass
+        vx, vy = (
+            side * (impulse * nx + tangential * tx) / disc.mass,
+            side * (impulse * ny + tangential * ty) / disc.mass,
+        )
         disc.vx -= vx
         disc.vy -= vy
         disc.spin -= 2 * tangential / (disc.mass * disc.radius)
@@ -400,17 +403,22 @@ class Streaks:
 
     def __init__(self, discs: int) -> None:
         self.last = [(-NEVER, 0)] * discs  # time and partner
+        self.start = [ZERO] * discs
         self.count = [0] * discs
 
-    def add(self, contact: Contact) -> bool:
-        """Count a contact, and return whether it seems that infinitely many follow."""
-        endless = False
+    def add(self, contact: Contact) -> Decimal | None:
+        """Count a contact, and return when a streak began that seems to be endless."""
+        endless = None
         for disc, partner in ((contact.first, contact.second), (contact.second, contact.first)):
             if disc >= 0:
                 time, before = self.last[disc]
-                since, self.last[disc] = contact.time - time, (contact.time, partner)
-                self.count[disc] = self.count[disc] + (partner != before) if since < STREAK_TIME else 0
-                endless |= self.count[disc] > (MAX_STREAK if since > CLOCK_ERROR else MAX_INSTANT_STREAK)
+                self.last[disc] = contact.time, partner
+                if contact.time - time >= STREAK_TIME:
+                    self.start[disc], self.count[disc] = contact.time, 0
+                elif partner != before:
+                    self.count[disc] += 1
+                if self.count[disc] > (MAX_STREAK if contact.time - time > CLOCK_ERROR else MAX_INSTANT_STREAK):
+                    endless = min(self.start[disc], endless or NEVER)
         return endless
 
 
@@ -426,7 +434,7 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
     with localcontext(prec=DIGITS):
         for disc in table.discs:
             disc.release(table.gravity)
-        ended, count = "", 0
+        ended = ""
         while not ended:
             meetings = next_meetings(table, times[-1] - table.time)
             wait = meetings[0].wait if meetings else NEVER
@@ -437,20 +445,19 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
             if len(snapshots) == len(times):
                 return Run(tuple(snapshots), tuple(contacts), times[-1], "")
             table.fly(wait)
-            if meetings[0].other is None:
-                turn(table, meetings[0].first)
-                continue
+            until = table.time
             if any(meeting.is_rival_of(meetings[0]) for meeting in meetings[1:]):
                 ended = "simultaneous"
-                break
-            contact, brief, ended = strike(table, meetings[0])
-            count += 1
-            if streaks.add(contact):
-                ended = "collapse"
-            elif count > max_contacts:
-                ended = "contacts"
-            elif not (brief or ended):
-                contacts.append(contact)
-    until = table.time - CLOCK_ERROR
-    before = tuple(contact for contact in contacts if contact.time < until)
-    return Run(tuple(snapshots), before, until, ended)
+            elif meetings[0].other is None:
+                turn(table, meetings[0].first)
+            else:
+                contact, brief, ended = strike(table, meetings[0])
+                if (began := streaks.add(contact)) is not None:
+                    ended, until = "collapse", began
+                elif len(contacts) == max_contacts:
+                    ended = "contacts"
+                elif not brief:
+                    contacts.append(contact)
+        until -= CLOCK_ERROR
+    seen = tuple(snapshot for snapshot in snapshots if snapshot.time < until)
+    return Run(seen, tuple(contact for contact in contacts if contact.time < until), until, ended)

@@ -8,7 +8,7 @@ from typing import Final
 
 import pytest
 from discs_in_decimal import Disc, Run, Table, Wall, run
-from roots_in_decimal import DIGITS, first_fall
+from roots_in_decimal import DIGITS
 
 SIDE: Final = 1000
 CORNERS: Final = ((0, SIDE), (0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE))
@@ -77,7 +77,7 @@ def test_an_inelastic_pair_parts_by_the_law_of_restitution() -> None:
 
 
 def test_a_disc_lies_once_infinitely_many_bounces_are_over() -> None:
-    """From 450 px with 900 px/s² to the floor in 1 s; each bounce then lasts half of the one before: 1 + 2 s in all."""
+    """From 450 px with 900 px/s² to the floor in 1 s; each bounce then lasts half of the one before: 1 + 2 s."""
     table = box(disc(500, SIDE - RADIUS - 450), e="0.5", gravity=G)
     found = played(table, Decimal(3) - Decimal("1e-8"), Decimal(3), 5)
     assert [float(contact.time) for contact in found.contacts] == close([3 - 2 ** (1 - k) for k in range(13)])
@@ -213,7 +213,9 @@ def test_a_disc_that_rolls_into_another_keeps_a_third_of_its_speed() -> None:
 
 def test_a_disc_flies_off_the_end_of_a_face() -> None:
     """It rolls off at 150 px/s from 200 px above the floor, too fast to go round the end: v² > g r."""
-    one = after(box(disc(300, 290 - DROP, 150, spin=15, friction=1), walls=[wall(100, 300, 450, 300)], gravity=G), "1.5")
+    one = after(
+        box(disc(300, 290 - DROP, 150, spin=15, friction=1), walls=[wall(100, 300, 450, 300)], gravity=G), "1.5"
+    )
     assert (float(one.x), float(one.y), float(one.vx), float(one.vy)) == close((525, 290 + G / 8, 150, G / 2))
     assert (float(one.spin), float(one.angle)) == close((15, 22.5))
 

@@ -65,7 +65,8 @@ class Numbers:
         sides = zip(corners, corners[1:] + corners[:1], strict=True)
         factors = Decimal(self.elasticity), Decimal(self.friction)
         walls = [
-            Wall(number, *start, *end, Decimal(0), *factors, one_sided=True) for number, (start, end) in enumerate(sides)
+            Wall(number, *start, *end, Decimal(0), *factors, one_sided=True)
+            for number, (start, end) in enumerate(sides)
         ]
         for number, (*ends, thickness, elasticity, friction) in enumerate(self.walls, len(walls)):
             walls.append(Wall(number, *map(Decimal, (*ends, thickness / 2, elasticity, friction))))
@@ -96,12 +97,12 @@ def draw(seed: int, *, rough: bool) -> Numbers:
     def spin(radius: float) -> float:
         return min(side * rng.choice([0, 0.1, 1]) / radius, 1000) * rng.uniform(-1, 1) if rough else 0.0
 
-    lossless = rng.random() < (0.2 if rough else 0.4)
+    lossless = rng.random() < (0.1 if rough else 0.4)
     largest = log_uniform(1e-2, 100)
     smallest = max(1e-2, largest / log_uniform(1, rng.choice([30, 1e4])))
     side = largest * rng.uniform(6, 25)
     size = (side, side * rng.uniform(0.6, 1.6))
-    fall = side * log_uniform(0.1, 10) if rng.random() < 0.6 else 0.0
+    fall = side * log_uniform(0.1, 10) if rng.random() < (0.8 if rough else 0.6) else 0.0
     gravity = rng.choice([vector(fall), (0.0, fall)])
     walls: list[tuple[float, ...]] = []
     for _ in range(rng.choice([0, 0, 1, 2, 3, 4])):
@@ -109,8 +110,9 @@ def draw(seed: int, *, rough: bool) -> Numbers:
         if math.dist(ends[:2], ends[2:]) > side / 20:
             walls.append((*ends, rng.choice([0.0, side * rng.uniform(0, 0.06)]), elasticity(), friction()))
     balls: list[tuple[float, ...]] = []
-    flock = vector(side * log_uniform(0.1, 1)) if rng.random() < 0.2 else None  # they nearly touch, and fly together
-    for _ in range(rng.randint(1, 8)):
+    in_flock = rng.random() < (0.1 if rough else 0.2)  # they nearly touch, and fly together
+    flock = vector(side * log_uniform(0.1, 1)) if in_flock else None
+    for _ in range(rng.randint(1, 5 if rough else 8)):
         radius = log_uniform(smallest, largest)
         for _ in range(100):
             x, y = (rng.uniform(radius, extent - radius) for extent in size)
@@ -121,7 +123,7 @@ def draw(seed: int, *, rough: bool) -> Numbers:
                 x, y = neighbour[0] + dx, neighbour[1] + dy
                 dvx, dvy = vector(side * log_uniform(1e-5, 1e-1))
                 vx, vy = flock[0] + dvx, flock[1] + dvy
-            elif rough and rng.random() < 0.5:
+            elif rough and not lossless and rng.random() < 0.5:
                 x, y, vx, vy = lying(rng, radius, size, walls, gravity)
             if is_free(x, y, radius, size, balls, walls):
                 mass = log_uniform(1e-3, 1e3)
@@ -147,7 +149,7 @@ def lying(
     share, length = rng.random(), math.dist((x0, y0), (x1, y1))
     tx, ty = (x1 - x0) / length, (y1 - y0) / length
     above = math.copysign(radius + thickness / 2 + size[0] * 1e-12, gravity[0] * ty - gravity[1] * tx)
-    speed = size[0] * rng.uniform(-1, 1) * rng.choice([0.1, 1])
+    speed = size[0] * rng.uniform(-1, 1) * rng.choice([0.01, 0.1, 1])
     return x0 + share * length * tx - above * ty, y0 + share * length * ty + above * tx, speed * tx, speed * ty
 
 
@@ -210,7 +212,9 @@ def spins(run: Run) -> list[Row]:
 
 def pushes(run: Run) -> list[Row]:
     """Return what walls have given to each disc, over its mass, px/s."""
-    return [[component for disc in table.discs for component in (disc.pushed_x, disc.pushed_y)] for table in run.snapshots]
+    return [
+        [component for disc in table.discs for component in (disc.pushed_x, disc.pushed_y)] for table in run.snapshots
+    ]
 
 
 def contact_places(run: Run) -> list[Row]:
@@ -308,7 +312,7 @@ def errors_of_contacts(runs: Sequence[Run], contacts: Contacts, until: Decimal) 
         yield Error(float(off / contact.lighter) / (ALLOWED * wrong), time, f"impulse of contact {pair}")
         yield Error(float(abs(exact["slip"] - contact.slip)) / (ALLOWED * slipped), time, f"slip of contact {pair}")
     clearly_before = contacts[(contacts["second"] >= 0) & (contacts["time"] < float(until - AMBIGUOUS))]
-    for pair, count in Counter(zip(clearly_before["first"].tolist(), clearly_before["second"].tolist())).items():
+    for pair, count in Counter(map(tuple, clearly_before[["first", "second"]].tolist())).items():
         if count > of_discs[pair]:
             yield Error(math.inf, float(until), f"{count} contacts of {pair} instead of {of_discs[pair]}")
 
