@@ -18,7 +18,7 @@ from sandbox.quantity import (
     segment_distance,
 )
 from sandbox.scene.spawn import spawn
-from sandbox.state import Floats
+from sandbox.state import Floats, States
 
 coordinate = st.floats(-1e3, 1e3).map(lambda x: round(x, 6))
 vector = st.tuples(coordinate, coordinate)
@@ -71,7 +71,8 @@ def test_energy_does_not_change_along_a_parabola() -> None:
     time = np.linspace(0, 2, 9)[:, None, None]
     position = start.position + time * start.velocity + time**2 * gravity / 2
     velocity = start.velocity + time * gravity
-    total = energy(position, velocity, scene.bodies.mass, scene.gravity, scene.arena.size)
+    still = np.zeros((9, 2))
+    total = energy(States(position, velocity, still, still), scene.bodies, scene.gravity, scene.arena.size)
     assert total.shape == (9,)
     # by hand: 3/2 (20² + 30²) + 1/2 7² and 3 (4 · 700 + 90 · 550) + (4 · 600 + 90 · 100)
     assert total == pytest.approx(np.full(9, 1950 + 24.5 + 156_900 + 11_400), rel=1e-13)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sandbox.quantity import nearest_on_segment
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import ARENA_WALLS, Arena, Scene, Wall
 from sandbox.state import Floats, Integers
 
 ARENA_COUNT: Final = len(ARENA_WALLS)  # these walls come first, and are solid to any depth; others have two sides
@@ -23,6 +23,7 @@ PIECE: Final = np.dtype(
         ("length", "f8"),  # px; 0 for a round end
         ("half_thickness", "f8"),  # of the wall, px
         ("elasticity", "f8"),  # the wall's factor
+        ("friction", "f8"),  # the wall's factor
         ("wall", "i8"),  # its number: the arena's from 0, then the scene's
     ]
 )
@@ -55,23 +56,23 @@ def pieces_of(scene: Scene) -> NDArray[np.void]:
     """Return the faces of the arena (left, top, right, bottom), then a face and two ends for each other wall."""
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
-    arena = [_face(wall, start, end, 0, scene.arena.elasticity) for wall, (start, end) in enumerate(pairwise(corners))]
+    arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
     inner = (
         (
-            _face(number, wall.start, wall.to, wall.thickness / 2, wall.elasticity),
-            _end(number, wall.start, wall.thickness / 2, wall.elasticity),
-            _end(number, wall.to, wall.thickness / 2, wall.elasticity),
+            _face(wall.start, wall.to, wall.thickness / 2, wall, number),
+            _end(wall.start, wall.thickness / 2, wall, number),
+            _end(wall.to, wall.thickness / 2, wall, number),
         )
         for number, wall in enumerate(scene.walls, len(arena))
     )
     return np.array([*arena, *chain.from_iterable(inner)], PIECE)
 
 
-def _face(wall: int, start: Vector, end: Vector, half_thickness: float, elasticity: float) -> tuple[float, ...]:
+def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:
     along = np.subtract(end, start)
     length = float(np.hypot(*along))
-    return (*start, *(along / length), length, half_thickness, elasticity, wall)
+    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number)
 
 
-def _end(wall: int, at: Vector, half_thickness: float, elasticity: float) -> tuple[float, ...]:
-    return (*at, 0.0, 0.0, 0.0, half_thickness, elasticity, wall)
+def _end(at: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
+    return (*at, 0.0, 0.0, 0.0, half_thickness, of.elasticity, of.friction, number)

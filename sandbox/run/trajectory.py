@@ -103,7 +103,10 @@ def simulate(
 def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
     """Renumber the balls of contacts. balls: (n,), the number of each among all that ever were."""
     second = contacts["second"]
-    contacts["first"], contacts["second"] = balls[contacts["first"]], np.where(second < 0, second, balls[second])
+    contacts["first"], contacts["second"] = (
+        balls[contacts["first"]],
+        np.where(second < 0, second, balls[np.maximum(second, 0)]),
+    )
     return contacts
 
 

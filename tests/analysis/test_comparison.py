@@ -19,7 +19,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats
+from sandbox.state import Contacts, States
 
 FIGURES = {
     "energy_ratio", "energy_drift", "energy_error", "momentum_drift", "gap_rms", "gap_max", "pair_contacts",

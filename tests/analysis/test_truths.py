@@ -21,7 +21,7 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.state import Contacts, Floats, State, no_contacts
+from sandbox.state import Contacts, Floats, State, States, no_contacts
 
 NAMES = list(bundled(TRUTHS))
 LEANING = "truths/discs-that-lean"  # a lasting contact, which solvers follow in steps or hops
@@ -117,11 +117,11 @@ def test_the_centre_of_mass_flies_as_one_ball(name: str, scene: Scene) -> None:
 
 def test_energy_is_that_of_the_expected_balls(scene: Scene) -> None:
     start = spawn(scene)
-    field = scene.bodies.mass, scene.gravity, scene.arena.size
+    field = scene.bodies, scene.gravity, scene.arena.size
     for at, value in expected(scene, "energy_ratio"):
         position, velocity = all_balls(scene, "position", at), all_balls(scene, "velocity", at)
         if position is not None and velocity is not None:
-            ratio = energy(position, velocity, *field) / energy(start.position, start.velocity, *field)
+            ratio = energy(State(at, position, velocity), *field) / energy(start, *field)
             assert value == pytest.approx(ratio, abs=1e-12)
 
 
@@ -259,11 +259,12 @@ class WallsOnly(Through):
             state = State(0.0, initial.position[[ball]], initial.velocity[[ball]])
             self._alone.append(ExactEngine(scene.changed(balls=[group], expect=()), state))
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        own = np.empty((steps, 1, 2)), np.empty((steps, 1, 2))
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        own = States.empty(steps, 1)
         for ball, engine in enumerate(self._alone):
             engine.advance(steps, *own)
-            position[:, [ball]], velocity[:, [ball]] = own
+            for ours, alone in zip((position, velocity, angle, spin), own, strict=True):
+                ours[:, [ball]] = alone
 
     def state(self) -> State:
         states = [engine.state() for engine in self._alone]

@@ -10,7 +10,7 @@ from sandbox.engines.exact import engine as exact
 from sandbox.engines.stepped import SteppedEngine
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats
+from sandbox.state import Contacts, Floats, States
 
 SCENES = {
     "article": ["article", "gas-100"],
@@ -19,7 +19,7 @@ SCENES = {
 }
 
 
-def play(name: str, scene: str, blocks: list[int], kick: int) -> tuple[Floats, Floats, Contacts]:
+def play(name: str, scene: str, blocks: list[int], kick: int) -> list[Floats | Contacts]:
     """Run an engine in blocks of steps, with a kick before the block of that number."""
     loaded = load(scene)
     engine = create(name, loaded, spawn(loaded))
@@ -28,15 +28,13 @@ def play(name: str, scene: str, blocks: list[int], kick: int) -> tuple[Floats, F
     for number, steps in enumerate(blocks):
         if number == kick:
             engine.kick(1, (40.0, -300.0))
-        shape = (steps, len(loaded.bodies), 2)
-        position, velocity = np.full(shape, np.nan), np.full(shape, np.nan)
-        engine.advance(steps, position, velocity)  # type: ignore[attr-defined]
-        state = engine.state()
-        assert state.position.tobytes() == position[-1].tobytes()
-        assert state.velocity.tobytes() == velocity[-1].tobytes()
-        parts.append((position, velocity, engine.contacts()))
-    position, velocity, contacts = map(np.concatenate, zip(*parts, strict=True))
-    return position, velocity, contacts
+        states = States.empty(steps, len(loaded.bodies))
+        states.position[:] = states.velocity[:] = np.nan
+        engine.advance(steps, *states)  # type: ignore[attr-defined]
+        for rows, now in zip(states, States.of(engine.state()), strict=True):
+            assert rows[-1:].tobytes() == now.tobytes()
+        parts.append((*states, engine.contacts()))
+    return [np.concatenate(part) for part in zip(*parts, strict=True)]
 
 
 @pytest.mark.parametrize(("name", "scene"), [(name, scene) for name, scenes in SCENES.items() for scene in scenes])

@@ -17,7 +17,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, Contacts, Floats, State
+from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 PAIRS = [
     (engine, name)
@@ -180,16 +180,16 @@ def test_an_invalid_state_or_contact_of_an_installed_engine_is_an_error(
 class WritesNan(ArticleEngine):
     """The article's rule; `advance` writes a number that is not finite."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        super().advance(steps, position, velocity)
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        super().advance(steps, position, velocity, angle, spin)
         velocity[-1, 2] = np.inf
 
 
 class LeavesOut(ArticleEngine):
     """The article's rule; `advance` leaves the last state out."""
 
-    def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
-        super().advance(steps - 1, position[:-1], velocity[:-1])
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        super().advance(steps - 1, position[:-1], velocity[:-1], angle[:-1], spin[:-1])
 
 
 @pytest.mark.parametrize(
@@ -322,7 +322,7 @@ def test_by_default_pymunk_runs_with_the_first_textbook_engine_that_can() -> Non
     assert default_engines(article, spawn(article)) == ["pymunk", "article"]
     assert default_engines(heavy, spawn(heavy)) == ["pymunk", "impulse"]
     rough = scene_of("radius = 20\nposition = [100, 100]\nfriction = 0.5")
-    assert default_engines(rough, spawn(rough)) == ["pymunk"]
+    assert default_engines(rough, spawn(rough)) == ["pymunk", "impulse"]
 
 
 def test_a_built_in_engine_is_built_without_a_search_of_installed_packages(

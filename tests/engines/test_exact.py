@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import SandboxError
 from sandbox.quantity import deepest_overlap, kinetic_energy, momentum, segment_distance
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
@@ -393,11 +393,10 @@ def test_ball_wedged_between_walls_does_not_stop_the_clock() -> None:
 # Many balls
 
 
-def gas(rate: int = 60, **more: float) -> Scene:
-    extra = "".join(f"{key} = {value}\n" for key, value in more.items())
+def gas(rate: int = 60) -> Scene:
     return parse(
         f"rate = {rate}\n[arena]\nsize = [200, 200]\n"
-        f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n{extra}",
+        f"[[balls]]\ncount = 64\nradius = 8\nspeed = 200\ninside = [[0, 0], [200, 200]]\n",
         "test",
     )
 
@@ -497,12 +496,6 @@ def test_reversed_run_returns_to_its_start() -> None:
     play(back, 300)
     assert there.collisions > 5
     assert np.abs(back.state().position - start.position).max() < 1e-6
-
-
-def test_friction_is_refused_if_two_that_have_it_can_touch() -> None:
-    with pytest.raises(Refused, match="exact: friction is not part of smooth hard discs"):
-        engine_of(gas(friction=0.5))
-    engine_of(parse("[arena]\nsize = [99, 99]\n[[balls]]\nradius = 5\nposition = [50, 50]\nfriction = 1\n", "test"))
 
 
 # An oracle in plain Python: every pair and wall is tested for every event

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from sandbox.engines import article, impulse, neighbours
 from sandbox.engines.neighbours import Grid, new_grid
-from sandbox.state import CONTACT, Floats
+from sandbox.state import CONTACT, Floats, States
 
 Kernel = Callable[..., Any]
 
@@ -47,20 +47,21 @@ CASES = {
 
 def assert_equal_to_the_bit(steps: Kernel, state: list[Floats], frames: int, grid: Grid | None) -> Floats:
     """Assert that steps(grid, ...) does the same with a grid as without one; return the positions after each step."""
-    expected, found = np.empty((2, 2, frames, *state[0].shape))
-    start, room = tuple(state), (len(state[0]) + 5) ** 2 * frames
+    n = len(state[0])
+    expected, found = States.empty(frames, n), States.empty(frames, n)
+    start, room = (*state, np.zeros(n), np.linspace(-9, 9, n)), (n + 5) ** 2 * frames
     plain, quick = np.zeros(room, CONTACT), np.zeros(room, CONTACT)
-    done, count = steps(None, start, *expected, plain)
-    assert steps(grid, start, *found, quick) == (done, count) == (frames, count)
-    assert found.tobytes() == expected.tobytes()
+    done, count = steps(None, start, expected, plain)
+    assert steps(grid, start, found, quick) == (done, count) == (frames, count)
+    for part, by_brute_force in zip(found, expected, strict=True):
+        assert part.tobytes() == by_brute_force.tobytes()
     assert quick[:count].tobytes() == plain[:count].tobytes()
-    positions: Floats = found[0]
-    return positions
+    return found.position
 
 
 def article_frames(size: Sequence[float]) -> Kernel:
-    def steps(grid: Grid | None, start: Any, position: Floats, velocity: Floats, log: Any) -> Any:
-        return article.frames(start, 0, 60, position, velocity, 5.0, *map(float, size), article.SQUARE, grid, log)
+    def steps(grid: Grid | None, start: Any, states: States, log: Any) -> Any:
+        return article.frames(start, 0, 60, states, 5.0, *map(float, size), article.SQUARE, grid, log)
 
     return steps
 
@@ -78,17 +79,18 @@ def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pac
 def impulse_equals_brute_force(
     seed: int, n: int, eta: float, heaped: float, pace: float, frames: int, spread: float
 ) -> None:
-    """Balls of several radii, masses and elasticities; gravity, and a wall across the box."""
+    """Balls of several radii, masses, elasticities and frictions; gravity, and a wall across the box."""
     rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
-    arena = [(-1, 0, 0, 0, 0, 1), (0, -1, 0, 0, 0, 1), (1, 0, w, 0, 0, 0.9), (0, 1, h, 0, 0, 1)]
-    walls = np.array([*arena, (0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h, 2, 0.8)], float)
-    constants = impulse.Constants(radius, mass, elasticity, rng.normal(0, 900, 2), walls, 1 / 60, 60)
+    arena = [(-1, 0, 0, 0, 0, 1, 0), (0, -1, 0, 0, 0, 1, 0.5), (1, 0, w, 0, 0, 0.9, 0), (0, 1, h, 0, 0, 1, 1)]
+    walls = np.array([*arena, (0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h, 2, 0.8, 0.3)], float)
+    gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
+    constants = impulse.Constants(radius, mass, elasticity, friction, gravity, walls, 1 / 60, 60)
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
 
-    def steps(grid: Grid | None, start: Any, position: Floats, velocity: Floats, log: Any) -> Any:
-        return impulse.steps(start, 0, position, velocity, constants, grid, log)
+    def steps(grid: Grid | None, start: Any, states: States, log: Any) -> Any:
+        return impulse.steps(start, 0, states, constants, grid, log)
 
     assert_equal_to_the_bit(steps, state, frames, new_grid(n, 2 * float(radius.max()), size.tolist()))
 

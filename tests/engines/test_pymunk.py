@@ -13,7 +13,7 @@ from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, Floats
+from sandbox.state import Contacts, Floats, States
 
 
 def plain_pymunk(scene: Scene, steps: int) -> tuple[Floats, list[tuple[int, int, float]]]:
@@ -169,12 +169,12 @@ def run_in_blocks(scene: Scene, blocks: list[int], kicked: int) -> tuple[Floats,
     for number, steps in enumerate(blocks):
         if number == kicked:
             engine.kick(0, (50.0, -400.0))
-        block = np.full((2, steps, len(scene.bodies), 2), np.nan)
+        block = States.empty(steps, len(scene.bodies))
         engine.advance(steps, *block)
         states.append(block)
         contacts.append(engine.contacts())
-        assert np.array_equal(engine.state().position, block[0, -1])
-    position, velocity = np.concatenate(states, axis=1)
+        assert np.array_equal(engine.state().position, block.position[-1])
+    position, velocity, _, _ = (np.concatenate(part) for part in zip(*states, strict=True))
     return position, velocity, np.concatenate(contacts)
 
 

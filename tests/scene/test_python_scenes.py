@@ -121,7 +121,7 @@ ALONE = {
     "wall": (Wall, {"start": "x", "to": (1, 1)}, 'start must be a list in brackets, got "x"'),
     "wall-without-start": (Wall, {"to": (1, 1)}, "from is missing (One end, px)"),
     "settings": (PymunkSettings, {"substeps": 0}, "substeps must be at least 1, got 0"),
-    "expect": (Expect, {"at": 1, "tolerance": 1, "because": ""}, "must contain position, velocity, energy_ratio,"),
+    "expect": (Expect, {"at": 1, "tolerance": 1, "because": ""}, "must contain position, velocity, spin,"),
     "input": (Grab, {"step": -1, "ball": 0, "at": (1, 2)}, "step must be at least 0, got -1"),
     "scene": (Scene, {"arena": ARENA, "balls": []}, "balls must contain at least one ball"),
     "scene-typo": (

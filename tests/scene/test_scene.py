@@ -389,11 +389,11 @@ def test_errors_in_a_group(group: str, message: str) -> None:
 
 
 EXPECTED = {
-    "nothing": ("", "[0] must contain position, velocity, energy_ratio, momentum, centre_of_mass or overlap", 6),
-    "whose": ("position = [1, 1]", "[0].ball is missing; position and velocity are those of one ball", 6),
+    "nothing": ("", "[0] must contain position, velocity, spin, energy_ratio, momentum, centre_of_mass or overlap", 6),
+    "whose": ("position = [1, 1]", "[0].ball is missing; position, velocity and spin are those of one ball", 6),
     "of-all-balls": (
         "ball = 0\nenergy_ratio = 1",
-        "[0].ball requires position or velocity; energy_ratio is of all balls",
+        "[0].ball requires position, velocity or spin; energy_ratio is of all balls",
         10,
     ),
     "no-such-ball": ("ball = 1\nvelocity = [1, 1]", "[0].ball must be at most 0, got 1", 10),

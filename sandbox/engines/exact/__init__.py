@@ -1,6 +1,7 @@
 """Event-driven hard discs: from impact to impact, with no time step and no error but rounding.
 
-Between impacts a disc flies on a parabola, so the time of the next impact is known in closed form (`impact`). Each disc
+Between impacts a disc flies on a parabola, or slides or rolls along a wall with constant acceleration (`friction`), so
+the time of the next impact is known in closed form (`impact`). Each disc
 has one event: its earliest predicted contact, or its crossing into the next cell of the `grid`, whichever comes first.
 The earliest event of all is next (`event_queue`). `prediction` finds the events of a disc, `contact` has the law of
 contact, `event_loop` processes the events in order, and `engine` runs it; `world` and `records` hold the data.

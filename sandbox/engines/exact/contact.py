@@ -1,8 +1,8 @@
-"""The law of contact of smooth discs: two discs collide, or one bounces off a wall.
+"""The law of contact: two discs collide, or one bounces off a wall.
 
-There is no friction. A contact exchanges momentum along the line of centres as it is, whatever rounding did to the
-distance. Its elasticity is the product of the two factors, with three exceptions that keep an inelastic collapse,
-infinitely many contacts in finite time, from stopping the clock:
+A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance, and `friction`
+adds a part along the tangent. Its elasticity is the product of the two factors, with three exceptions that keep an
+inelastic collapse, infinitely many contacts in finite time, from stopping the clock:
 
 - Collapse. A contact is elastic if both bodies, or the disc that meets a wall, have had MAX_STREAK contacts, each
   within CONTACT_TIME of the last. In the TC model of S. Luding and S. McNamara, Granular Matter 1 (1998) 113, it is
@@ -10,12 +10,14 @@ infinitely many contacts in finite time, from stopping the clock:
   contacts have no duration: discs that touch in a row have several in one instant, and each must take its energy. Only
   what a collapse would still take after MAX_STREAK contacts is kept.
 - Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
-  disc from then on. The disc lies still, slides down a slope, or is stopped where two walls meet, all without events,
-  until another disc or a kick moves it or the face ends. What a wall gives to a disc that it carries is a contact at
-  the end of each step, and before each other contact. The disc slides round the end of a wall in hops. Discs that lean
-  on each other move apart in hops of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A
-  disc that carries others hops faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root
-  of the load. Hops exchange momentum as all contacts do, so the walls get the weight of a heap.
+  disc from then on. The disc lies still, slides or rolls down a slope, or is stopped where two walls meet, until
+  another disc or a kick moves it or the face ends; the only event meanwhile is the end of slipping. What a wall gives
+  to a disc that it carries is a contact at the end of each step, and before each other contact. The disc goes round the
+  end of a wall in hops: one of radius 10 px that goes off a shelf of 4 px at 20 or 50 px/s leaves it up to 0.03 px/s
+  too fast and, with friction up to 1, its rim up to 0.1 px/s too slow. Discs that lean on each other move apart in hops
+  of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A disc that carries others hops
+  faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root of the load. Hops exchange
+  momentum as all contacts do, so the walls get the weight of a heap.
 - Jams. Discs that fill the room between walls to the last bit have contacts without end. After MAX_SLOW_CONTACTS slow
   ones in a hop time, a slow disc is held where it is, as if its mass were infinite, for a hop time or until something
   fast hits it, and later again after HELD_CONTACTS. What holds it is no wall, so no contact reports it: it remains as
@@ -28,9 +30,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.friction import rub_discs, rub_wall
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.records import HELD
-from sandbox.engines.exact.support import carry, normal_to, report_support, unit
+from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
 from sandbox.engines.exact.world import World, move_to_now, release
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
@@ -111,7 +115,7 @@ def _shortest_flight(world: World, body: Record, now: float) -> float:
 @kernel
 def _is_wedged(world: World, body: Record, piece: Record) -> bool:
     """Return whether a body's contacts never end."""
-    lossless = not world.has_gravity and body.elasticity * piece.elasticity == 1
+    lossless = not world.has_gravity and not world.is_rough and body.elasticity * piece.elasticity == 1
     return body.streak > (MAX_LOSSLESS_STREAK if lossless else MAX_WEDGED_STREAK)
 
 
@@ -175,8 +179,12 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
+    tangential, slip = 0.0, 0.0
+    if world.is_rough:
+        tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
-    write(log, now, np.int64(world.event[i].ball), np.int64(world.event[j].ball), nx, ny, impulse, depth)
+    of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
+    write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if parting.hops:
@@ -199,8 +207,11 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     move_to_now(world, i, now)
     report_support(world, i, since, now, log)
     nx, ny, distance = normal_to(disc, piece)
-    if p == carrier:  # it has reached the end of the face that carries it
-        release(world, i)
+    if p == carrier:
+        if world.is_rough and now == world.turn[i].slips_until:
+            stop_slipping(world, i, now)
+        else:  # it has reached the end of the face that carries it
+            release(world, i)
         return
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
@@ -210,8 +221,11 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     disc.vy -= (closing + parting.speed) * ny
     impulse = body.mass * (closing + parting.speed)
     if impulse > 0:
+        tangential, slip = 0.0, 0.0
+        if world.is_rough:
+            tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
-        write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth)
+        write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, now)
     body.last_support = now
@@ -245,5 +259,7 @@ def _hold_if_jammed(world: World, i: int, closing: float, now: float) -> None:
     limit = MAX_SLOW_CONTACTS if _is_slow(world, i) else MAX_JAMMED_CONTACTS
     if is_supported and body.slow_contacts > limit:
         disc.vx = disc.vy = body.ax = body.ay = 0.0
+        if world.is_rough:
+            world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
         world.event[i].carrier, body.held_until = HELD, now + world.hop_time
         body.slow_since, body.slow_contacts = body.held_until, MAX_SLOW_CONTACTS - HELD_CONTACTS

@@ -11,11 +11,11 @@ from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
 from sandbox.engines.exact.log import Log
-from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, aligned
+from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import SandboxError
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State, States
@@ -32,7 +32,6 @@ class ExactEngine:
     """
 
     def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
-        self.check(scene)
         self._rate = scene.rate
         self._steps = 0
         self._world = _world(scene, initial, hop_time)
@@ -43,12 +42,6 @@ class ExactEngine:
         self.collisions = 0
         start(self._world)
 
-    @staticmethod
-    def check(scene: Scene) -> None:
-        """Raise Refused if the scene has friction."""
-        if _has_friction(scene):
-            raise Refused("exact: friction is not part of smooth hard discs; use --engines pymunk")
-
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
 
@@ -57,11 +50,12 @@ class ExactEngine:
         self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each: (steps, n, 2) px, px/s. Raises SandboxError as `step` does."""
+        """Do some steps, and write the state after each, see `States`. Raises SandboxError as `step` does."""
+        states = States(position, velocity, angle, spin)
         done, recording = 0, self._contacts.recording
         while done < steps:
-            rows, log = (position[done:], velocity[done:]), self._log._replace(collects=recording)
-            more, collisions = run(self._world, self._steps, self._rate, *rows, log)
+            log = self._log._replace(collects=recording)
+            more, collisions = run(self._world, self._steps, self._rate, states.rows(slice(done, None)), log)
             done += more
             self._steps += more
             self.collisions += collisions
@@ -83,10 +77,9 @@ class ExactEngine:
 
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""
-        position = np.empty((len(self._disc_of_ball), 2))
-        velocity = np.empty_like(position)
-        snapshot(self._world, self._now, position, velocity)
-        return State(self._now, position, velocity)
+        states = States.empty(1, len(self._disc_of_ball))
+        snapshot(self._world, self._now, states)
+        return states.state(0, self._now)
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
@@ -99,7 +92,7 @@ class ExactEngine:
 
 def _log(rows: int) -> Log:
     """Return an empty log, for `run` to fill."""
-    return Log(np.empty(rows, CONTACT), np.zeros(1, np.int64), collects=False)
+    return Log(np.zeros(rows, CONTACT), np.zeros(1, np.int64), collects=False)
 
 
 def _world(scene: Scene, initial: State, hop_time: float) -> World:
@@ -108,7 +101,7 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     grid = empty_grid(n, 2 * float(bodies.radius.max()), scene.arena.size, piece)
     cell = cell_at(grid, initial.position)
     ball = np.argsort(morton_order(grid, cell), kind="stable")
-    disc, event, body = aligned(n, DISC), aligned(n, EVENT), aligned(n, BODY)
+    disc, event, body, turn = aligned(n, DISC), aligned(n, EVENT), aligned(n, BODY), aligned(n, TURN)
     disc["x"], disc["y"] = initial.position[ball].T
     disc["vx"], disc["vy"] = initial.velocity[ball].T
     disc["radius"], disc["next"] = bodies.radius[ball], NONE
@@ -117,10 +110,13 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
     body["last_disc_contact"] = body["last_support"] = body["held_until"] = -np.inf
     body["corner"] = NONE
+    turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
+    turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
+    is_rough = _has_friction(scene) or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
-    queue, hop_speed = empty_queue(disc, event), math.hypot(*gravity) * hop_time / 2
-    min_pull = ROUNDING * math.hypot(*gravity)
-    return World(disc, event, body, piece, grid, queue, gravity, gravity != (0, 0), min_pull, hop_time, hop_speed)
+    queue, g = empty_queue(disc, event), math.hypot(*gravity)
+    arrays = disc, event, body, turn, piece, grid, queue
+    return World(*arrays, gravity, g > 0, is_rough, ROUNDING * g, hop_time, g * hop_time / 2)
 
 
 def _has_friction(scene: Scene) -> bool:

@@ -14,8 +14,8 @@ from sandbox.engines.exact.grid import enter, leave, prefetch_around
 from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.prediction import predict, predict_crossing, predict_discs, predict_walls
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
-from sandbox.engines.exact.world import World, motion, move_to_now, release
-from sandbox.state import Floats
+from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
+from sandbox.state import States
 
 MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `run`: about a second's, so that Ctrl-C can end an endless step
 MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
@@ -93,23 +93,25 @@ def _process_events(world: World, since: float, until: float, log: Log, max_even
 
 
 @kernel
-def _write_state(world: World, now: float, position: Floats, velocity: Floats) -> None:
+def _write_state(world: World, now: float, states: States, row: int) -> None:
     for i in range(len(world.disc)):
         m, ball = motion(world, i, now), world.event[i].ball
-        position[ball, 0], position[ball, 1] = m.x, m.y
-        velocity[ball, 0], velocity[ball, 1] = m.vx, m.vy
+        states.position[row, ball, 0], states.position[row, ball, 1] = m.x, m.y
+        states.velocity[row, ball, 0], states.velocity[row, ball, 1] = m.vx, m.vy
+        if world.is_rough:
+            states.angle[row, ball], states.spin[row, ball] = rotation(world, i, now)
 
 
 @entry
-def run(world: World, steps_before: int, rate: int, position: Floats, velocity: Floats, log: Log) -> tuple[int, int]:
-    """Process the events of some steps, and write the state after each: (steps, n, 2) px, px/s, in scene order.
+def run(world: World, steps_before: int, rate: int, states: States, log: Log) -> tuple[int, int]:
+    """Process the events of as many steps as there are states, and write the state after each, in scene order.
 
     Stops early if the log is full, or after MAX_EVENTS_PER_CALL; the next call continues from there. log: with more
     than MAX_SUPPORTS rows per disc. Returns the number of steps completed, and of contacts between discs.
     """
     log.filled[0] = 0
     collisions, events_left = 0, MAX_EVENTS_PER_CALL
-    for step in range(len(position)):
+    for step in range(len(states.position)):
         since, now = (steps_before + step) / rate, (steps_before + step + 1) / rate
         more, events_left = _process_events(world, since, now, log, events_left)
         collisions += more
@@ -118,14 +120,14 @@ def run(world: World, steps_before: int, rate: int, position: Floats, velocity: 
         if world.has_gravity and log.collects:
             for i in range(len(world.disc)):
                 report_support(world, i, since, now, log)
-        _write_state(world, now, position[step], velocity[step])
-    return len(position), collisions
+        _write_state(world, now, states, step)
+    return len(states.position), collisions
 
 
 @entry
-def snapshot(world: World, now: float, position: Floats, velocity: Floats) -> None:
-    """Write the position and velocity of each ball now, in scene order: (n, 2) px, px/s."""
-    _write_state(world, now, position, velocity)
+def snapshot(world: World, now: float, states: States) -> None:
+    """Write the state of each ball now into the first row, in scene order."""
+    _write_state(world, now, states, 0)
 
 
 @entry

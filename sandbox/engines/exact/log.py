@@ -18,10 +18,22 @@ class Log(NamedTuple):
 
 
 @kernel
-def write(log: Log, time: float, first: int, second: int, nx: float, ny: float, impulse: float, depth: float) -> None:
+def write(
+    log: Log,
+    time: float,
+    first: int,
+    second: int,
+    nx: float,
+    ny: float,
+    impulse: float,
+    depth: float,
+    tangential: float,
+    slip: float,
+) -> None:
     """Add a contact, whose fields are those of CONTACT, if contacts are recorded."""
     if log.collects:
         row = log.row[log.filled[0]]
         row.time, row.first, row.second = time, first, second
         row.normal[0], row.normal[1], row.impulse, row.depth = nx, ny, impulse, depth
+        row.tangential, row.slip = tangential, slip
         log.filled[0] += 1

@@ -96,6 +96,8 @@ def predict(world: World, i: int, now: float) -> None:
     """Predict disc i's next event, from all that it can meet."""
     m = motion(world, i, now)
     world.disc[i].hit, world.event[i].partner = NEVER, NO_PARTNER
+    if world.is_rough and world.turn[i].slips_until < NEVER:
+        _propose_contact(world, i, world.turn[i].slips_until, ~np.int64(world.event[i].carrier), 0)
     predict_walls(world, i, m, now)
     predict_discs(world, i, m, now, world.event[i].cell - world.grid.stride - 1, 3, 3)
     predict_crossing(world, i, m, now)

@@ -57,6 +57,17 @@ BODY: Final = np.dtype(
     ]
 )
 
+TURN: Final = np.dtype(
+    [
+        ("angle", "f8"),  # rad, at the disc's time
+        ("spin", "f8"),  # rad/s
+        ("spin_rate", "f8"),  # rad/s², while walls carry it
+        ("friction", "f8"),  # its factor
+        ("slips_until", "f8"),  # s, when it ceases to slip on the walls that carry it, or NEVER
+        ("reported_until", "f8"),  # s, time of the last change from slipping to rolling
+    ]
+)
+
 
 def aligned(count: int, dtype: np.dtype[np.void]) -> NDArray[np.void]:
     """Return an array of zeros that begins on a cache line."""

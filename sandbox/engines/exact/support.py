@@ -1,14 +1,16 @@
 """Discs that walls carry, and what the walls give them."""
 
 import math
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.friction import rub_face, slip_on
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.records import NONE
-from sandbox.engines.exact.world import COINCIDENT, World
+from sandbox.engines.exact.world import COINCIDENT, World, motion, rotation
 from sandbox.engines.walls import ARENA_COUNT
 
 MAX_SUPPORTS: Final = 2  # walls that carry a disc
@@ -45,45 +47,170 @@ def _along(x: float, y: float, nx: float, ny: float, mx: float, my: float) -> tu
 def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now: float, log: Log) -> None:
     """Let face p carry disc i, which has no speed towards it.
 
-    The disc is stopped if it would return within the shortest flight (s) to the face that carried it before.
+    The disc is stopped if it would return within the shortest flight (s) to the face that carried it before. In the
+    corner it may go on to turn.
     """
-    disc, body, event = world.disc[i], world.body[i], world.event[i]
+    disc, body = world.disc[i], world.body[i]
     nx, ny, _ = normal_to(disc, world.piece[p])
-    pull = body.ax * nx + body.ay * ny
-    body.ax -= pull * nx
-    body.ay -= pull * ny
-    event.carrier, body.corner = p, NONE
+    _put_on(world, i, p, nx, ny, slip_on(disc, world.turn[i], nx, ny) if world.is_rough else 0.0, now)
     if before == NONE:
         return
     mx, my, _ = normal_to(disc, world.piece[before])
     pull = body.ax * mx + body.ay * my
     if pull > world.min_pull and abs(disc.vx * mx + disc.vy * my) <= pull * shortest_flight / 2:
         to_p, to_before = _along(body.mass * disc.vx, body.mass * disc.vy, nx, ny, mx, my)
-        _write_support(world, i, p, nx, ny, to_p, now, log)
-        _write_support(world, i, before, mx, my, to_before, now, log)
-        disc.vx = disc.vy = body.ax = body.ay = 0.0
-        body.corner = before
+        _write_support(world, i, p, nx, ny, to_p, 0.0, 0.0, now, log)
+        _write_support(world, i, before, mx, my, to_before, 0.0, 0.0, now, log)
+        _stop(world, i, before)
+        if world.is_rough:
+            _turn_in_corner(world, i, now, log)
 
 
 @kernel
-def _write_support(world: World, i: int, p: int, nx: float, ny: float, impulse: float, now: float, log: Log) -> None:
-    if impulse != 0:
-        write(log, now, np.int64(world.event[i].ball), ~world.piece[p].wall, nx, ny, impulse, 0.0)
+def _put_on(world: World, i: int, p: int, nx: float, ny: float, slip: float, now: float) -> None:
+    """Let face p alone carry disc i, which slips on it at some speed (px/s)."""
+    body, event = world.body[i], world.event[i]
+    body.ax, body.ay = world.gravity
+    pull = body.ax * nx + body.ay * ny
+    body.ax -= pull * nx
+    body.ay -= pull * ny
+    event.carrier, body.corner = p, NONE
+    if world.is_rough:
+        world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
+        rub_face(world, i, p, nx, ny, slip, now)
+
+
+@kernel
+def _stop(world: World, i: int, corner: int) -> None:
+    """Stop disc i where the face that carries it and another one meet."""
+    disc, body = world.disc[i], world.body[i]
+    disc.vx = disc.vy = body.ax = body.ay = 0.0
+    body.corner = corner
+
+
+class Corner(NamedTuple):
+    """How the two faces of a corner bear a disc: px/s², per mass.
+
+    n, m: unit normals to its carrier and to the other face; to_n, to_m: what they bear along these; friction_n,
+    friction_m: along the tangents, signed as the slip.
+    """
+
+    nx: float
+    ny: float
+    mx: float
+    my: float
+    to_n: float
+    to_m: float
+    friction_n: float
+    friction_m: float
+
+
+@kernel
+def _corner(world: World, i: int, sense: float) -> Corner:
+    """Return how both faces of a corner bear disc i, which turns with a spin of this sign; 0 if it rests.
+
+    Without friction if it rests: then the forces are not unique.
+    """
+    disc, p, q = world.disc[i], np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
+    nx, ny, _ = normal_to(disc, world.piece[p])
+    mx, my, _ = normal_to(disc, world.piece[q])
+    at_n, at_m = 0.0, 0.0
+    if sense != 0:
+        signed = sense * world.turn[i].friction
+        at_n, at_m = signed * world.piece[p].friction, signed * world.piece[q].friction
+    gx, gy = world.gravity
+    to_n, to_m = _along(gx, gy, nx - at_n * ny, ny + at_n * nx, mx - at_m * my, my + at_m * mx)
+    return Corner(nx, ny, mx, my, to_n, to_m, at_n * to_n, at_m * to_m)
+
+
+@kernel
+def _turn_in_corner(world: World, i: int, now: float, log: Log) -> None:
+    """Let disc i, which two faces have stopped, turn on both until friction has stopped that too."""
+    disc, turn = world.disc[i], world.turn[i]
+    c = _corner(world, i, np.sign(turn.spin))
+    turn.spin_rate, turn.slips_until = 0.0, NEVER
+    if min(c.to_n, c.to_m) < -world.min_pull:
+        # It can neither turn on both faces nor climb either of them, so it jams.
+        p, q = np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
+        slip = disc.radius * turn.spin
+        each = world.body[i].mass * slip / 4
+        to_n, to_m = _along(each * (c.ny + c.my), -each * (c.nx + c.mx), c.nx, c.ny, c.mx, c.my)
+        _write_support(world, i, p, c.nx, c.ny, to_n, each, slip, now, log)
+        _write_support(world, i, q, c.mx, c.my, to_m, each, slip, now, log)
+        turn.spin = 0.0
+    friction = c.friction_n + c.friction_m
+    if turn.spin == 0:
+        stop_slipping(world, i, now)
+    elif friction != 0:
+        turn.spin_rate = -2 * friction / disc.radius
+        turn.slips_until = now + turn.spin / -turn.spin_rate
+
+
+@kernel
+def stop_slipping(world: World, i: int, now: float) -> None:
+    """Let disc i, whose slip has become 0, go on: on its face, or at rest in its corner or on either of its faces."""
+    disc, body, turn = world.disc[i], world.body[i], world.turn[i]
+    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
+    nx, ny, _ = normal_to(disc, world.piece[p])
+    disc.serial += 1
+    turn.reported_until = now
+    if q == NONE:
+        _put_on(world, i, p, nx, ny, 0.0, now)
+        return
+    turn.spin = 0.0
+    mx, my, _ = normal_to(disc, world.piece[q])
+    _put_on(world, i, p, nx, ny, 0.0, now)
+    if body.ax * mx + body.ay * my > 0:
+        _put_on(world, i, q, mx, my, 0.0, now)
+        if body.ax * nx + body.ay * ny > 0:
+            turn.spin_rate = 0.0
+            _stop(world, i, p)
+
+
+@kernel
+def _write_support(
+    world: World,
+    i: int,
+    p: int,
+    nx: float,
+    ny: float,
+    impulse: float,
+    tangential: float,
+    slip: float,
+    now: float,
+    log: Log,
+) -> None:
+    if impulse != 0 or tangential != 0:
+        ball, wall = np.int64(world.event[i].ball), ~world.piece[p].wall
+        write(log, now, ball, wall, nx, ny, impulse, 0.0, tangential, slip)
 
 
 @kernel
 def report_support(world: World, i: int, since: float, now: float, log: Log) -> None:
-    """Report what walls that carry disc i gave it until now, since a time (s), or since its last contact if later."""
+    """Report what walls that carry disc i gave it until now, since a time (s), or since its last contact if later.
+
+    The slip reported is that at the start of this time.
+    """
     disc, event, body = world.disc[i], world.event[i], world.body[i]
     if not log.collects or event.carrier < 0:
         return
-    x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
-    momentum = body.mass * (now - max(since, body.last_contact))
-    nx, ny, _ = normal_to(disc, world.piece[event.carrier])
-    if body.corner == NONE:
-        _write_support(world, i, np.int64(event.carrier), nx, ny, momentum * (x * nx + y * ny), now, log)
+    start, p = max(since, body.last_contact), np.int64(event.carrier)
+    slip, friction = 0.0, 0.0
+    if world.is_rough:
+        start = max(start, world.turn[i].reported_until)
+    momentum = body.mass * (now - start)
+    if body.corner != NONE:
+        c = _corner(world, i, -np.sign(world.turn[i].spin_rate) if world.is_rough else 0.0)
+        if world.is_rough:
+            slip = disc.radius * rotation(world, i, start)[1]
+        _write_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, slip, now, log)
+        q = np.int64(body.corner)
+        _write_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, slip, now, log)
         return
-    mx, my, _ = normal_to(disc, world.piece[body.corner])
-    to_face, to_corner = _along(x, y, nx, ny, mx, my)
-    _write_support(world, i, np.int64(event.carrier), nx, ny, momentum * to_face, now, log)
-    _write_support(world, i, np.int64(body.corner), mx, my, momentum * to_corner, now, log)
+    nx, ny, _ = normal_to(disc, world.piece[p])
+    x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
+    if world.is_rough:
+        friction = y * nx - x * ny
+        m, (_, spin) = motion(world, i, start), rotation(world, i, start)
+        slip = m.vy * nx - m.vx * ny + disc.radius * spin
+    _write_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), momentum * friction, slip, now, log)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from sandbox.compiled import kernel
 from sandbox.engines.exact.event_queue import EventQueue
 from sandbox.engines.exact.grid import Grid
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.records import NONE
 
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
@@ -16,19 +17,22 @@ COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that 
 class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
-    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is
-    not 0; min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are
-    apart; hop_speed: px/s, at which they part.
+    disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
+    friction or spin; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s², below which
+    a pull is rounding; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at which they
+    part.
     """
 
     disc: NDArray[np.void]
     event: NDArray[np.void]
     body: NDArray[np.void]
+    turn: NDArray[np.void]
     piece: NDArray[np.void]
     grid: Grid
     queue: EventQueue
     gravity: tuple[float, float]
     has_gravity: bool
+    is_rough: bool
     min_pull: float
     hop_time: float
     hop_speed: float
@@ -58,9 +62,18 @@ def motion(world: World, i: int, now: float) -> Motion:
 
 
 @kernel
+def rotation(world: World, i: int, now: float) -> tuple[float, float]:
+    """Return the angle (rad) and the spin (rad/s) of disc i now."""
+    turn, dt = world.turn[i], now - world.disc[i].t
+    return turn.angle + dt * (turn.spin + 0.5 * dt * turn.spin_rate), turn.spin + dt * turn.spin_rate
+
+
+@kernel
 def move_to_now(world: World, i: int, now: float) -> None:
     """Move disc i to its position now."""
     disc, m = world.disc[i], motion(world, i, now)
+    if world.is_rough:
+        world.turn[i].angle, world.turn[i].spin = rotation(world, i, now)
     disc.x, disc.y, disc.vx, disc.vy, disc.t = m.x, m.y, m.vx, m.vy, now
 
 
@@ -72,4 +85,6 @@ def release(world: World, i: int) -> None:
         body.last_support = world.disc[i].t
     event.carrier = NONE
     body.ax, body.ay = world.gravity
+    if world.is_rough:
+        world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
     world.disc[i].serial += 1

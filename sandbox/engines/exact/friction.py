@@ -1,0 +1,86 @@
+"""Coulomb's law of friction: at an impact, and on a disc that a face of a wall carries.
+
+Throughout: n is the unit normal from a disc to what it touches, t = (-n_y, n_x) the tangent; the slip u (px/s) is the
+speed along t of the disc's rim past the other's at the contact; mu is the product of both factors.
+
+An impact with the impulse J along n has the impulse J_t = u m/3 along t, which stops the slip, or mu J if that is less:
+uniform discs turn under a third of it, 1/m = 1/m_i + 1/m_j (O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949;
+S. F. Foerster et al., Phys. Fluids 6 (1994) 1108, with beta_0 = 0). J is unchanged: for discs, n and t decouple.
+
+On a face, with g_n = g.n and g_t = g.t, the disc slips in the direction s = sign(u) with the acceleration
+g_t - mu g_n s, until u, which changes by g_t - 3 mu g_n s a second, is 0. From there on it rolls with 2/3 g_t if
+|g_t| <= 3 mu g_n, and otherwise slips with s = sign(g_t). All of these accelerations are constant.
+"""
+
+import math
+
+from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.world import World
+
+
+@kernel
+def slip_on(disc: Record, turn: Record, nx: float, ny: float) -> float:
+    """Return the slip of a disc on a wall, px/s."""
+    return disc.vy * nx - disc.vx * ny + disc.radius * turn.spin
+
+
+@kernel
+def _give(disc: Record, turn: Record, nx: float, ny: float, tangential: float, per_mass: float) -> None:
+    """Take an impulse along the tangent (kg px/s) from a disc. per_mass: 1/kg, 0 if it is held."""
+    disc.vx += tangential * per_mass * ny
+    disc.vy -= tangential * per_mass * nx
+    turn.spin -= 2 * tangential * per_mass / disc.radius
+
+
+@kernel
+def _tangential(slip: float, impulse: float, friction: float, per_mass: float) -> float:
+    """Return the impulse along the tangent, kg px/s. per_mass: of both bodies, 1/kg."""
+    largest = max(0.0, friction * impulse)
+    return max(-largest, min(largest, slip / (3 * per_mass)))
+
+
+@kernel
+def rub_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float) -> tuple[float, float]:
+    """Apply the friction of disc i's impact on a piece of wall. impulse: kg px/s, along the normal.
+
+    Returns the impulse along the tangent (kg px/s), and the slip before (px/s).
+    """
+    disc, turn, per_mass = world.disc[i], world.turn[i], 1 / world.body[i].mass
+    slip = slip_on(disc, turn, nx, ny)
+    tangential = _tangential(slip, impulse, turn.friction * world.piece[p].friction, per_mass)
+    _give(disc, turn, nx, ny, tangential, per_mass)
+    return tangential, slip
+
+
+@kernel
+def rub_discs(
+    world: World, i: int, j: int, nx: float, ny: float, impulse: float, per_i: float, per_j: float
+) -> tuple[float, float]:
+    """Apply the friction of an impact of discs i and j. per_i, per_j: 1/kg; the rest as `rub_wall`."""
+    a, b, turn_a, turn_b = world.disc[i], world.disc[j], world.turn[i], world.turn[j]
+    slip = slip_on(a, turn_a, nx, ny) + slip_on(b, turn_b, -nx, -ny)
+    tangential = _tangential(slip, impulse, turn_a.friction * turn_b.friction, per_i + per_j)
+    _give(a, turn_a, nx, ny, tangential, per_i)
+    _give(b, turn_b, -nx, -ny, tangential, per_j)
+    return tangential, slip
+
+
+@kernel
+def rub_face(world: World, i: int, p: int, nx: float, ny: float, slip: float, now: float) -> None:
+    """Apply the friction of face p to the acceleration and the spin of disc i, which it carries. slip: px/s."""
+    body, turn = world.body[i], world.turn[i]
+    gx, gy = world.gravity
+    g_n, g_t = gx * nx + gy * ny, gy * nx - gx * ny
+    largest = turn.friction * world.piece[p].friction * g_n
+    if largest <= 0 or g_n <= world.min_pull:
+        return
+    if slip == 0 and abs(g_t) <= 3 * largest:
+        friction = g_t / 3
+    else:
+        friction = math.copysign(largest, slip if slip != 0 else g_t)
+        change = g_t - 3 * friction
+        if slip * change < 0:
+            turn.slips_until = now - slip / change
+    body.ax += friction * ny
+    body.ay -= friction * nx
+    turn.spin_rate = -2 * friction / world.disc[i].radius

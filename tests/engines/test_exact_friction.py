@@ -1,0 +1,529 @@
+"""`exact` with friction and spin against closed forms: impacts, and one disc that slips and rolls on walls."""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sandbox.engines.exact.engine import ExactEngine
+from sandbox.quantity import energy
+from sandbox.scene.files import parse
+from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.scene.spawn import spawn
+from sandbox.state import Contacts, Floats, State, States
+
+EXACT = 1e-9
+G = 900.0  # px/s²
+FALLING = f"gravity = [0, {G}]"
+FLOOR = 600.0  # px
+
+
+def ball(position: Iterable[float], velocity: Iterable[float] = (0, 0), **more: float) -> str:
+    lines = {"radius": 10.0, "friction": 1.0} | more
+    return f"[[balls]]\nposition = {[*map(float, position)]}\nvelocity = {[*map(float, velocity)]}\n" + "".join(
+        f"{key} = {float(value)!r}\n" for key, value in lines.items()
+    )
+
+
+def wall(start: Iterable[float], to: Iterable[float], friction: float = 0.0, **more: float) -> str:
+    lines = {"thickness": 0.0, "friction": friction} | more
+    return f"[[walls]]\nfrom = {[*map(float, start)]}\nto = {[*map(float, to)]}\n" + "".join(
+        f"{key} = {float(value)!r}\n" for key, value in lines.items()
+    )
+
+
+def box_of(*parts: str, head: str = "", friction: float = 0.0, elasticity: float = 1.0, width: float = 4000) -> Scene:
+    arena = f"[arena]\nsize = [{width}, {FLOOR}]\nfriction = {friction!r}\nelasticity = {elasticity!r}\n"
+    return parse(f"{head}\n{arena}{''.join(parts)}", "test")
+
+
+def engine_of(scene: Scene) -> ExactEngine:
+    engine = ExactEngine(scene, spawn(scene))
+    engine.contacts()
+    return engine
+
+
+def play(engine: ExactEngine, scene: Scene, seconds: float) -> State:
+    for _ in range(round(seconds * scene.rate)):
+        engine.step()
+    return engine.state()
+
+
+def after(scene: Scene, seconds: float) -> State:
+    return play(engine_of(scene), scene, seconds)
+
+
+def contacts_of(scene: Scene, seconds: float) -> Contacts:
+    engine = engine_of(scene)
+    play(engine, scene, seconds)
+    return engine.contacts()
+
+
+def accounted(scene: Scene, steps: int) -> tuple[States, Contacts]:
+    """Play a scene, and check that its contacts and gravity account for each ball's velocity and spin at every step."""
+    engine, start, bodies = engine_of(scene), spawn(scene), scene.bodies
+    states = States.empty(steps + 1, len(bodies))
+    states.fill(0, start)
+    for step in range(steps):
+        engine.step()
+        states.fill(step + 1, engine.state())
+    found = engine.contacts()
+    n = found["normal"]
+    t = np.stack([-n[:, 1], n[:, 0]], axis=1)
+    given = found["impulse"][:, None] * n + found["tangential"][:, None] * t
+    row = np.clip(np.ceil(found["time"] * scene.rate - 1e-9).astype(int), 1, steps)
+    between = found["second"] >= 0
+    change, turned = np.zeros_like(states.velocity), np.zeros_like(states.spin)
+    change[1:] = np.array(scene.gravity) / scene.rate
+    for side, sign, which in (("first", -1, slice(None)), ("second", 1, between)):
+        who = found[side][which]
+        np.add.at(change, (row[which], who), sign * given[which] / bodies.mass[who][:, None])
+        np.add.at(turned, (row[which], who), -2 * found["tangential"][which] / (bodies.mass * bodies.radius)[who])
+    scale = max(1.0, float(np.abs(states.velocity).max()))
+    assert np.abs(states.velocity - start.velocity - change.cumsum(axis=0)).max() < EXACT * scale
+    assert np.abs((states.spin - start.spin - turned.cumsum(axis=0)) * bodies.radius).max() < EXACT * scale
+    return states, found
+
+
+# Impacts
+
+
+def test_bounce_off_a_wall_with_friction() -> None:
+    """J_t = mu J_n = 0.2 x 200: the ball loses 40 of 300 px/s, and its rim gets 80 px/s."""
+    scene = box_of(ball([400, 100], [300, -100]), friction=0.2)
+    state = after(scene, 1)
+    assert state.velocity[0] == pytest.approx([260, 100], abs=EXACT)
+    assert state.spin[0] * 10 == pytest.approx(-80, abs=EXACT)
+    assert state.position[0] == pytest.approx([400 + 300 * 0.9 + 26, 20], abs=EXACT)
+    assert state.angle[0] == pytest.approx(-8 * 0.1, abs=EXACT)
+    (contact,) = contacts_of(scene, 1)
+    assert [contact[key] for key in ("impulse", "tangential", "slip")] == pytest.approx([200, 40, 300])
+
+
+PAIRS = [  # both balls' mass, radius, velocity and spin; the angle of the normal; elasticity; friction
+    ((1, 10, (300, 50), 0), (1, 10, (-100, 20), 0), 0.4, 1.0, 0.1),
+    ((1, 10, (300, 50), 0), (1, 10, (-100, 20), 0), 0.4, 1.0, 2.0),
+    ((3, 25, (200, 300), 12), (0.5, 8, (-40, -250), -40), 1.9, 0.6, 0.15),
+    ((3, 25, (200, 300), 12), (0.5, 8, (-40, -250), -40), 1.9, 0.6, 1.0),
+    ((0.2, 5, (-90, -80), -70), (40, 30, (0, 0), 0), -2.4, 0.3, 0.3),
+    ((0.2, 5, (-90, -80), -70), (40, 30, (0, 0), 0), -2.4, 0.0, 0.9),
+    ((1, 10, (50, 0), 30), (1, 10, (0, 0), -30), 0.0, 1.0, 0.5),
+]
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_impact_of_two_discs_is_that_of_coulombs_law(pair: Any) -> None:
+    """The law is fixed by: restitution, angular momentum about the point of contact, and sticking or J_t = mu J_n."""
+    *who, angle, e, mu = pair
+    n, t = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+    mass, radius, velocity, spin = (np.array([one[k] for one in who], float) for k in range(4))
+    arm = np.array([-1, 1]) * radius
+    place = np.array([2000, 300]) + arm[:, None] * n - velocity / 30  # where they are 1/30 s before
+    factors = {"elasticity": math.sqrt(e), "friction": math.sqrt(mu)}
+    more = ({"radius": r, "mass": m, "spin": w} | factors for r, m, w in zip(radius, mass, spin, strict=True))
+    scene = box_of(*(ball(x, v, **rest) for x, v, rest in zip(place, velocity, more, strict=True)))
+    state = after(scene, 3 / 60)
+    (contact,) = contacts_of(scene, 3 / 60)
+    assert contact["time"] == pytest.approx(1 / 30)
+
+    def figures(v: Floats, w: Floats) -> tuple[float, float, Floats, float]:
+        """Return the closing speed, the slip, each disc's angular momentum about the contact, and the energy."""
+        about_contact = mass * radius**2 / 2 * w + mass * arm * (v @ t)
+        kinetic = float(mass @ (v**2).sum(axis=1) + mass * radius**2 / 2 @ w**2) / 2
+        return (v[0] - v[1]) @ n, (v[0] - v[1]) @ t + radius @ w, about_contact, kinetic
+
+    closing, slip, turning, kinetic = figures(velocity, spin)
+    closing_after, slip_after, turning_after, kinetic_after = figures(state.velocity, state.spin)
+    assert closing > 0
+    assert mass @ state.velocity == pytest.approx(mass @ velocity, rel=EXACT)
+    assert closing_after == pytest.approx(-e * closing, abs=1e-8)
+    assert turning_after == pytest.approx(turning, rel=1e-8, abs=1e-6)
+    normal, tangential = (mass[1] * (state.velocity[1] - velocity[1]) @ along for along in (n, t))
+    m_n = 1 / (1 / mass).sum()
+    if abs(slip) * m_n / 3 < mu * normal:
+        assert slip_after == pytest.approx(0, abs=1e-8)
+    else:
+        assert tangential == pytest.approx(math.copysign(mu * normal, slip), rel=1e-8)
+    found = [contact[key] for key in ("impulse", "tangential", "slip")]
+    assert found == pytest.approx([normal, tangential, slip], rel=1e-8, abs=1e-8)
+    heat = abs(tangential * slip) - tangential**2 / (2 * m_n / 3)
+    assert kinetic - kinetic_after == pytest.approx(m_n * (1 - e**2) * closing**2 / 2 + heat, rel=1e-8, abs=1e-5)
+
+
+def test_disc_between_two_rough_walls_carries_its_spin_from_one_to_the_other() -> None:
+    """Each impact sticks. The first leaves 2/3 of the speed, and a spin for which each other one leaves a third."""
+    scene = box_of(ball([300, 300], [300, 580]), friction=3.0)
+    engine = engine_of(scene)
+    for bounce in range(8):
+        state = play(engine, scene, 1)
+        speed = 200 / 3**bounce
+        assert state.velocity[0] == pytest.approx([speed, 580 * (-1) ** (bounce + 1)], abs=EXACT)
+        assert abs(state.spin[0] * 10) == pytest.approx(speed, abs=EXACT)
+
+
+def test_round_end_rubs_as_a_face_does() -> None:
+    """A third of the rim's speed remains as spin, and a third becomes speed sideways."""
+    scene = box_of(wall([400, 300], [600, 300], 5.0, thickness=4.0), ball([200, 300], [200, 0], spin=9.0))
+    state = after(scene, 1.2)
+    assert state.velocity[0] == pytest.approx([-200, -30], abs=EXACT)
+    assert state.spin[0] == pytest.approx(3, abs=EXACT)
+
+
+def test_disc_without_friction_keeps_its_spin_on_a_rough_floor() -> None:
+    scene = box_of(
+        ball([100, 590], [90, 0], spin=7.0, friction=0.0), ball([300, 590], spin=-5.0, friction=0.0),
+        ball([3000, 590]), head=FALLING, friction=1.0,
+    )  # fmt: skip
+    state = after(scene, 4)
+    assert state.spin.tolist() == [7, -5, 0]
+    assert state.angle == pytest.approx([28, -20, 0], abs=EXACT)
+    assert state.velocity == pytest.approx(np.array([[0, 0], [90, 0], [0, 0]]), abs=EXACT)
+
+
+# One disc on a face. Along the face, the rim's speed is v - r w if a positive spin rolls it forward.
+
+
+def sliding(v: float, rim: float, mu: float, g_t: float, g_n: float, time: float) -> tuple[float, float, float, float]:
+    """Return the way, speed, angle and spin (times the radius) of a disc on a face, which may slip and then roll.
+
+    Integrates the equations of motion m a = m g_t - F, m r w'/2 = F in closed form, phase by phase.
+    """
+    way = turned = 0.0
+    while time > 0:
+        slip = v - rim
+        if abs(slip) < 1e-12 and abs(g_t) <= 3 * mu * g_n:
+            pull, phase = g_t / 3, time
+        else:
+            pull = math.copysign(mu * g_n, slip if abs(slip) > 1e-12 else g_t)
+            closing = -slip / (g_t - 3 * pull) if g_t != 3 * pull else -1.0
+            phase = min(time, closing) if closing > 0 else time
+        a, spun = g_t - pull, 2 * pull
+        way, turned = way + phase * (v + a * phase / 2), turned + phase * (rim + spun * phase / 2)
+        v, rim, time = v + a * phase, rim + spun * phase, time - phase
+    return way, v, turned, rim
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.2, 1.0])
+@pytest.mark.parametrize("v", [300.0, 720.0])
+def test_slide_to_roll(v: float, mu: float) -> None:
+    """A disc that is thrown without spin rolls with 2/3 of its speed from v/(3 mu g) on."""
+    scene = box_of(ball([200, 590], [v, 0]), friction=mu, head=FALLING)
+    time, rolls = 6.0, v / (3 * mu * G)
+    state = after(scene, time)
+    way = v * rolls - mu * G * rolls**2 / 2 + 2 / 3 * v * (time - rolls)
+    assert state.velocity[0] == pytest.approx([2 / 3 * v, 0], abs=EXACT)
+    assert state.position[0] == pytest.approx([200 + way, 590], abs=EXACT)
+    assert state.spin[0] * 10 == pytest.approx(2 / 3 * v, abs=EXACT)
+    assert state.angle[0] * 10 == pytest.approx(mu * G * rolls**2 + 2 / 3 * v * (time - rolls), abs=EXACT)
+
+
+@pytest.mark.parametrize("rim", [-900.0, -600.0, -300.0, 900.0])
+def test_backspin_and_topspin(rim: float) -> None:
+    """The angular momentum about the floor gives the end: it rolls with (2 v + r w)/3, back if r w < -2 v."""
+    scene = box_of(ball([2000, 590], [300, 0], spin=rim / 10), friction=0.4, head=FALLING)
+    state = after(scene, 2)
+    end = (600 + rim) / 3
+    assert state.velocity[0] == pytest.approx([end, 0], abs=EXACT)
+    assert state.spin[0] * 10 == pytest.approx(end, abs=EXACT)
+    time = abs(300 - rim) / (3 * 0.4 * G)
+    assert state.position[0, 0] == pytest.approx(2000 + (300 + end) / 2 * time + end * (2 - time), abs=EXACT)
+
+
+SLOPES = [math.tan(math.radians(15)), 0.75, 1.0]  # its tangent
+
+
+def on_slope(slope: float, mu: float, speed: float = 0.0, side: int = 1) -> tuple[Scene, Floats, Floats]:
+    """Return a scene of a disc on a slope, thrown down it, where it is, and the direction down the slope."""
+    angle = math.atan(slope)
+    down = np.array([side * math.cos(angle), math.sin(angle)])
+    middle = np.array([2000.0, 300.0])
+    place = middle + 11 * np.array([side * down[1], -side * down[0]])
+    span = 290 / down[1] * down
+    slab = wall(middle - span, middle + span, mu, thickness=2.0)
+    return box_of(slab, ball(place, speed * down), head=FALLING), place, down
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("slope", SLOPES)
+@pytest.mark.parametrize("of_threshold", [0.3, 0.99, 1.01, 3.0])
+def test_disc_on_a_slope_rolls_or_slips(slope: float, of_threshold: float, side: int) -> None:
+    """It rolls with 2/3 g sin(a) if tan(a) <= 3 mu, and slips with g (sin(a) - mu cos(a)) beyond."""
+    angle, mu, time = math.atan(slope), of_threshold * slope / 3, 0.5
+    scene, place, down = on_slope(slope, mu, side=side)
+    state = after(scene, time)
+    g_t, g_n = G * math.sin(angle), G * math.cos(angle)
+    a, spun = (2 / 3 * g_t, 2 / 3 * g_t) if of_threshold > 1 else (g_t - mu * g_n, 2 * mu * g_n)
+    assert state.position[0] == pytest.approx(place + a * time**2 / 2 * down, abs=EXACT)
+    assert state.velocity[0] == pytest.approx(a * time * down, abs=EXACT)
+    assert side * state.spin[0] * 10 == pytest.approx(spun * time, abs=EXACT)
+    assert side * state.angle[0] * 10 == pytest.approx(spun * time**2 / 2, abs=EXACT)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.2, 0.3, 0.6])
+@pytest.mark.parametrize("slope", SLOPES)
+def test_disc_thrown_up_a_slope(slope: float, mu: float) -> None:
+    """It slips, and then rolls up and back if tan(a) <= 3 mu; otherwise it slips the other way from there on."""
+    angle = math.atan(slope)
+    scene, place, down = on_slope(slope, mu, -400.0)
+    engine = engine_of(scene)
+    for step in range(1, 55):
+        engine.step()
+        state = engine.state()
+        way, v, turned, rim = sliding(-400, 0, mu, G * math.sin(angle), G * math.cos(angle), step / 60)
+        assert state.position[0] == pytest.approx(place + way * down, abs=EXACT)
+        assert state.velocity[0] == pytest.approx(v * down, abs=EXACT)
+        assert state.angle[0] * 10 == pytest.approx(turned, abs=EXACT)
+        assert state.spin[0] * 10 == pytest.approx(rim, abs=EXACT)
+
+
+@pytest.mark.parametrize("mu", [0.02, 0.1])
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
+def test_bounces_come_to_rest_while_the_disc_slips(e: float, mu: float) -> None:
+    """Friction takes mu (1 + e) v_n at each bounce. The speeds and the flights between are geometric series."""
+    scene = box_of(ball([100, 590 - 50], [500, 0], elasticity=e), friction=mu, head=FALLING)
+    fall = math.sqrt(100 / G)
+    v_n, v, x, time, rim = G * fall, 500.0, 100 + 500 * fall, fall, 0.0
+    while v_n > 1e-9:
+        v -= mu * (1 + e) * v_n
+        rim += 2 * mu * (1 + e) * v_n
+        v_n *= e
+        x += v * 2 * v_n / G
+        time += 2 * v_n / G
+    assert v > rim
+    way, v, _, rim = sliding(v, rim, mu, 0, G, 4 - time)
+    state = after(scene, 4)
+    assert state.position[0] == pytest.approx([x + way, 590], abs=EXACT)
+    assert state.velocity[0] == pytest.approx([v, 0], abs=EXACT)
+    assert state.spin[0] * 10 == pytest.approx(rim, abs=EXACT)
+
+
+def test_disc_that_rolls_against_a_wall_climbs() -> None:
+    """At the wall its rim slips up at its own speed: sticking leaves a third as spin, and a third as speed upwards."""
+    scene = box_of(ball([3890, 590], [200, 0], spin=20.0), friction=0.5, head=FALLING)
+    state = after(scene, 0.6)
+    assert state.velocity[0] == pytest.approx([-200, -200 / 3 + G * 0.1], abs=EXACT)
+    assert state.spin[0] * 10 == pytest.approx(200 / 3, abs=EXACT)
+    assert state.position[0] == pytest.approx([3990 - 20, 590 - 20 / 3 + G * 0.1**2 / 2], abs=EXACT)
+
+
+def test_disc_rolls_off_an_edge_and_keeps_its_spin() -> None:
+    """Faster than sqrt(g R), it leaves the end at once."""
+    shelf = wall([100, 300], [500, 300], 0.5, thickness=2.0)
+    scene = box_of(shelf, ball([400, 289], [150, 0], spin=15.0), head=FALLING)
+    state, time = after(scene, 1), 1 - 100 / 150
+    assert state.velocity[0] == pytest.approx([150, G * time], abs=1e-8)
+    assert state.position[0] == pytest.approx([550, 289 + G * time**2 / 2], abs=1e-8)
+    assert state.spin[0] == pytest.approx(15, abs=EXACT)
+    assert state.angle[0] == pytest.approx(15, abs=EXACT)
+
+
+@pytest.mark.parametrize("v", [20.0, 50.0])
+@pytest.mark.parametrize("mu", [0.0, 0.3, 1.0])
+def test_disc_slides_or_rolls_round_the_end_of_a_wall(v: float, mu: float) -> None:
+    """Within the error of the hops in which it goes round. The equations of motion are integrated in steps of 10 µs.
+
+    It rolls first, then slips as the end carries less of it, and leaves where the end carries nothing.
+    """
+    shelf = wall([100, 300], [500, 300], mu, thickness=4.0)
+    scene = box_of(shelf, ball([490, 288], [v, 0], spin=v / 10 if mu else 0.0), head=FALLING)
+    angle, speed, rim, radius, dt = 0.0, v, v if mu else 0.0, 12.0, 1e-5
+    while (carried := G * math.cos(angle) - speed**2 / radius) > 0:
+        friction = min(G * math.sin(angle) / 3, mu * carried)
+        middle = angle + dt / 2 * speed / radius
+        speed, rim = speed + dt * (G * math.sin(middle) - friction), rim + dt * 2 * friction
+        angle = middle + dt / 2 * speed / radius
+    state = after(scene, 1)
+    assert state.velocity[0, 0] == pytest.approx(speed * math.cos(angle), abs=0.03)
+    assert state.spin[0] * 10 == pytest.approx(rim, abs=0.1 if mu else 0)
+
+
+@pytest.mark.parametrize("at", [0.1, 0.5])
+@pytest.mark.parametrize("kick", [250.0, -500.0])
+def test_kick_of_a_disc_that_slips_or_rolls(at: float, kick: float) -> None:
+    scene = box_of(ball([2000, 590], [300, 0]), friction=0.3, head=FALLING)
+    engine = engine_of(scene)
+    play(engine, scene, at)
+    engine.kick(0, (kick, 0.0))
+    state = play(engine, scene, 1.5 - at)
+    first, v, turned, rim = sliding(300, 0, 0.3, 0, G, at)
+    way, v, more, rim = sliding(v + kick, rim, 0.3, 0, G, 1.5 - at)
+    assert state.position[0] == pytest.approx([2000 + first + way, 590], abs=EXACT)
+    assert state.angle[0] * 10 == pytest.approx(turned + more, abs=EXACT)
+    assert [state.velocity[0, 0], state.spin[0] * 10] == pytest.approx([v, rim], abs=EXACT)
+
+
+def test_kick_into_the_air_keeps_the_spin() -> None:
+    scene = box_of(ball([2000, 590], [200, 0], spin=20.0), friction=0.3, head=FALLING)
+    engine = engine_of(scene)
+    play(engine, scene, 0.5)
+    engine.kick(0, (0.0, -450.0))
+    state = play(engine, scene, 0.5)
+    assert state.position[0] == pytest.approx([2200, 590 - 225 + 112.5], abs=EXACT)
+    assert [state.spin[0], state.angle[0]] == pytest.approx([20, 20], abs=EXACT)
+
+
+def test_rolling_cue_stops_and_goes_on_with_a_third_of_its_speed() -> None:
+    """It hands all of its speed to a smooth ball, and keeps its spin."""
+    scene = box_of(ball([1000, 590], [300, 0], spin=30.0), ball([1320, 590], friction=0.0), friction=0.2, head=FALLING)
+    engine = engine_of(scene)
+    play(engine, scene, 1)
+    assert engine.state().velocity.tolist() == [[0, 0], [300, 0]]
+    state = play(engine, scene, 2)
+    rolls = 300 / (3 * 0.2 * G)
+    assert state.velocity == pytest.approx(np.array([[100, 0], [300, 0]]), abs=EXACT)
+    assert state.spin * 10 == pytest.approx([100, 0], abs=EXACT)
+    assert state.position[0, 0] == pytest.approx(1300 + 50 * rolls + 100 * (2 - rolls), abs=EXACT)
+
+
+def test_disc_rolls_into_a_rough_one() -> None:
+    """The rims stick at once: J_t = 300/6 lifts one disc, and presses the other down. So the floor's J_n is 50 too, and
+    its friction takes 50 px/s of the second disc's 300, and all of the spin that it has just got.
+    """
+    scene = box_of(
+        ball([1000, 590], [300, 0], spin=30.0), ball([1320, 590]), friction=1.0, elasticity=0.0, head=FALLING
+    )
+    state = after(scene, 61 / 60)
+    assert state.velocity == pytest.approx(np.array([[0, -50 + 15], [250 - 15, 0]]), abs=EXACT)
+    assert state.spin * 10 == pytest.approx([200, 30], abs=EXACT)
+    accounted(scene, 400)
+
+
+# Corners
+
+
+def groove(b: float, mu: float, spin: float, radius: float = 10.0, far: float = 300.0) -> Scene:
+    """Return a disc that lies in a V-groove, whose faces are at an angle b to the horizontal, and turns."""
+    bottom, along = np.array([2000.0, 500.0]), far * np.array([math.cos(b), -math.sin(b)])
+    sides = wall(bottom, bottom + along, mu), wall(bottom, bottom + along * (-1, 1), mu)
+    inside = 1e-12  # px, so that rounding leaves no gap through which it would fall
+    place = bottom - [0, radius / math.cos(b) - inside]
+    return box_of(*sides, ball(place, spin=spin, radius=radius, elasticity=0.0), head=FALLING)
+
+
+@pytest.mark.parametrize("spin", [-40.0, 40.0])
+@pytest.mark.parametrize(("degrees", "mu"), [(30, 0.1), (45, 0.3), (45, 0.99), (60, 1.0), (75, 0.5)])
+def test_disc_that_turns_in_a_groove(degrees: float, mu: float, spin: float) -> None:
+    """Both faces slip: N_1 + N_2 = m g/((1 + mu²) cos b); the spin falls by 2 mu g/((1 + mu²) r cos b) a second."""
+    b, r = math.radians(degrees), 10.0
+    scene = groove(b, mu, spin)
+    rate = 2 * mu * G / ((1 + mu**2) * r * math.cos(b))
+    rest = abs(spin) / rate
+    engine, start = engine_of(scene), spawn(scene).position[0]
+    for step in range(1, 121):
+        engine.step()
+        state, time = engine.state(), min(step / 60, rest)
+        assert state.spin[0] == pytest.approx(math.copysign(abs(spin) - rate * time, spin), abs=EXACT)
+        assert state.angle[0] == pytest.approx(math.copysign(abs(spin) * time - rate * time**2 / 2, spin), abs=EXACT)
+        assert state.position[0] == pytest.approx(start, abs=EXACT)
+    found = engine.contacts()
+    turning = (found["time"] > 1 / 60 + 1e-9) & (found["time"] < rest - 1e-9)
+    per_step = found["impulse"][turning].sum() / (turning.sum() / 2)
+    if turning.any():
+        assert per_step == pytest.approx(G / 60 / ((1 + mu**2) * math.cos(b)), rel=1e-9)
+        assert np.abs(found["tangential"])[turning] == pytest.approx(mu * found["impulse"][turning], rel=1e-9)
+    at_rest = found[found["time"] > rest + 1 / 60]
+    assert at_rest["tangential"].tolist() == [0.0] * len(at_rest)
+    assert at_rest["impulse"] == pytest.approx(G / 60 / (2 * math.cos(b)), rel=1e-9)
+    accounted(scene, 120)
+
+
+@pytest.mark.parametrize("spin", [-40.0, 40.0])
+@pytest.mark.parametrize(("degrees", "mu"), [(30, 0.6), (45, 1.2)])
+def test_disc_that_turns_climbs_out_of_a_groove_if_friction_exceeds_its_slope(
+    degrees: float, mu: float, spin: float
+) -> None:
+    """mu > tan(b): friction on one face pushes it up that face, off the other."""
+    b = math.radians(degrees)
+    scene = groove(b, mu, spin)
+    up = np.array([math.copysign(math.cos(b), spin), -math.sin(b)])
+    way, v, turned, rim = sliding(0, 400, mu, -G * math.sin(b), G * math.cos(b), 0.1)
+    state = after(scene, 0.1)
+    assert way > 0
+    assert state.position[0] == pytest.approx(spawn(scene).position[0] + way * up, abs=EXACT)
+    assert state.velocity[0] == pytest.approx(v * up, abs=EXACT)
+    assert abs(state.spin[0]) * 10 == pytest.approx(rim, abs=EXACT)
+    assert abs(state.angle[0]) * 10 == pytest.approx(turned, abs=EXACT)
+    _, found = accounted(scene, 600)
+    assert after(scene, 10).velocity[0].tolist() == [0, 0]
+    assert after(scene, 10).spin[0] == 0
+    assert len(found) < 5_000
+
+
+@pytest.mark.parametrize("mu", [0.2, 1.0])
+def test_disc_that_turns_between_floor_and_wall(mu: float) -> None:
+    """Friction presses it against the wall, which lifts it: N_floor = m g/(1 + mu²), N_wall = mu N_floor."""
+    scene = box_of(ball([3990, 590], spin=50.0, elasticity=0.0), friction=mu, head=FALLING)
+    floor, side = G / (1 + mu**2), mu * G / (1 + mu**2)
+    rate = 2 * mu * (floor + side) / 10
+    engine = engine_of(scene)
+    play(engine, scene, 0.1)
+    engine.contacts()
+    state = play(engine, scene, 0.1)
+    assert state.position[0].tolist() == [3990, 590]
+    assert state.spin[0] == pytest.approx(50 - rate * 0.2, abs=EXACT)
+    found = engine.contacts()
+    for number, n in ((~3, floor), (~2, side)):
+        assert found["impulse"][found["second"] == number] == pytest.approx(n / 60, rel=1e-9)
+    state = play(engine, scene, 2)
+    assert state.spin[0] == 0
+    assert state.position[0].tolist() == [3990, 590]
+
+
+# Scenes at random
+
+
+RANDOM = st.tuples(st.floats(4, 20), st.floats(0.1, 50), st.sampled_from([1.0, 0.9, 0.6, 0.2]), st.floats(0, 2))
+
+
+def random_scene(balls: list[tuple[float, float, float, float]], seed: int, head: str) -> Scene:
+    """Return balls with random places, speeds and spins, and two walls, in a small arena."""
+    groups = "".join(
+        f"[[balls]]\nradius = {r}\nmass = {m}\nelasticity = {e}\nfriction = {mu}\nspeed = 200\n"
+        "spin = { from = -40, to = 40 }\ninside = [[0, 0], [240, 240]]\n"
+        for r, m, e, mu in balls
+    )
+    arena = "[arena]\nsize = [240, 240]\nelasticity = 0.95\nfriction = 0.7\n"
+    walls = wall([60, 160], [120, 200], 0.5, thickness=3.0) + wall([150, 90], [220, 60], 1.5, thickness=3.0)
+    return parse(f"seed = {seed}\n{head}\n{arena}{walls}{groups}", "test")
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(balls=st.lists(RANDOM, min_size=1, max_size=6), seed=st.integers(0, 2**32), falls=st.booleans())
+def test_contacts_account_for_all_velocities_and_spins(balls: list[Any], seed: int, falls: bool) -> None:
+    """And obey Coulomb's law; without gravity, the heat that they state is the energy that is lost."""
+    scene = random_scene(balls, seed, FALLING if falls else "")
+    bodies = scene.bodies
+    walls: list[Arena | Wall] = [*scene.walls[::-1], *[scene.arena] * 4]  # so that ~wall is its index
+    states, found = accounted(scene, 30)
+    first, second, slip, tangential = (found[key] for key in ("first", "second", "slip", "tangential"))
+    friction = np.array([*bodies.friction, *(each.friction for each in walls)])
+    largest = friction[first] * friction[second] * found["impulse"]
+    assert (np.abs(tangential) <= largest * (1 + 1e-12)).all()
+    if not falls:
+        per_mass = np.array([*1 / bodies.mass, *[0.0] * len(walls)])
+        per_mass = per_mass[first] + per_mass[second]
+        assert tangential == pytest.approx(np.clip(slip / (3 * per_mass), -largest, largest))
+        kinetic = energy(states, bodies, scene.gravity, scene.arena.size)
+        assert (np.diff(kinetic) <= 1e-12 * kinetic[:-1]).all()
+        elasticity = np.array([*bodies.elasticity, *(each.elasticity for each in walls)])
+        e = elasticity[first] * elasticity[second]
+        closing = found["impulse"] * per_mass / (1 + e)
+        lost = (1 - e**2) * closing**2 / per_mass / 2 + tangential * slip - 1.5 * per_mass * tangential**2
+        assert kinetic[0] - kinetic[-1] == pytest.approx(lost.sum(), rel=1e-9, abs=1e-9 * kinetic[0])
+
+
+def test_states_do_not_depend_on_the_number_of_steps_per_call() -> None:
+    scene = random_scene([(8, 1, 0.6, 0.9), (12, 2, 0.9, 0.4), (6, 0.5, 0.2, 1.0)], 5, FALLING)
+    one, many = engine_of(scene), engine_of(scene)
+    states = States.empty(300, 3)
+    many.advance(300, *states)
+    for step in range(300):
+        one.step()
+        state = one.state()
+        for name in States._fields:
+            assert getattr(state, name).tobytes() == getattr(states, name)[step].tobytes()
+    assert one.contacts().tobytes() == many.contacts().tobytes()
