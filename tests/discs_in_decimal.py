@@ -195,14 +195,21 @@ class Table:
         """Return a copy that can go its own way."""
         return replace(self, discs=[replace(disc) for disc in self.discs])
 
-    def nudged(self, by: Decimal, seed: int) -> "Table":
-        """Return a copy whose coordinates, velocities and spins all differ at random, by up to `by`."""
-        rng, twin = random.Random(seed), self.copy()
-        with localcontext(prec=DIGITS):
-            for disc in twin.discs:
-                for name in ("x", "y", "vx", "vy", "spin"):
-                    setattr(disc, name, getattr(disc, name) + by * Decimal(rng.uniform(-1, 1)))
-        return twin
+    def nudge(self, by: Decimal, rng: random.Random) -> None:
+        """Change all coordinates, velocities and spins at random, by up to `by`; what lies or rolls still does."""
+        for disc in self.discs:
+            x, y, vx, vy, spin = (by * Decimal(rng.uniform(-1, 1)) for _ in range(5))
+            if face := disc.face:
+                x, y, vx, vy = x * face.tx, x * face.ty, vx * face.tx, vx * face.ty
+                if disc.way == 0:
+                    spin = -face.along(vx, vy) / disc.radius
+            disc.x, disc.y, disc.vx, disc.vy, disc.spin = (
+                disc.x + x,
+                disc.y + y,
+                disc.vx + vx,
+                disc.vy + vy,
+                disc.spin + spin,
+            )
 
     def fly(self, wait: Decimal) -> None:
         """Move all discs, each with its constant acceleration."""
@@ -217,6 +224,14 @@ class Table:
             disc.pushed_x += (disc.ax - gx) * wait
             disc.pushed_y += (disc.ay - gy) * wait
         self.time += wait
+
+
+class Noise(NamedTuple):
+    """What rounding is like: random changes at the start, and later at each of the times asked for; px, px/s, rad/s."""
+
+    at_start: Decimal
+    later: Decimal
+    rng: random.Random
 
 
 @dataclass(frozen=True)
@@ -422,8 +437,8 @@ class Streaks:
         return endless
 
 
-def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
-    """Play up to the last of some times.
+def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise | None = None) -> Run:
+    """Play up to the last of some times, without noise or with it.
 
     Ends before it at a number of contacts; where a disc comes to rest on another, on a wall's end or in a corner; where
     contacts of a disc are simultaneous; and at a collapse, where a disc has a streak of MAX_STREAK contacts.
@@ -432,19 +447,23 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
     snapshots: list[Table] = []
     contacts: list[Contact] = []
     with localcontext(prec=DIGITS):
+        if noise:
+            table.nudge(noise.at_start, noise.rng)
         for disc in table.discs:
             disc.release(table.gravity)
         ended = ""
         while not ended:
-            meetings = next_meetings(table, times[-1] - table.time)
-            wait = meetings[0].wait if meetings else NEVER
-            for time in times[len(snapshots) :]:
-                if time < table.time + wait:
-                    snapshots.append(table.copy())
-                    snapshots[-1].fly(time - table.time)
             if len(snapshots) == len(times):
                 return Run(tuple(snapshots), tuple(contacts), times[-1], "")
-            table.fly(wait)
+            due = times[len(snapshots)] - table.time
+            meetings = next_meetings(table, due)
+            if not meetings or meetings[0].wait > due:
+                table.fly(due)
+                snapshots.append(table.copy())
+                if noise:
+                    table.nudge(noise.later, noise.rng)
+                continue
+            table.fly(meetings[0].wait)
             until = table.time
             if any(meeting.is_rival_of(meetings[0]) for meeting in meetings[1:]):
                 ended = "simultaneous"
