@@ -421,9 +421,9 @@ class Streaks:
         self.start = [ZERO] * discs
         self.count = [0] * discs
 
-    def add(self, contact: Contact) -> Decimal | None:
-        """Count a contact, and return when a streak began that seems to be endless."""
-        endless = None
+    def add(self, contact: Contact) -> bool:
+        """Count a contact, and return whether infinitely many seem to follow."""
+        endless = False
         for disc, partner in ((contact.first, contact.second), (contact.second, contact.first)):
             if disc >= 0:
                 time, before = self.last[disc]
@@ -432,16 +432,20 @@ class Streaks:
                     self.start[disc], self.count[disc] = contact.time, 0
                 elif partner != before:
                     self.count[disc] += 1
-                if self.count[disc] > (MAX_STREAK if contact.time - time > CLOCK_ERROR else MAX_INSTANT_STREAK):
-                    endless = min(self.start[disc], endless or NEVER)
+                endless |= self.count[disc] > (MAX_STREAK if contact.time - time > CLOCK_ERROR else MAX_INSTANT_STREAK)
         return endless
+
+    def began(self, contact: Contact) -> Decimal:
+        """Return when the streak began that a contact belongs to, s."""
+        return min(self.start[disc] for disc in (contact.first, contact.second) if disc >= 0)
 
 
 def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise | None = None) -> Run:
     """Play up to the last of some times, without noise or with it.
 
     Ends before it at a number of contacts; where a disc comes to rest on another, on a wall's end or in a corner; where
-    contacts of a disc are simultaneous; and at a collapse, where a disc has a streak of MAX_STREAK contacts.
+    contacts of a disc are simultaneous; and at a collapse, where a disc has a streak of MAX_STREAK contacts. If one of
+    these ends a streak, the run ends where that began.
     """
     table, streaks = start.copy(), Streaks(len(start.discs))
     snapshots: list[Table] = []
@@ -471,12 +475,13 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
                 turn(table, meetings[0].first)
             else:
                 contact, brief, ended = strike(table, meetings[0])
-                if (began := streaks.add(contact)) is not None:
-                    ended, until = "collapse", began
+                if streaks.add(contact):
+                    ended = "collapse"
                 elif len(contacts) == max_contacts:
                     ended = "contacts"
                 elif not brief:
                     contacts.append(contact)
+                until = streaks.began(contact)
         until -= CLOCK_ERROR
     seen = tuple(snapshot for snapshot in snapshots if snapshot.time < until)
     return Run(seen, tuple(contact for contact in contacts if contact.time < until), until, ended)
