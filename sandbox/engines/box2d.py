@@ -20,7 +20,7 @@ from sandbox.errors import Refused
 from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
-from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, State
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
 # 2.56 px. A power of two, so that scaling rounds nothing.
@@ -134,8 +134,11 @@ class Box2DEngine:
         change = after.velocity - before.velocity - self._gravity / self._rate
         turned = self._balls.radius * (after.spin - before.spin)
         rough = self._friction[first] * self._friction[second] > 0
+        # The point of contact is in the middle of the overlap, or of the gap that will close within the step.
+        reach = self._balls.radius[np.column_stack([first, np.maximum(second, 0)])]
+        lever = np.where(rough[:, None], 1 - contacts["depth"][:, None] / (2 * reach), np.nan)
         contacts["impulse"], contacts["tangential"] = impulses(
-            first, second, contacts["normal"], np.column_stack([change, turned]), self._balls.mass, rough
+            first, second, contacts["normal"], np.column_stack([change, turned]), self._balls.mass, lever
         ).T
         falling = np.broadcast_to(before.velocity + self._gravity / self._rate, (len(first), *before.velocity.shape))
         turning = np.broadcast_to(before.spin, (len(first), len(before.spin)))
@@ -152,11 +155,12 @@ class Box2DEngine:
         return normal, reach - distance
 
 
-def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats, rough: Bools) -> Floats:
+def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, mass: Floats, lever: Floats) -> Floats:
     """Return the impulse of each contact along normal and tangent (kg px/s), from the changes of velocity they caused.
 
     first, second: (k,) as in CONTACT; normal: (k, 2); change: (n, 3) px/s, of both components of the velocity, and of
-    radius times spin; mass: (n,) kg; rough: (k,), whether the pair has friction. Returns (k, 2).
+    radius times spin; mass: (n,) kg; lever: (k, 2), the distance of the point of contact from each centre as a share of
+    the radius, NaN where the two have no friction. Returns (k, 2).
 
     For a ball's only contact, it is the change of the ball's momentum. For several, it is a least-squares solution, by
     conjugate gradients; which solution Box2D found is unknown if there are several.
@@ -167,19 +171,23 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
     inertia = 1 / mass[first]
     inertia[between] += 1 / mass[other]
     inertia = inertia[:, None] * (1, 1 + DISC_TURNS)
+    rough = ~np.isnan(lever[:, 0])
+    lever = np.nan_to_num(lever)
 
     def parting_speed(velocity: Floats) -> Floats:
         """Return how fast the bodies part, and the first's rim slips past the second's backwards: (k, 2) px/s."""
-        apart = -velocity[first]
-        apart[between] += velocity[other] * (1, 1, -1)
-        return np.column_stack([dot(normal, apart), np.where(rough, dot(along, apart) + apart[:, 2], 0.0)])
+        apart = -velocity[first, :2]
+        apart[between] += velocity[other, :2]
+        slip = dot(along, apart) - lever[:, 0] * velocity[first, 2]
+        slip[between] -= lever[between, 1] * velocity[other, 2]
+        return np.column_stack([dot(normal, apart), np.where(rough, slip, 0.0)])
 
     def velocity_change(impulse: Floats) -> Floats:
         push = impulse[:, :1] * normal + impulse[:, 1:] * along
-        turn = DISC_TURNS * impulse[:, 1:]
+        turn = DISC_TURNS * impulse[:, 1:] * lever
         momentum = np.zeros_like(change)
-        np.subtract.at(momentum, first, np.hstack([push, turn]))
-        np.add.at(momentum, other, np.hstack([push, -turn])[between])
+        np.subtract.at(momentum, first, np.hstack([push, turn[:, :1]]))
+        np.add.at(momentum, other, np.hstack([push, -turn[:, 1:]])[between])
         return momentum / mass[:, None]
 
     impulse = np.zeros((len(first), 2))

@@ -267,6 +267,18 @@ class Scene(Model):
         return Bodies(each("radius"), each("mass"), each("elasticity"), each("friction"))
 
     @cached_property
+    def is_rough(self) -> bool:
+        """Whether two things that can touch have friction, which is the product of their factors."""
+        balls = np.count_nonzero(self.bodies.friction)
+        walls = (self.arena.friction, *(wall.friction for wall in self.walls))
+        return bool(balls > 1 or (balls == 1 and any(walls)))
+
+    @property
+    def turns(self) -> bool:
+        """Whether balls can turn: they do at the start, or friction can make them."""
+        return self.is_rough or any(group.spin for group in self.balls)
+
+    @cached_property
     def colors(self) -> tuple[str, ...]:
         """Colour of each ball in scene order; groups without colours have the palette's in turn."""
         colors: list[str] = []

@@ -9,8 +9,7 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import State
 from sandbox.view.discs import Discs
 from sandbox.view.primitives import capsule, thin_lines
 
@@ -36,15 +35,10 @@ class DebugDraw(DrawOptions):
         self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
         self._buffer = Buffer()
 
-    def discs(self, scene: Scene) -> Discs:
-        """Return the discs of a scene's balls, as pymunk draws them."""
-        red, green, blue, _ = self.shape_outline_color.as_int()
-        return Discs(scene.bodies.radius, scene.colors, line=(red, green, blue))
-
-    def draw(self, surface: Surface, scale: float, discs: Discs, past: Floats | None = None) -> None:
+    def draw(self, surface: Surface, scale: float, discs: Discs, past: State | None = None) -> None:
         """Draw the space on a surface. scale: px of the surface for one px of the space.
 
-        past: where the balls are drawn, (n, 2) px, without angles and contacts; by default where they are now.
+        past: where the balls are drawn, without contacts; by default where they are now.
         """
         self.surface = surface
         self.transform = pymunk.Transform.scaling(scale)
@@ -52,7 +46,7 @@ class DebugDraw(DrawOptions):
             colour = self.color_for_shape(wall)
             self.draw_fat_segment(scale * wall.a, scale * wall.b, scale * wall.radius, colour, colour)
         if past is not None:
-            discs.draw(surface, past, scale, np.zeros(len(past)))
+            discs.draw(surface, past.position, scale, past.angle)
             return
         self._draw_discs(scale, discs)
         self._space.debug_draw(self)

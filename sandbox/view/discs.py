@@ -18,10 +18,13 @@ MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, wher
 TURNS: Final = 64  # directions that a line in a picture can have, so at most 3 degrees off
 
 
+LINE: Final = (44, 62, 80)  # the colour of the line that shows a ball's angle, as in Pymunk's debug-draw
+
+
 class Discs:
     """The discs of some balls on the screen, in their order. radius: (n,) px of the scene.
 
-    line: the colour of a line from each centre that shows the ball's angle, as Pymunk's debug-draw has it.
+    line: the colour of a line from each centre that shows the ball's angle, None for no line.
     """
 
     def __init__(self, radius: Floats, colours: Sequence[str], line: tuple[int, int, int] | None = None) -> None:

@@ -12,7 +12,7 @@ from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.discs import Discs
+from sandbox.view.discs import LINE, Discs
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
@@ -55,7 +55,8 @@ class Pane:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
         if afresh or moment.scene is not self.scene:
             scene = moment.scene
-            self._discs = self.debug_draw.discs(scene) if self.debug_draw else Discs(scene.bodies.radius, scene.colors)
+            line = LINE if self.debug_draw or scene.turns else None
+            self._discs = Discs(scene.bodies.radius, scene.colors, line)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
@@ -92,10 +93,10 @@ class Pane:
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state.position)
+            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state)
         else:
             draw_walls(inside, self.scene, scale)
-            self._discs.draw(inside, self.state.position, scale)
+            self._discs.draw(inside, self.state.position, scale, self.state.angle)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)

@@ -127,7 +127,7 @@ def test_impulses_of_a_chain_are_those_that_made_its_change() -> None:
     first, second = np.array([0, 0, 1, 2]), np.array([-1, 1, 2, -3])
     normal = np.array([[-1.0, 0], [1, 0], [1, 0], [1, 0]])
     mass = np.array([1.0, 5.0, 0.2])
-    given, smooth = np.array([7.0, 3.0, 2.0, 11.0]), np.zeros(4, bool)
+    given, smooth = np.array([7.0, 3.0, 2.0, 11.0]), np.full((4, 2), np.nan)
     change = np.array([[7.0 - 3, 0, 0], [3 - 2, 0, 0], [2 - 11, 0, 0]]) / mass[:, None]
     # Four impulses, three velocities: one share of the squeeze is free, which pushes all four alike.
     found, _ = impulses(first, second, normal, change, mass, smooth).T
@@ -143,7 +143,7 @@ def test_impulses_along_the_tangent_are_those_that_turned_the_balls() -> None:
     first, second, normal = np.array([0, 0]), np.array([1, -1]), np.array([[1.0, 0], [-1, 0]])
     mass, (n1, t1, n2, t2) = np.array([2.0, 5.0]), (7.0, 1.5, 3.0, -0.5)
     momentum = np.array([[-n1 + n2, -t1 + t2, -2 * (t1 + t2)], [n1, t1, -2 * t1]])
-    found = impulses(first, second, normal, momentum / mass[:, None], mass, np.ones(2, bool))
+    found = impulses(first, second, normal, momentum / mass[:, None], mass, np.ones((2, 2)))
     assert found == pytest.approx(np.array([[n1, t1], [n2, t2]]), rel=1e-6)
 
 

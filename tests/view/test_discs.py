@@ -22,7 +22,7 @@ from sandbox.scene.fields import rgb
 from sandbox.scene.spawn import spawn
 from sandbox.state import Floats
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.discs import Discs
+from sandbox.view.discs import LINE, Discs
 from sandbox.view.pixels import MANY, fill
 from sandbox.view.primitives import thin_lines
 
@@ -139,9 +139,10 @@ def test_collision_points_are_those_of_stock_debug_draw(
     side = math.ceil(scene.arena.size[0] * scale)
     ours, stock = Surface((side, side)), Surface((side, side))
     debug_draw = DebugDraw(engine.space)
-    debug_draw.draw(ours, scale, debug_draw.discs(scene))
+    discs = Discs(scene.bodies.radius, scene.colors, LINE)
+    debug_draw.draw(ours, scale, discs)
     monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda self, scale: None)
-    debug_draw.draw(stock, scale, debug_draw.discs(scene))
+    debug_draw.draw(stock, scale, discs)
     changed = (pixels(ours) != pixels(stock)).any(axis=2).sum()
     assert changed > 4 * scale
     options = DrawOptions(stock)

@@ -179,9 +179,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
-    tangential, slip = 0.0, 0.0
-    if world.is_rough:
-        tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
+    tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
     of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
     write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
@@ -221,9 +219,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     disc.vy -= (closing + parting.speed) * ny
     impulse = body.mass * (closing + parting.speed)
     if impulse > 0:
-        tangential, slip = 0.0, 0.0
-        if world.is_rough:
-            tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
+        tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
         write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 

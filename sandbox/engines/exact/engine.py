@@ -112,15 +112,8 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
     turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
-    is_rough = _has_friction(scene) or bool(initial.spin.any() or initial.angle.any())
+    is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     queue, g = empty_queue(disc, event), math.hypot(*gravity)
     arrays = disc, event, body, turn, piece, grid, queue
     return World(*arrays, gravity, g > 0, is_rough, ROUNDING * g, hop_time, g * hop_time / 2)
-
-
-def _has_friction(scene: Scene) -> bool:
-    """Return whether any two things that can touch have friction, which is the product of their factors."""
-    rough = np.count_nonzero(scene.bodies.friction)
-    walls = (scene.arena.friction, *(wall.friction for wall in scene.walls))
-    return bool(rough > 1 or (rough == 1 and max(walls) > 0))

@@ -14,22 +14,25 @@ g_t - mu g_n s, until u, which changes by g_t - 3 mu g_n s a second, is 0. From 
 
 import math
 
-from sandbox.compiled import Record, kernel
+from sandbox.compiled import kernel
 from sandbox.engines.exact.world import World
 
 
 @kernel
-def slip_on(disc: Record, turn: Record, nx: float, ny: float) -> float:
-    """Return the slip of a disc on a wall, px/s."""
-    return disc.vy * nx - disc.vx * ny + disc.radius * turn.spin
+def slip_on(world: World, i: int, nx: float, ny: float) -> float:
+    """Return the slip of disc i on a wall, px/s."""
+    disc = world.disc[i]
+    along = disc.vy * nx - disc.vx * ny
+    return along + disc.radius * world.turn[i].spin if world.is_rough else along
 
 
 @kernel
-def _give(disc: Record, turn: Record, nx: float, ny: float, tangential: float, per_mass: float) -> None:
-    """Take an impulse along the tangent (kg px/s) from a disc. per_mass: 1/kg, 0 if it is held."""
+def _rub(world: World, i: int, nx: float, ny: float, tangential: float, per_mass: float) -> None:
+    """Take an impulse along the tangent (kg px/s) from disc i. per_mass: 1/kg, 0 if it is held."""
+    disc = world.disc[i]
     disc.vx += tangential * per_mass * ny
     disc.vy -= tangential * per_mass * nx
-    turn.spin -= 2 * tangential * per_mass / disc.radius
+    world.turn[i].spin -= 2 * tangential * per_mass / disc.radius
 
 
 @kernel
@@ -45,10 +48,11 @@ def rub_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float)
 
     Returns the impulse along the tangent (kg px/s), and the slip before (px/s).
     """
-    disc, turn, per_mass = world.disc[i], world.turn[i], 1 / world.body[i].mass
-    slip = slip_on(disc, turn, nx, ny)
-    tangential = _tangential(slip, impulse, turn.friction * world.piece[p].friction, per_mass)
-    _give(disc, turn, nx, ny, tangential, per_mass)
+    slip, per_mass = slip_on(world, i, nx, ny), 1 / world.body[i].mass
+    if not world.is_rough:
+        return 0.0, slip
+    tangential = _tangential(slip, impulse, world.turn[i].friction * world.piece[p].friction, per_mass)
+    _rub(world, i, nx, ny, tangential, per_mass)
     return tangential, slip
 
 
@@ -57,11 +61,12 @@ def rub_discs(
     world: World, i: int, j: int, nx: float, ny: float, impulse: float, per_i: float, per_j: float
 ) -> tuple[float, float]:
     """Apply the friction of an impact of discs i and j. per_i, per_j: 1/kg; the rest as `rub_wall`."""
-    a, b, turn_a, turn_b = world.disc[i], world.disc[j], world.turn[i], world.turn[j]
-    slip = slip_on(a, turn_a, nx, ny) + slip_on(b, turn_b, -nx, -ny)
-    tangential = _tangential(slip, impulse, turn_a.friction * turn_b.friction, per_i + per_j)
-    _give(a, turn_a, nx, ny, tangential, per_i)
-    _give(b, turn_b, -nx, -ny, tangential, per_j)
+    slip = slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
+    if not world.is_rough:
+        return 0.0, slip
+    tangential = _tangential(slip, impulse, world.turn[i].friction * world.turn[j].friction, per_i + per_j)
+    _rub(world, i, nx, ny, tangential, per_i)
+    _rub(world, j, -nx, -ny, tangential, per_j)
     return tangential, slip
 
 

@@ -11,7 +11,9 @@ from sandbox.engines.exact.records import HELD, NONE
 from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
 from sandbox.engines.walls import ARENA_COUNT
 
-FACE_MARGIN: Final = 1e-9  # px past its ends that a face carries a disc: above rounding, or it would carry it again
+# How far past its ends a face carries a disc: above rounding, or it would carry it again.
+FACE_MARGIN: Final = 1e-14  # relative, of the face's coordinates
+CLOCK_MARGIN: Final = 1e-15  # relative, of the time
 
 
 @kernel
@@ -55,7 +57,8 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
         return NEVER if carried else time_to_close(off - radius, v_off, a_off)
     along, v_along, a_along = rx * tx + ry * ty, m.vx * tx + m.vy * ty, m.ax * tx + m.ay * ty
     if carried:
-        return time_to_leave(along, v_along, a_along, -FACE_MARGIN, piece.length + FACE_MARGIN)[0]
+        margin = FACE_MARGIN * (abs(piece.x) + abs(piece.y) + piece.length)
+        return time_to_leave(along, v_along, a_along, -margin, piece.length + margin)[0]
     return time_to_face(along, v_along, a_along, off, v_off, a_off, piece.length, radius + piece.half_thickness)
 
 
@@ -71,6 +74,8 @@ def predict_walls(world: World, i: int, m: Motion, now: float) -> None:
         if event.carrier not in (NONE, p) and piece[p].wall == piece[event.carrier].wall:
             continue
         time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
+        if p == event.carrier:
+            time *= 1 + CLOCK_MARGIN
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)
 

@@ -52,7 +52,7 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     """
     disc, body = world.disc[i], world.body[i]
     nx, ny, _ = normal_to(disc, world.piece[p])
-    _put_on(world, i, p, nx, ny, slip_on(disc, world.turn[i], nx, ny) if world.is_rough else 0.0, now)
+    _put_on(world, i, p, nx, ny, slip_on(world, i, nx, ny), now)
     if before == NONE:
         return
     mx, my, _ = normal_to(disc, world.piece[before])
@@ -194,23 +194,18 @@ def report_support(world: World, i: int, since: float, now: float, log: Log) -> 
     disc, event, body = world.disc[i], world.event[i], world.body[i]
     if not log.collects or event.carrier < 0:
         return
-    start, p = max(since, body.last_contact), np.int64(event.carrier)
-    slip, friction = 0.0, 0.0
+    start, rim, turning = max(since, body.last_contact), 0.0, 0.0
     if world.is_rough:
         start = max(start, world.turn[i].reported_until)
-    momentum = body.mass * (now - start)
+        rim, turning = disc.radius * rotation(world, i, start)[1], -np.sign(world.turn[i].spin_rate)
+    momentum, p = body.mass * (now - start), np.int64(event.carrier)
     if body.corner != NONE:
-        c = _corner(world, i, -np.sign(world.turn[i].spin_rate) if world.is_rough else 0.0)
-        if world.is_rough:
-            slip = disc.radius * rotation(world, i, start)[1]
-        _write_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, slip, now, log)
-        q = np.int64(body.corner)
-        _write_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, slip, now, log)
+        c, q = _corner(world, i, turning), np.int64(body.corner)
+        _write_support(world, i, p, c.nx, c.ny, momentum * c.to_n, momentum * c.friction_n, rim, now, log)
+        _write_support(world, i, q, c.mx, c.my, momentum * c.to_m, momentum * c.friction_m, rim, now, log)
         return
     nx, ny, _ = normal_to(disc, world.piece[p])
-    x, y = world.gravity[0] - body.ax, world.gravity[1] - body.ay
-    if world.is_rough:
-        friction = y * nx - x * ny
-        m, (_, spin) = motion(world, i, start), rotation(world, i, start)
-        slip = m.vy * nx - m.vx * ny + disc.radius * spin
-    _write_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), momentum * friction, slip, now, log)
+    x, y, m = world.gravity[0] - body.ax, world.gravity[1] - body.ay, motion(world, i, start)
+    friction = momentum * (y * nx - x * ny) if world.is_rough else 0.0
+    slip = m.vy * nx - m.vx * ny + rim
+    _write_support(world, i, p, nx, ny, momentum * (x * nx + y * ny), friction, slip, now, log)
