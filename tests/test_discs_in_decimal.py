@@ -4,11 +4,12 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import pytest
-from discs_in_decimal import Disc, Run, Table, Wall, run
+from discs_in_decimal import Run, run
 from roots_in_decimal import DIGITS
+from table_in_decimal import Disc, Table, Wall
 
 SIDE: Final = 1000
 CORNERS: Final = ((0, SIDE), (0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE))
@@ -23,19 +24,20 @@ Number = int | float | str | Decimal
 def disc(x: Number, y: Number, vx: Number = 0, vy: Number = 0, **more: Number) -> Disc:
     """Return a disc of 10 px, by default of 1 kg and elastic."""
     numbers = {"radius": RADIUS, "mass": 1, "elasticity": 1, "x": x, "y": y, "vx": vx, "vy": vy, **more}
-    return Disc(**{name: Decimal(value) for name, value in numbers.items()})
+    exact: dict[str, Any] = {name: Decimal(value) for name, value in numbers.items()}
+    return Disc(**exact)
 
 
 def wall(*ends: Number, thickness: Number = 0, friction: Number = 1) -> Wall:
-    return Wall(4, *map(Decimal, ends), Decimal(thickness) / 2, Decimal(1), Decimal(friction))
+    """Return an elastic wall from (x, y) to (x, y)."""
+    return Wall(4, *map(Decimal, (*ends, Decimal(thickness) / 2, 1, friction)))
 
 
 def box(*discs: Disc, walls: Sequence[Wall] = (), e: Number = 1, friction: Number = 1, gravity: int = 0) -> Table:
     """Return discs in a square arena."""
     sides = []
     for side, (start, end) in enumerate(pairwise(CORNERS)):
-        ends = map(Decimal, start + end)
-        sides.append(Wall(side, *ends, Decimal(0), Decimal(e), Decimal(friction), one_sided=True))
+        sides.append(Wall(side, *map(Decimal, (*start, *end, 0, e, friction)), one_sided=True))
     return Table(list(discs), (*sides, *walls), (Decimal(0), Decimal(gravity)))
 
 
@@ -55,7 +57,7 @@ def energy(discs: Sequence[Disc]) -> Decimal:
         return flight + sum((one.mass * one.radius**2 / 2 * one.spin**2 / 2 for one in discs), Decimal(0))
 
 
-def close(expected: float) -> object:
+def close(expected: object) -> object:
     """Equal but for the rounding of what is expected."""
     return pytest.approx(expected, rel=1e-14, abs=1e-14)
 
@@ -85,7 +87,7 @@ def test_a_disc_lies_once_infinitely_many_bounces_are_over() -> None:
     assert not bouncing.face
     for one in lying:
         assert one.face
-        assert (one.y, one.vy) == (pytest.approx(Decimal(SIDE - RADIUS)), 0)
+        assert (float(one.y), float(one.vy)) == (SIDE - RADIUS, 0)
     assert float(lying[-1].pushed_y) == close(-5 * G)
 
 
@@ -218,6 +220,22 @@ def test_a_disc_flies_off_the_end_of_a_face() -> None:
     )
     assert (float(one.x), float(one.y), float(one.vx), float(one.vy)) == close((525, 290 + G / 8, 150, G / 2))
     assert (float(one.spin), float(one.angle)) == close((15, 22.5))
+
+
+@pytest.mark.parametrize(
+    ("discs", "walls", "why"),
+    [
+        ([disc(480, 800, elasticity="0.5")], [wall(400, 800, 500, 900), wall(500, 900, 600, 800)], "in a corner"),
+        ([disc(400, 500, 99, mass=99), disc(500, 500, elasticity="0.1"), disc(540, 500, mass=99)], [], "collapse"),
+        ([disc(500, LYING), disc(500, 700, elasticity="0.5")], [], "on a disc"),
+        ([disc(500, 500, elasticity="0.5")], [wall(500, 600, 500, 900)], "on a wall's end"),
+        ([disc(500, LYING, 10), disc(400, LYING, 100), disc(600, LYING, -80)], [], "simultaneous"),
+    ],
+)
+def test_a_run_ends_before_what_it_does_not_treat(discs: list[Disc], walls: list[Wall], why: str) -> None:
+    found = played(box(*discs, walls=walls, e="0.5", gravity=G), *range(1, 5))
+    assert found.ended == why
+    assert all(contact.time < found.until for contact in found.contacts)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [("0.05", True), ("1.5", False)])

@@ -12,8 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 import pytest
 from conftest import sizes
-from discs_in_decimal import Disc, Noise, Run, Table, Wall, run
+from discs_in_decimal import Noise, Run, run
 from roots_in_decimal import DIGITS
+from table_in_decimal import Disc, Table, Wall
 
 from sandbox.engines import advance
 from sandbox.engines.exact import ExactEngine
