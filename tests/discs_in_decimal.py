@@ -193,7 +193,8 @@ def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
 
     Returns the contact; whether gravity brings the disc back to the face at once; and why the run ends, if it does.
     """
-    a, other, gravity = table.discs[meeting.first], meeting.other, table.gravity
+    a, other = table.discs[meeting.first], meeting.other
+    assert other is not None
     at, bodies = (a.x, a.y), [(a, 1)]
     touched: Disc | Wall
     if isinstance(other, int):
@@ -203,7 +204,6 @@ def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
     elif isinstance(other, Face):
         touched, x, y, number = other.wall, other.ty, -other.tx, ~other.wall.number
     else:
-        assert other
         touched, x, y, number = other.wall, other.x - a.x, other.y - a.y, ~other.wall.number
     distance = (x * x + y * y).sqrt()
     nx, ny = x / distance, y / distance
@@ -222,32 +222,38 @@ def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
     lighter = min(disc.mass for disc, _ in bodies)
     contact = Contact(table.time, meeting.first, number, at, impulse, tangential, slip, lighter)
 
-    carried = [disc.face for disc, _ in bodies]
-    for (disc, side), face in zip(bodies, carried, strict=True):
-        vx, vy = (
-            side * (impulse * nx + tangential * tx) / disc.mass,
-            side * (impulse * ny + tangential * ty) / disc.mass,
-        )
-        disc.vx -= vx
-        disc.vy -= vy
+    px, py = impulse * nx + tangential * tx, impulse * ny + tangential * ty
+    for disc, side in bodies:
+        face = disc.face
+        disc.vx -= side * px / disc.mass
+        disc.vy -= side * py / disc.mass
         disc.spin -= 2 * tangential / (disc.mass * disc.radius)
-        if not isinstance(other, int):
-            disc.pushed_x -= vx
-            disc.pushed_y -= vy
-        disc.release(gravity)
+        disc.release(table.gravity)
         if face and abs(face.into(disc.vx, disc.vy)) < TINY:
-            disc.lie(face, gravity)
-    if lies:
-        assert isinstance(other, Face)
-        a.lie(other, gravity)
-        is_in_corner = any(gap_to(a, wall) < TOUCHING for wall in table.walls if wall is not other.wall)
-        return contact, True, "in a corner" if is_in_corner else ""
+            disc.lie(face, table.gravity)
+    if not isinstance(other, int):
+        a.pushed_x -= px / a.mass
+        a.pushed_y -= py / a.mass
+    if isinstance(other, Face) and lies:
+        a.lie(other, table.gravity)
+    return contact, *what_follows(table, a, other, e * closing, pull)
+
+
+def what_follows(
+    table: Table, disc: Disc, other: int | Face | End, rebound: Decimal, pull: Decimal
+) -> tuple[bool, str]:
+    """Return whether gravity brings a disc back to a face at once; and why the run ends, if rest seems to follow.
+
+    rebound: px/s; pull: px/s², which brings it back.
+    """
     if isinstance(other, Face):
-        return contact, 2 * e * closing < BRIEF * pull, ""
-    bounce = 2 * e * closing / (gravity[0] ** 2 + gravity[1] ** 2).sqrt() if pull > TINY else NEVER
-    if isinstance(other, int):
-        return contact, False, "on a disc" if bounce < BRIEF_ON_DISC else ""
-    return contact, False, "on a wall's end" if bounce < BRIEF_ON_END else ""
+        is_in_corner = disc.face is other and any(
+            gap_to(disc, wall) < TOUCHING for wall in table.walls if wall is not other.wall
+        )
+        return 2 * rebound < BRIEF * pull, "in a corner" if is_in_corner else ""
+    gravity = (table.gravity[0] ** 2 + table.gravity[1] ** 2).sqrt()
+    shortest, end = (BRIEF_ON_DISC, "on a disc") if isinstance(other, int) else (BRIEF_ON_END, "on a wall's end")
+    return False, end if pull > TINY and 2 * rebound < shortest * gravity else ""
 
 
 class Streaks:

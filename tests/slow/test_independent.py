@@ -1,9 +1,15 @@
-"""The exact engine beside an independent program in 50 digits, in random scenes."""
+"""The exact engine beside an independent program in 50 digits, in random scenes.
+
+What is compared: places, velocities, angles, spins, what walls gave to each disc, and each contact, to 1e-9 times the
+growth of an error. A comparison ends with the scene; or at the horizon, where a few units in the last place have grown
+to a radius; or just before something that the independent program has no law for: a disc comes to rest on another, on
+the round end of a wall or in a corner, it has two contacts at once, or contacts without end (a collapse).
+"""
 
 import math
 import random
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from itertools import accumulate
@@ -187,9 +193,10 @@ class Error(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """The worst error of a scene, the number of contacts compared, and where the comparison ended."""
+    """The worst error of a scene, what was compared of its time (0 to 1) and its contacts, and where that ended."""
 
     worst: Error
+    compared: float
     contacts: int
     ended: str
 
@@ -278,6 +285,7 @@ def compare(numbers: Numbers) -> Verdict:
         ]
         return Verdict(
             max(found, default=Error(0.0, 0.0, "nothing")),
+            float(min(horizon, runs[0].until) / times[-1]),
             sum(contact.time < contacts_until for contact in runs[0].contacts),
             "at the horizon" if horizon < runs[0].until else runs[0].ended or "with the scene",
         )
@@ -339,7 +347,9 @@ def by_exact(numbers: Numbers, steps: int) -> tuple[list[Floats], Contacts]:
 
 def table_of(verdicts: Mapping[int, Verdict]) -> str:
     """Return where the comparisons ended, and the worst errors."""
-    lines = [f"{sum(verdict.contacts for verdict in verdicts.values())} contacts compared", ""]
+    contacts = sum(verdict.contacts for verdict in verdicts.values())
+    compared = sum(verdict.compared for verdict in verdicts.values()) / len(verdicts)
+    lines = [f"{contacts} contacts and {compared:.0%} of the time compared", ""]
     lines += ["comparison ended   scenes   agree   worst error, as a share of what is allowed"]
     for ended in sorted({verdict.ended for verdict in verdicts.values()}):
         some = {seed: verdict for seed, verdict in verdicts.items() if verdict.ended == ended}
@@ -349,17 +359,18 @@ def table_of(verdicts: Mapping[int, Verdict]) -> str:
     return "\n".join(lines)
 
 
+def check(seeds: Iterable[int], *, rough: bool) -> None:
+    """Compare some scenes, and print a table."""
+    verdicts = {seed: compare(draw(seed, rough=rough)) for seed in seeds}
+    print(f"\n{table_of(verdicts)}")
+    assert not {seed: verdict for seed, verdict in verdicts.items() if verdict.worst.share > 1}
+
+
 @pytest.mark.parametrize("count", sizes(24, slow=900))
 def test_exact_agrees_with_an_independent_program_in_50_digits(count: int) -> None:
-    """The comparison of a scene ends with it, or at the horizon; or before contacts without end."""
-    verdicts = {seed: compare(draw(seed, rough=False)) for seed in range(count)}
-    print(f"\n{table_of(verdicts)}")
-    assert not {seed: verdict for seed, verdict in verdicts.items() if verdict.worst.share > 1}
+    check(range(count), rough=False)
 
 
-@pytest.mark.parametrize("count", sizes(12, slow=300))
-def test_exact_agrees_with_friction_too(count: int) -> None:
-    """The comparison of a scene ends as without friction."""
-    verdicts = {seed: compare(draw(seed, rough=True)) for seed in range(count)}
-    print(f"\n{table_of(verdicts)}")
-    assert not {seed: verdict for seed, verdict in verdicts.items() if verdict.worst.share > 1}
+@pytest.mark.parametrize("count", sizes(24, slow=300))
+def test_exact_agrees_with_friction_and_spin_too(count: int) -> None:
+    check(range(count), rough=True)
