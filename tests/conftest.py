@@ -1,5 +1,6 @@
 """Fixtures and helpers that several test modules use."""
 
+import gc
 import os
 import platform
 import shutil
@@ -71,8 +72,31 @@ def no_display(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
 
 
+unfreeze = gc.unfreeze
+
+
+@pytest.fixture(scope="module")
+def _few_objects_to_collect() -> Iterator[None]:
+    """Freeze all objects once for each module, not in each window.
+
+    A window that opens looks for garbage among all objects of its process, and that of the tests has millions.
+    """
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(gc, "unfreeze", lambda: None)
+        yield
+
+
 @pytest.fixture
-def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def all_objects_to_collect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let windows look for garbage among all objects, as they do outside the tests."""
+    monkeypatch.setattr(gc, "unfreeze", unfreeze)
+
+
+@pytest.fixture
+def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_objects_to_collect: None) -> None:
     """Let windows open on a screen that is only in memory, in an empty folder."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
 

@@ -15,7 +15,7 @@ import sandbox
 
 ROOT = Path(sandbox.__file__).parent
 CACHE = Path(__file__).parents[1] / ".pytest_cache" / "kernels"
-COMPILES = re.compile(r"^from (?:numba|sandbox\.compiled) import", re.MULTILINE)
+COMPILES = re.compile(r"^from (?:numba|sandbox\.compiled) import .*\b(?:njit|kernel|entry)\b", re.MULTILINE)
 IMPORTS = re.compile(r"^from (sandbox[\w.]*) import", re.MULTILINE)
 
 

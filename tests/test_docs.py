@@ -31,6 +31,7 @@ from PIL import Image, ImageSequence
 
 from sandbox.analysis.causes import Cause
 from sandbox.bench.parts import PARTS
+from sandbox.bench.window import finer_gas
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
@@ -145,6 +146,8 @@ def test_every_command_prints_what_stands_there(
             assert not REQUIRED, f"{library} is not installed"
             pytest.skip(f"needs {library}")
     monkeypatch.setattr("sandbox.bench.parts.PARTS", {name: part._replace(rounds=1) for name, part in PARTS.items()})
+    monkeypatch.setattr("sandbox.bench.window.finer_gas", lambda n: finer_gas(n // 50))
+    monkeypatch.setattr("sandbox.bench.window.SECONDS_PER_ROUND", 0.0)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     put_files(block.page, tmp_path)

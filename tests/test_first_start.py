@@ -53,7 +53,7 @@ def small_runs() -> dict[str, str]:
     for name in FEW_BALLS:
         scene = load(name)
         for engine in ("article", "impulse"):
-            if can_run(engine, scene, spawn(scene)):
+            if can_run(engine, scene):
                 trajectory = simulate(scene, engine, steps=60)
                 found[f"{name}: {engine}"] = _hash(trajectory.position, trajectory.velocity)
     return found
@@ -125,7 +125,7 @@ for name in (*bundled(), *bundled("truths")):
     scene = load(name).changed(seconds=0.2, expect=())
     list(warnings(scene, spawn(scene)))
     names = ["pymunk", "article", "impulse", "exact"]
-    compare(scene, [name for name in names if can_run(name, scene, spawn(scene))])
+    compare(scene, [name for name in names if can_run(name, scene)])
 print(json.dumps(sorted(loaded - by_parts)))
 """
     assert json.loads(run_python(code)) == []

@@ -103,7 +103,8 @@ def test_a_user_s_mypy_sees_types(tmp_path: Path) -> None:
     (tmp_path / "right.py").write_text(USER)
     wrong = "\n".join(["import sandbox", *(line for line, _ in WRONG)])
     (tmp_path / "wrong.py").write_text(f"{wrong}\n")
-    command = [sys.executable, "-m", "mypy", "--strict", "--no-pretty", "right.py", "wrong.py"]
+    cache = Path(__file__).parents[1] / ".pytest_cache" / "mypy"
+    command = [sys.executable, "-m", "mypy", f"--cache-dir={cache}", "--strict", "--no-pretty", "right.py", "wrong.py"]
     out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout.splitlines()
     errors = [line for line in out if ": error: " in line]
     assert len(errors) == len(WRONG), out

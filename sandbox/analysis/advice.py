@@ -9,8 +9,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
-from sandbox.engines import TUNED
+from sandbox.engines import TUNED, settings_in, with_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, clock_of
@@ -175,7 +176,7 @@ def try_settings(
         raise SandboxError(
             f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another reference"
         )
-    tried = list(_changes(scene, inputs))
+    tried = list(_changes(scene, against, inputs))
     rates = dict.fromkeys(changes.get("rate", scene.rate) for changes in tried)
     trials: list[Trial] = []
     for number, rate in enumerate(rates):
@@ -189,18 +190,46 @@ def _show_part(progress: Callable[[float], object], before: float, part: float, 
     progress(before + part * done)
 
 
-def _changes(scene: Scene, inputs: Sequence[Input]) -> Iterator[Changes]:
+def _changes(scene: Scene, against: str, inputs: Sequence[Input]) -> Iterator[Changes]:
     """Yield what to change, the simplest first; of equally many changes, what costs the least time."""
     steady = {"collision_persistence": 1}
     converged = {"iterations": MORE_ITERATIONS, **steady}
     finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
     yield from ({}, steady, finer)
-    enough = needed_rate(scene, spawn(scene))
-    for rate in sorted({FINER_STEPS * scene.rate} | ({enough} if enough else set())):
+    for rate in _rates(scene, against):
         highest = max([scene.rate, *(one.rate for one in inputs if isinstance(one, SetRate))]) * rate / scene.rate
         if highest <= MAX_COUNT and rate * scene.seconds <= MAX_STEPS:
             yield {"rate": rate}
     yield from ({"iterations": MORE_ITERATIONS}, converged, finer | converged)
+
+
+def _rates(scene: Scene, against: str) -> list[int]:
+    """Return the rates to try: a finer one, and the one that `check` names.
+
+    A reference that takes steps must take the same ones at each rate, see `_reference_at`: the next higher rate that
+    allows this is tried instead, or none.
+    """
+    enough = needed_rate(scene, spawn(scene))
+    rates = {FINER_STEPS * scene.rate} | ({enough} if enough else set())
+    if against != REFERENCE:
+        total = _substeps(scene, against) * scene.rate  # steps of the reference per second
+        counts = (next((k for k in range(total // rate, 0, -1) if total % k == 0), None) for rate in rates)
+        rates = {total // k for k in counts if k}
+    return sorted(rates)
+
+
+def _substeps(scene: Scene, engine: str) -> int:
+    """Return the number of substeps of an engine: 1 unless it is Pymunk."""
+    name, settings = settings_in(engine)
+    return int(settings.get("substeps", scene.pymunk.substeps)) if name == TUNED else 1
+
+
+def _reference_at(rate: int, scene: Scene, against: str) -> str:
+    """Return the reference for trials of a rate. Pymunk has as many substeps as it takes to have the same steps."""
+    if rate == scene.rate or against == REFERENCE:
+        return against
+    name, settings = settings_in(against)
+    return with_settings(name, settings | {"substeps": _substeps(scene, against) * scene.rate // rate})
 
 
 def _run_together(
@@ -212,16 +241,11 @@ def _run_together(
     progress: Callable[[float], object] | None,
 ) -> Iterator[Trial]:
     """Run trials of one rate in one comparison."""
-    names = [_engine({key: value for key, value in changes.items() if key != "rate"}) for changes in group]
-    inputs = at_rate(inputs, scene.rate, rate)
+    names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
+    inputs, against = at_rate(inputs, scene.rate, rate), _reference_at(rate, scene, against)
     comparison = compare(scene.changed(rate=rate), [*names, against], against=against, inputs=inputs, progress=progress)
     for changes, name in zip(group, names, strict=True):
         yield _trial(comparison, name, changes)
-
-
-def _engine(settings: Changes) -> str:
-    """Return the name of Pymunk with settings."""
-    return f"{TUNED}({', '.join(f'{key}={value}' for key, value in settings.items())})" if settings else TUNED
 
 
 def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
@@ -299,7 +323,7 @@ def _described(trial: Trial, now: Trial) -> str:
 
 
 def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
-    """Return what `--json` writes of trials; nothing if there are none."""
+    """Return what `--json` writes about trials; an empty dictionary if nothing was tried."""
     if not trials:
         return {}
     best = advised(trials)

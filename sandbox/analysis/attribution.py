@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
-from sandbox.state import Bools, Floats, Integers
+from sandbox.scene.model import Scene
+from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
 BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
@@ -40,7 +41,10 @@ FINDING: Final = np.dtype(
     [
         ("cause", "i8"),  # of the contact's largest error; ROUNDING if it has none
         ("momentum_error", "f8"),  # kg px/s between the momentum that it moved and what it should have moved
-        ("displacement_error", "f8"),  # px between where it put the balls and where they should be
+        (
+            "displacement_error",
+            "f8",
+        ),  # px from where it put a ball to where that should be, the larger of both
         ("approach", "f8"),  # px/s along the normal as found, negative if the two separate
         ("approach_after", "f8"),  # px/s
         ("expected_impulse", "f8"),  # kg px/s
@@ -50,7 +54,7 @@ FINDING: Final = np.dtype(
         ("depth", "f8"),  # px, overlap when it was found: as reported, or as the places show if they contradict
         ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
         ("unexplained", "f8", (2, 2)),  # px/s by which both velocities changed besides the only impulse
-        ("free_flight", "f8"),  # s that both had flown undisturbed, at most MAX_TRACE_STEPS
+        ("free_flight", "f8"),  # s that both had flown undisturbed
         ("before", "f8", (2, 2)),  # px/s of first and second
         ("after", "f8", (2, 2)),  # px/s of first and second
     ]
@@ -58,17 +62,24 @@ FINDING: Final = np.dtype(
 Findings = NDArray[np.void]
 
 
+def pair_friction(scene: Scene, contacts: Contacts) -> Floats:
+    """Return the friction of each contact, the product of the two factors: (contacts,)."""
+    walls = [scene.arena.friction] * ARENA_COUNT + [wall.friction for wall in scene.walls]
+    factors = np.concatenate([scene.bodies.friction, walls[::-1]])  # so that wall w is number ~w
+    product: Floats = factors[contacts["first"]] * factors[contacts["second"]]
+    return product
+
+
 class SceneConstants(NamedTuple):
     """A scene's balls and walls, and an engine's flight.
 
-    wall: (m, 8), direction of the segment, half the thickness (px), elasticity, friction, start (px), length (px);
+    wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs.
     """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
-    friction: Floats
     wall: Floats
     gravity: tuple[float, float]
     fall: tuple[float, float]
@@ -104,7 +115,7 @@ class Block(NamedTuple):
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
     second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,),
-    whether it was resolved together with another of its balls.
+    whether it was resolved together with another of its balls; friction: (contacts,), the product of its two factors.
     """
 
     energy: Floats
@@ -118,6 +129,7 @@ class Block(NamedTuple):
     line_before: Floats
     line_after: Floats
     shared: Bools
+    friction: Floats
 
 
 @kernel
@@ -174,18 +186,10 @@ def _pair_constants(constants: SceneConstants, contact: Record) -> tuple[float, 
 def line_to_wall(constants: SceneConstants, w: int, x: float, y: float) -> tuple[float, float]:
     """Return the vector from a point to a wall's centre line, or to a face of the arena, px."""
     wall = constants.wall[w]
-    along = (x - wall[5]) * wall[0] + (y - wall[6]) * wall[1]
+    along = (x - wall[4]) * wall[0] + (y - wall[5]) * wall[1]
     if w >= ARENA_COUNT:
-        along = min(max(along, 0.0), wall[7])
-    return wall[5] + along * wall[0] - x, wall[6] + along * wall[1] - y
-
-
-@kernel
-def friction_of(constants: SceneConstants, contact: Record) -> float:
-    """Return the friction of a contact: the product of the two factors."""
-    other = constants.friction[contact.second] if contact.second >= 0 else constants.wall[~contact.second, 4]
-    product: float = constants.friction[contact.first] * other
-    return product
+        along = min(max(along, 0.0), wall[6])
+    return wall[4] + along * wall[0] - x, wall[5] + along * wall[1] - y
 
 
 @kernel
@@ -214,7 +218,8 @@ def _check_geometry(
     finding, nx, ny, depth = block.findings[k], contact.normal[0], contact.normal[1], contact.depth
     lx, ly = block.line[k, 0], block.line[k, 1]
     distance = math.hypot(lx, ly)
-    if contact.second < 0 and contact.second >= -ARENA_COUNT:
+    of_arena = -ARENA_COUNT <= contact.second < 0
+    if of_arena:
         wall = ~contact.second
         outward = -1.0 if wall < 2 else 1.0
         ax, ay = (outward, 0.0) if wall % 2 == 0 else (0.0, outward)
@@ -229,7 +234,6 @@ def _check_geometry(
         if ball >= 0:
             slack += math.hypot(unexplained.place[ball, 0], unexplained.place[ball, 1])
             alone = alone and unexplained.contacts[ball] == 1
-    of_arena = contact.second < 0 and contact.second >= -ARENA_COUNT
     in_line, found_there = False, False
     for lines in (block.line, block.line_after, block.line_before):
         there = math.hypot(lines[k, 0], lines[k, 1])
@@ -264,15 +268,14 @@ def _trace_back(
     speed = wx * nx + wy * ny
     if abs(depth) <= NEGLIGIBLE * reach or speed <= 0:
         return 0.0, speed, nx, ny
-    j = contact.second
+    j, longest = contact.second, min(finding.free_flight, MAX_TRACE_STEPS * constants.dt) * (1 + NEGLIGIBLE)
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
         acceleration = constants.fall[0] * nx + constants.fall[1] * ny
         delay, then = _first_touch_of_face(depth, speed, acceleration)
-        in_flight = delay <= finding.free_flight * (1 + NEGLIGIBLE)
-        return (delay, then, nx, ny) if in_flight else (0.0, speed, nx, ny)
+        return (delay, then, nx, ny) if delay <= longest else (0.0, speed, nx, ny)
     apart = reach - depth
     delay, tx, ty = _first_touch(apart * nx, apart * ny, wx, wy, reach)
-    if delay > finding.free_flight * (1 + NEGLIGIBLE):
+    if delay > longest:
         return 0.0, speed, nx, ny
     return delay, max(wx * tx + wy * ty, 0.0), tx, ty
 
@@ -303,7 +306,7 @@ def attribute_velocity(
 
     The impulse that acted on each ball is the reported one and this. If both had the same, and it has the size of the
     reported impulse, or obeys the law of restitution along its own direction, it acted along another normal.
-    Returns the error's cause, ROUNDING if there is none, and its size, kg px/s.
+    Returns the error's cause, or ROUNDING if the contact has no such error, and its size, kg px/s.
     """
     finding, i, j = block.findings[k], contact.first, contact.second
     owns_second = j >= 0 and unexplained.owner[j] == k
@@ -327,7 +330,7 @@ def attribute_velocity(
     slight = 10 * NEGLIGIBLE * (abs(impulse) + math.hypot(wx, wy) / (per_i + per_j))
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
-    friction = friction_of(constants, contact)
+    friction = block.friction[k]
     cause = Cause.VELOCITY if alone else Cause.UNKNOWN
     if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
         if constants.together or not alone or part <= friction * abs(impulse) + slight:
@@ -383,17 +386,20 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> 
 
 @kernel
 def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether two bodies that touched shortly before meet again by no more than gravity's pull since then.
+    """Return whether two bodies that touched shortly before meet again, and part, by no more than gravity's pull.
 
-    A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce.
+    A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce, unless it is
+    found late.
     """
     nx, ny = contact.normal[0], contact.normal[1]
     pull, bounced = math.hypot(constants.fall[0], constants.fall[1]), 0.0
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
-        bounced = BOUNCED * pull * finding.free_flight
-    shortly: bool = finding.free_flight < MAX_TRACE_STEPS * constants.dt
-    return shortly and pull > 0 and bounced <= finding.approach <= 2 * pull * constants.dt
+        if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
+            bounced = BOUNCED * pull * finding.free_flight
+    shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
+    slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
+    return shortly and pull > 0 and bounced <= finding.approach <= slow and abs(finding.approach_after) <= slow
 
 
 @kernel
@@ -622,7 +628,7 @@ def attribute_displacement(
     last: (n,) each ball's last contact; before: (n, 2) px, positions at the start of the step.
     """
     finding, nx, ny = block.findings[k], contact.normal[0], contact.normal[1]
-    energy = energy_expected = put_back = moved = finding.displacement_error = 0.0
+    energy = energy_expected = put_back = moved = error = finding.displacement_error = 0.0
     mends = True
     for side in range(2):
         ball = contact.first if side == 0 else contact.second
@@ -641,16 +647,17 @@ def attribute_displacement(
         energy_expected -= constants.mass[ball] * (
             constants.gravity[0] * expected_x + constants.gravity[1] * expected_y
         )
-        finding.displacement_error += math.hypot(x - expected_x, y - expected_y)
+        off = math.hypot(x - expected_x, y - expected_y)
+        error, finding.displacement_error = error + off, max(finding.displacement_error, off)
         put_back -= sign * (x * nx + y * ny)
         by = math.hypot(x, y)
         moved += by
         if by > NEGLIGIBLE * constants.radius[ball]:
             mends = mends and mends_overlap(constants, unexplained, before, ball, by)
-    cause = _cause_of_displacement(constants, block, k, contact, unexplained, put_back, moved, mends)
+    cause = _cause_of_displacement(constants, block, k, contact, unexplained, error, put_back, moved, mends)
     is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
-    enter(block, cause, energy - energy_expected, 0.0, finding.displacement_error if is_error else 0.0)
+    enter(block, cause, energy - energy_expected, 0.0, error if is_error else 0.0)
     if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):
         finding.cause = cause
 
@@ -662,17 +669,17 @@ def _cause_of_displacement(
     k: int,
     contact: Record,
     unexplained: Unexplained,
+    error: float,
     put_back: float,
     moved: float,
     mends: bool,
 ) -> int:
     """Return why a contact displaced its balls wrongly.
 
-    put_back: px along the normal, away from the other body; moved: px, of both together; mends: whether overlaps are
-    deep enough for that.
+    error: px, of both together; put_back: px along the normal, away from the other body; moved: px, of both together;
+    mends: whether overlaps are deep enough for that.
     """
-    finding = block.findings[k]
-    error, slight = finding.displacement_error, NEGLIGIBLE * constants.radius[contact.first]
+    finding, slight = block.findings[k], NEGLIGIBLE * constants.radius[contact.first]
     fall = math.hypot(constants.fall[0], constants.fall[1])
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
     _, _, _, reach = _pair_constants(constants, contact)

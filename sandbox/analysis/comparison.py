@@ -12,11 +12,10 @@ from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
 from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
-from sandbox.run.edits import Edit
+from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.state import Floats, States
 from sandbox.text import csv_text
 
@@ -30,8 +29,8 @@ class Comparison:
     """Several engines' runs of one scene.
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
-    there; time: (steps + 1,) s; horizon, undecided, unresolved, tied: until when the reference means anything, as in
-    `Trust`; stride: steps between two frames of the runs' paths; inputs: replayed into all engines.
+    there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
+    runs' paths; inputs: replayed into all engines.
     """
 
     scene: Scene
@@ -39,19 +38,26 @@ class Comparison:
     since: float
     time: Floats
     runs: dict[str, Run]
-    horizon: float | None
-    undecided: float | None
-    unresolved: float | None
-    tied: tuple[int, int] | None
+    trust: Trust
     stride: int
     inputs: tuple[Input, ...]
 
     notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     @property
-    def trust(self) -> Trust:
-        """Until when the reference means anything, and why no longer."""
-        return Trust(self.horizon, self.undecided, self.unresolved, self.tied)
+    def horizon(self) -> float | None:
+        """When rounding errors have grown to a ball's radius, s; None if they do not within the run."""
+        return self.trust.horizon
+
+    @property
+    def undecided(self) -> float | None:
+        """When contacts are simultaneous and no law says which comes first, s; None if none are."""
+        return self.trust.undecided
+
+    @property
+    def unresolved(self) -> float | None:
+        """When the reference's treatment of a heap begins to matter, s; None if it does not."""
+        return self.trust.unresolved
 
     @property
     def trusted_until(self) -> float | None:
@@ -89,19 +95,30 @@ class Comparison:
     def exceeded_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
     ) -> Iterator[str]:
-        """Report each limit that an engine exceeds: by how much, and since when."""
+        """Report each limit that an engine exceeds: by how much, and since when.
+
+        Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
+        """
+        if list(self.runs) == [self.against] and (max_gap is not None or max_energy_error is not None):
+            raise SandboxError(
+                f"only {self.against} took part, so it has no gap and no energy error to limit: "
+                "these are measured against another engine"
+            )
         for name, run in self.runs.items():
-            drift = np.abs(run.energy / run.energy[0] - 1) if run.energy[0] else np.zeros(1)
-            error = np.nan_to_num(np.abs(run.energy_gap))
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
-                ("drift", max_drift, drift, ""),
-                ("energy error", max_energy_error, error, ""),
+                ("drift", max_drift, np.abs(run.energy / (run.energy[0] or np.nan) - 1), ""),
+                ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
-                if limit is not None and values.max() > limit:
+                if limit is None:
+                    continue
+                if np.isnan(values[1:]).all():
+                    why = f"{self.against} means nothing from the start" if run.energy[0] else "its energy starts at 0"
+                    raise SandboxError(f"{name}: there is no {what} to compare with the limit of {limit:g}: {why}")
+                if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
                     yield (
-                        f"{name}: {what} {values.max():.6g}{unit} exceeds the limit of {limit:g}{unit}, "
+                        f"{name}: {what} {np.nanmax(values):.6g}{unit} exceeds the limit of {limit:g}{unit}, "
                         f"first at {since:.3f} s"
                     )
 
@@ -142,22 +159,22 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene),
-    and "exact" or, if it cannot run the scene, Pymunk with many substeps and iterations; against: the engine that the
-    others are measured against, by default "exact" if it takes part, else the last; inputs: recorded inputs to replay;
-    progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
-    follows the last edit.
+    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
+    with its edits), and "exact" or, if that cannot, Pymunk with many substeps and iterations; against: the engine that
+    the others are measured against, by default "exact" if it takes part, else the last; inputs: recorded inputs to
+    replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
+    covers what follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
     """
     if isinstance(engines, str):
         raise SandboxError(f"engines must be a list of names, got {engines!r}")
-    names = list(engines) if engines else _default_names(scene)
+    steps = clock_of(scene.rate, inputs).step(scene.seconds)
+    names = list(engines) if engines else _default_names(scene, [one for one in inputs if one.step < steps])
     against = against or reference_of(names)
     if against not in names:
         hint = suggestion(against, names)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
     lockstep = Lockstep(scene, names, inputs)
-    steps = clock_of(scene.rate, inputs).step(scene.seconds)
     segment = _Segment(lockstep, names, against, steps)
     while lockstep.steps < steps:
         lockstep.apply_due()
@@ -204,7 +221,7 @@ def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     if engine == reference.engine:
         time, stride = np.arange(scene.steps + 1) / scene.rate, _path_stride(scene, scene.steps)
-        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, *reference.trust, stride, ())
+        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.trust, stride, ())
     return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
 
 
@@ -346,7 +363,7 @@ class _Segment:
             for name, measurement in self.measurements.items()
         }
         time = np.arange(self.steps + 1) / self.scene.rate
-        return Comparison(self.scene, self.against, self.since, time, runs, *trust, self.stride, inputs)
+        return Comparison(self.scene, self.against, self.since, time, runs, trust, self.stride, inputs)
 
 
 def _path_stride(scene: Scene, steps: int) -> int:
@@ -354,6 +371,6 @@ def _path_stride(scene: Scene, steps: int) -> int:
     return max(1, 8 * len(scene.bodies) * (steps + 1) // MAX_PATH_BYTES)
 
 
-def _default_names(scene: Scene) -> list[str]:
-    initial = spawn(scene)
-    return [*default_engines(scene, initial), best_reference(scene, initial)]
+def _default_names(scene: Scene, inputs: Sequence[Input]) -> list[str]:
+    scenes = list(edited_scenes(scene, inputs))
+    return [*default_engines(*scenes), best_reference(*scenes)]

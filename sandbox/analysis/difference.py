@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     DISORDERED,
@@ -36,7 +36,7 @@ from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
@@ -72,10 +72,16 @@ class Difference:
     second: int | None  # ball, or ~wall; None of a flight
     cause: Cause
     because: str  # a sentence
+    in_reference: bool  # whether the error is the reference's
     before: Velocities | None  # px/s of the ball or balls in the engine; None if missing
     after: Velocities | None
     should_before: Velocities | None  # in the reference; None if extra
     should_after: Velocities | None
+
+    @property
+    def cause_label(self) -> str:
+        """The cause in words, and whose it is if it is not the engine's."""
+        return f"{self.cause.label}, in the reference" if self.in_reference else self.cause.label
 
 
 def pair_name(scene: Scene, contact: Difference | Passage) -> str:
@@ -106,10 +112,11 @@ class Place(NamedTuple):
 
 
 class Reason(NamedTuple):
-    """Why a contact differs."""
+    """Why a contact differs. The fields are those of `Difference`."""
 
     cause: Cause
-    because: str  # a sentence
+    because: str
+    in_reference: bool = False
 
 
 class Error(NamedTuple):
@@ -137,12 +144,12 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     if not places:
         return matches.displacements()
     origin, reason = matches.origin(places[0])
-    follows = Reason(reason.cause, f"The balls have been on other courses since {origin.time:.3f} s.")
+    follows = reason._replace(because=f"The balls have been on other courses since {origin.time:.3f} s.")
     others = places[1:] if origin == places[0] else places
     led_on = matches.led_on(origin)
     differing = [matches.difference(origin, reason)]
     for place in others:
-        reason = matches.own_reason(place) or (follows if led_on(place) else matches.reason(place))
+        reason = matches.own_reason(place) or (follows if led_on(place) else matches.origin(place)[1])
         differing.append(matches.difference(place, reason))
     return tuple(differing)
 
@@ -224,16 +231,12 @@ class _Matches:
             return place, Reason(Cause.UNCONVERGED, UNCONVERGED)
         error = self._first_error(self.own, place)
         if error is None or error.of_position:
-            wrong = self._reason_in_reference(place)
-            if wrong and self._is_further_off(place) and (error is None or not wrong.of_position):
-                return place, wrong.reason
+            wrong = self._error_of_reference(place)
+            if wrong and (error is None or not wrong.of_position):
+                return place, _in_reference(wrong.reason)
         if error is None:
             return place, self._reason_elsewhere(place)
         return (place if error.contact < 0 else self._displacement_at(error.contact)), error.reason
-
-    def reason(self, place: Place) -> Reason:
-        """Find why a contact differs, wherever that begins."""
-        return self.origin(place)[1]
 
     def led_on(self, origin: Place) -> Callable[[Place], bool]:
         """Return a function that tells whether a place has a ball that an origin can have led to another course."""
@@ -256,10 +259,11 @@ class _Matches:
         errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
         if errors:
             return min(errors)
-        rough = [k for k in contacts if _friction(self.scene, record.contacts[k]) > 0]
-        if not rough:
+        influential = record.contacts[contacts]
+        rough = influential[pair_friction(self.scene, influential) > 0]
+        if not len(rough):
             return None
-        contact = record.contacts[rough[0]]
+        contact = rough[0]
         reason = Reason(Cause.FRICTION, WITH_FRICTION)
         return Error(False, float(contact["time"]), int(contact["first"]), -1, reason)
 
@@ -312,7 +316,7 @@ class _Matches:
         """Find why a contact differs of which the engine's own run shows no error, nor before it."""
         passage = self._passage(self.reference, place.time, *self._bodies(place))
         if place.kind == Kind.EXTRA and passage:
-            return Reason(Cause.MISSED, f"{WRONG_REFERENCE} {explain_passage(self.scene, passage)}")
+            return _in_reference(Reason(Cause.MISSED, explain_passage(self.scene, passage)))
         if place.kind == Kind.MISSING:
             return self._why_missing(place)
         if place.kind == Kind.ORDER and self.own.findings["delay"][place.own] > 0:
@@ -322,26 +326,23 @@ class _Matches:
         mistimed = place.own >= 0 and self.own.findings["cause"][place.own] in (Cause.LATE, Cause.EARLY)
         return self._reason_of(place.own) if mistimed else Reason(Cause.UNKNOWN, NO_CAUSE)
 
-    def _reason_in_reference(self, place: Place) -> Error | None:
-        """Return the reference's error if the reason lies in its contact, or else the first before it."""
+    def _error_of_reference(self, place: Place) -> Error | None:
+        """Return the reference's error in its contact at a place, or else the first before it.
+
+        Returns None if its contact puts the balls less wrongly than the engine's own, or if no cause is known: what is
+        not understood convicts nobody.
+        """
         error = self._first_error(self.reference, place)
         if place.reference >= 0:
             contact, finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
+            if place.own >= 0 and finding["displacement_error"] < self.own.findings["displacement_error"][place.own]:
+                return None
             at = (float(contact["time"]), int(contact["first"]), place.reference)
             if self._explains(contact, finding, place.size):
                 error = Error(False, *at, Reason(Cause(finding["cause"]), explain(self.scene, contact, finding)))
             elif _has_unconverged_neighbour(self.reference, contact):
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
-        if error is None:
-            return None
-        return error._replace(reason=Reason(error.reason.cause, f"{WRONG_REFERENCE} {error.reason.because}"))
-
-    def _is_further_off(self, place: Place) -> bool:
-        """Return whether the reference's contact puts its balls no less wrongly than the engine's own."""
-        if place.own < 0 or place.reference < 0:
-            return True
-        own, reference = self.own.findings[place.own], self.reference.findings[place.reference]
-        return bool(reference["displacement_error"] >= own["displacement_error"])
+        return None if error is None or error.reason.cause == Cause.UNKNOWN else error
 
     def _other_time(self, place: Place) -> Reason | None:
         """Return the reason if balls that overlap are parted at another time, on another normal."""
@@ -415,6 +416,11 @@ class _Matches:
         return finding["cause"] != Cause.ROUNDING and not left_at_rest and finding["momentum_error"] / lighter >= needed
 
 
+def _in_reference(reason: Reason) -> Reason:
+    """Return a reason that lies in the reference."""
+    return Reason(reason.cause, f"{WRONG_REFERENCE} {reason.because}", in_reference=True)
+
+
 def _influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[dict[int, float], list[int]]:
     """Return which balls can have led to what some bodies do at a time (s), each with the time up to which it can have.
 
@@ -460,15 +466,6 @@ def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> 
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
             yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
-
-
-def _friction(scene: Scene, contact: np.void) -> float:
-    """Return the friction of a contact: the product of the two factors."""
-    friction, second = scene.bodies.friction, int(contact["second"])
-    if second >= 0:
-        return float(friction[contact["first"]] * friction[second])
-    wall = ~second - len(ARENA_WALLS)
-    return float(friction[contact["first"]] * (scene.walls[wall] if wall >= 0 else scene.arena).friction)
 
 
 def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:

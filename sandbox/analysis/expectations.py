@@ -8,7 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.quantity import deepest_overlap, energy, length, momentum, outside, segment_distance
+from sandbox.analysis.tunnelling import wall_distance
+from sandbox.quantity import deepest_overlap, energy, length, momentum
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
 from sandbox.state import Floats, State
@@ -206,9 +207,7 @@ def _energy(scene: Scene, state: State) -> float:
 def _overlap(scene: Scene, position: Floats) -> float:
     """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
     radius = scene.bodies.radius
-    at_walls = (radius + wall.thickness / 2 - segment_distance(position, wall.start, wall.to) for wall in scene.walls)
-    depths = (radius + outside(position, scene.arena.size), *at_walls)
-    return max(deepest_overlap(position, radius)[0], *(float(depth.max()) for depth in depths))
+    return max(deepest_overlap(position, radius)[0], float((radius - wall_distance(scene, position)).max()))
 
 
 def relative_error(score: Score) -> float:

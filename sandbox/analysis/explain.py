@@ -30,11 +30,11 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
         return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
-        Cause.PLACED: f"The contact left balls {off} from where it should, though there was no overlap to mend.",
+        Cause.PLACED: f"The contact left a ball {off} from where it should be, though there was no overlap to mend.",
         Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
         Cause.UNKNOWN: _explain_unknown(finding),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
-        Cause.PUSHED: f"The two were pushed apart, and are {off} from where they should be.",
+        Cause.PUSHED: f"The two were pushed apart, and are up to {off} from where they should be.",
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
         Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at what was parting.",
         Cause.UNCONVERGED: UNCONVERGED,

@@ -16,7 +16,6 @@ import numpy as np
 
 from sandbox.analysis.attribution import (
     FINDING,
-    MAX_TRACE_STEPS,
     Block,
     Findings,
     SceneConstants,
@@ -27,11 +26,12 @@ from sandbox.analysis.attribution import (
     enter,
     line_to_wall,
     mends_overlap,
+    pair_friction,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening
+from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import Record, entry, kernel
-from sandbox.quantity import length, outside, segment_distance
+from sandbox.quantity import length
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
@@ -138,7 +138,7 @@ def _fly_to_contacts(
             unexplained.partner[j] = i
             _fly(constants, scratch, j, within[k])
             since = max(since, touched[j])
-        block.findings[k].free_flight = min(contacts[k].time - since, MAX_TRACE_STEPS * constants.dt)
+        block.findings[k].free_flight = contacts[k].time - since
 
 
 @kernel
@@ -476,7 +476,6 @@ class Ledger:
             bodies.radius,
             bodies.mass,
             bodies.elasticity,
-            bodies.friction,
             _wall_constants(scene),
             gravity,
             gravity,
@@ -524,7 +523,8 @@ class Ledger:
             moved = self._resolved_next(velocity, contacts, step_of, within)
             step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if not self._steps:
-            self._touched[_at_a_wall(self._scene, position[0])] = 0.0
+            at_wall = wall_distance(self._scene, position[0]) <= self._constants.radius * (1 + NEGLIGIBLE)
+            self._touched[at_wall] = 0.0
         if self._off_parabola is None:
             self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
@@ -540,6 +540,7 @@ class Ledger:
             line_before=np.empty((len(contacts), 2)),
             line_after=np.empty((len(contacts), 2)),
             shared=np.zeros(len(contacts), np.bool_),
+            friction=pair_friction(self._scene, contacts),
         )
         replayed = _replay(
             self._constants,
@@ -659,14 +660,6 @@ class Ledger:
         )
 
 
-def _at_a_wall(scene: Scene, position: Floats) -> Bools:
-    """Return which balls touch a wall, (n,). position: (n, 2) px."""
-    room = -outside(position, scene.arena.size)
-    for wall in scene.walls:
-        room = np.minimum(room, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
-    return np.asarray(room <= scene.bodies.radius * (1 + NEGLIGIBLE))
-
-
 def steps_containing(time: Floats, rate: int) -> Integers:
     """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
     step = np.ceil(time * rate - NEGLIGIBLE).astype(np.int64)
@@ -674,16 +667,16 @@ def steps_containing(time: Floats, rate: int) -> Integers:
 
 
 def _wall_constants(scene: Scene) -> Floats:
-    """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 8)."""
+    """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 7)."""
     (width, height), arena = scene.arena.size, scene.arena
     ends = [((0, 0), (0, height)), ((0, 0), (width, 0)), ((width, 0), (width, height)), ((0, height), (width, height))]
-    walls = [(*line, 0.0, arena.elasticity, arena.friction) for line in ends]
-    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
+    walls = [(*line, 0.0, arena.elasticity) for line in ends]
+    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
     rows = []
-    for start, to, half_thickness, elasticity, friction in walls:
+    for start, to, half_thickness, elasticity in walls:
         size = math.dist(start, to)
         along = ((to[0] - start[0]) / size, (to[1] - start[1]) / size)
-        rows.append((*along, half_thickness, elasticity, friction, *start, size))
+        rows.append((*along, half_thickness, elasticity, *start, size))
     return np.array(rows, float)
 
 
@@ -694,15 +687,17 @@ def _engine_gravity(
 
     Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
     gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall
-    too much or too little, or with substeps a whole part of that. Returns None if too few balls fly in the block.
+    too much or too little, or with substeps a whole part of that. A step after a contact does not count: in it, a
+    solver may still push the balls apart. Returns None if no ball flies in the block.
     """
     dt, gravity, still = 1 / scene.rate, np.array(scene.gravity, float), np.zeros(2)
     if not gravity.any():
         return gravity, still
     flying = np.ones((len(position) - 1, position.shape[1]), bool)
-    flying[step_of - 1, contacts["first"]] = False
     between = contacts["second"] >= 0
-    flying[step_of[between] - 1, contacts["second"][between]] = False
+    for step in (step_of, np.minimum(step_of + 1, len(flying))):
+        flying[step - 1, contacts["first"]] = False
+        flying[step[between] - 1, contacts["second"][between]] = False
     steps, balls = np.nonzero(flying)
     if not len(steps):
         return None

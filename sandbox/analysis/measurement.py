@@ -9,17 +9,17 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS
+from sandbox.analysis.attribution import pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
-from sandbox.analysis.ties import SIMULTANEOUS
+from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import dot, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
-from sandbox.scene.model import ARENA_WALLS, Expect, Scene
+from sandbox.scene.model import Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -214,8 +214,8 @@ class Measurement:
         final = self._final
         trusted = math.inf if trusted_until is None else trusted_until
         apart = self._apart if self._apart is not None and self._apart < trusted else None
-        known = min(final.time, trusted - SIMULTANEOUS)  # up to here, contacts can be compared
-        until = min(final.time if apart is None else apart, trusted - MAX_TRACE_STEPS / scene.rate - SIMULTANEOUS)
+        until, known = comparable_until(trusted, final.time, scene.rate)
+        until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
         differing = differences(scene, record, reference, until, known) if reference else ()
@@ -290,8 +290,7 @@ class Measurement:
         unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
         step = np.clip(steps_containing(at_wall["time"], scene.rate), 1, steps) - 1
         np.add.at(unexplained, step, at_wall["impulse"][:, None] * at_wall["normal"])
-        walls = np.array([scene.arena.friction] * len(ARENA_WALLS) + [wall.friction for wall in scene.walls])
-        rubs = scene.bodies.friction[at_wall["first"]] * walls[~at_wall["second"]] > 0
+        rubs = pair_friction(scene, at_wall) > 0
         for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
             unexplained[k] = dot(unexplained[k], normal) * normal
         if self.runner.infers_impulses:

@@ -8,9 +8,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
-from sandbox.engines import TUNED, Engine, can_run, settings_in
+from sandbox.engines import TUNED, Engine, can_run, settings_in, with_settings
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
@@ -28,15 +29,18 @@ PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, an
 RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
 
 
-def best_reference(scene: Scene, initial: State) -> str:
-    """Return the engine to measure others against: the exact one or, if it cannot run the scene, a converged one."""
-    return REFERENCE if can_run(REFERENCE, scene, initial) else converged(scene)
+def best_reference(scene: Scene, *edited: Scene) -> str:
+    """Return the engine to measure others against: the exact one, or a converged one if it cannot run all scenes.
+
+    edited: the scene after each edit.
+    """
+    return REFERENCE if can_run(REFERENCE, scene, *edited) else converged(scene)
 
 
 def converged(scene: Scene) -> str:
     """Return Pymunk with settings so fine that little would change if they were finer still."""
     substeps = FINER_SUBSTEPS * scene.pymunk.substeps
-    return f"{TUNED}(substeps={substeps}, iterations={MANY_ITERATIONS}, collision_persistence=1)"
+    return with_settings(TUNED, {"substeps": substeps, "iterations": MANY_ITERATIONS, "collision_persistence": 1})
 
 
 def described(engine: str) -> str:
@@ -55,16 +59,26 @@ def reference_of(engines: Sequence[str]) -> str:
     return REFERENCE if REFERENCE in engines else engines[-1]
 
 
+def comparable_until(trusted: float, end: float, rate: int) -> tuple[float, float]:
+    """Return until when another engine can first differ from the reference, and until when its contacts are known, s.
+
+    trusted: s, when the reference's paths first mean nothing, inf if they do to the end; end: s, of what has run; rate:
+    steps per second. A contact found late is traced back by up to MAX_TRACE_STEPS.
+    """
+    known = trusted - SIMULTANEOUS
+    return min(end, known - MAX_TRACE_STEPS / rate), min(end, known)
+
+
 class Trust(NamedTuple):
     """Until when the paths of the reference mean anything: three times, s, each None if that is to the end.
 
-    tied: the two bodies (balls, or ~walls) of which the order is undecided.
+    tied: the two bodies (balls, or ~walls) of which the order is undecided, and the ball that they touch.
     """
 
     horizon: float | None = None
     undecided: float | None = None
     unresolved: float | None = None
-    tied: tuple[int, int] | None = None
+    tied: tuple[int, int, int] | None = None
 
     @property
     def until(self) -> float | None:
@@ -154,7 +168,7 @@ class Twins:
         if not ties:
             return Trust(self._horizon, None, self._unresolved)
         time, *tied = min(ties)
-        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1]))
+        return Trust(self._horizon, time, self._unresolved, (tied[0], tied[1], tied[2]))
 
     def _is_away(self, original: States, twin: States) -> Bools:
         """Return whether a ball is more than its radius away, (steps,)."""

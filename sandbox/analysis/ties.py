@@ -16,11 +16,12 @@ ORDER_MATTERS: Final = 1e-3  # share of the impulses on a ball by which their su
 
 
 class Tie(NamedTuple):
-    """Two bodies (balls, or ~walls) that touch a third at the same time (s)."""
+    """Two bodies (balls, or ~walls) that touch a ball at the same time (s)."""
 
     time: float
     first: int
     second: int
+    ball: int
 
 
 class _Touch(NamedTuple):
@@ -31,7 +32,7 @@ class _Touch(NamedTuple):
 
 
 def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie | None:
-    """Return the first tie, None if there is none.
+    """Return the first tie, or None if there are no ties.
 
     contacts, renumbered: of an engine whose balls have some numbers, and others, in the same step, by time; together:
     whether the engine resolves all contacts of one time together, so that they are in no order.
@@ -41,7 +42,7 @@ def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie
         for ball in dict.fromkeys([*one, *other]):
             mine, theirs = one.get(ball, []), other.get(ball, [])
             if _sums_differ(mine, theirs) and (tied := _first_two(mine) if together else _reordered(mine, theirs)):
-                return Tie(float(min(*group["time"], *again["time"])), *tied)
+                return Tie(float(min(*group["time"], *again["time"])), *tied, ball)
     return None
 
 

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.compiled import entry, kernel
+from sandbox.quantity import outside, segment_distance
+from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 FIRST_ROOM: Final = 64  # pairs, or crossings, that a kernel has room for at first
@@ -22,6 +24,14 @@ class Passage(NamedTuple):
     first: int  # ball
     second: int  # ball, or ~wall
     flown: float  # px, by the first in that step
+
+
+def wall_distance(scene: Scene, position: Floats) -> Floats:
+    """Return the distance of points (..., 2) px from the nearest wall's face, px: (...); negative in a wall."""
+    distance = -outside(position, scene.arena.size)
+    for wall in scene.walls:
+        distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
+    return distance
 
 
 def no_deepening() -> Deepening:

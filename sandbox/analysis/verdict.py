@@ -13,9 +13,8 @@ from sandbox.analysis.difference import pair_name
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
-from sandbox.analysis.reference import REFERENCE, converged, described
+from sandbox.analysis.reference import REFERENCE, best_reference, described
 from sandbox.engines import TUNED, can_run
-from sandbox.scene.spawn import spawn
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.HAND, Cause.FRICTION)  # what the scene and the mouse ask for
@@ -24,8 +23,10 @@ MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may hav
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
+_FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
 REMEDIES: Final = {
-    Cause.LATE: "a higher rate, or more substeps, finds contacts sooner",
+    Cause.LATE: _FINDS_SOONER,
+    Cause.MISSED: _FINDS_SOONER,
     Cause.STALE: "collision_persistence = 1 discards the impulses of earlier touches",
     Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
     Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
@@ -93,14 +94,16 @@ def mark_words(comparison: Comparison) -> str:
 
 def trust_words(comparison: Comparison) -> str:
     """Say in a few words until when the reference's paths mean anything."""
-    match comparison.trust.ends_by:
-        case "undecided":
-            return f"undecided from {comparison.undecided:.2f} s"
-        case "unresolved":
-            return f"unresolved from {comparison.unresolved:.2f} s"
-        case "horizon":
-            return f"horizon at {comparison.horizon:.2f} s"
-    return "no chaos within the run"
+    ends_by, until = comparison.trust.ends_by, comparison.trusted_until
+    if until is None:
+        return "no chaos within the run"
+    return f"{ends_by} {'at' if ends_by == 'horizon' else 'from'} {until:.2f} s"
+
+
+def reference_words(comparison: Comparison) -> str:
+    """Say what several engines are measured against, and until when the reference's paths mean anything."""
+    against = f"measured against {comparison.against}; " if _others(comparison) else ""
+    return against + trust_words(comparison)
 
 
 def verdict(comparison: Comparison) -> str:
@@ -136,24 +139,17 @@ def _reference(comparison: Comparison) -> str:
 
 def _without_friction(comparison: Comparison) -> str:
     """Say why the reference is not the exact engine, if that cannot run the scene."""
-    if not _others(comparison) or _runs_exactly(comparison):
+    if not _others(comparison) or can_run(REFERENCE, comparison.scene):
         return ""
     return f"Measured against {described(comparison.against)}: no exact solver has friction."
-
-
-def _runs_exactly(comparison: Comparison) -> bool:
-    """Return whether the exact engine can run the scene."""
-    scene = comparison.scene
-    return comparison.against == REFERENCE or can_run(REFERENCE, scene, spawn(scene))
 
 
 def _alone(comparison: Comparison) -> str:
     """Say that an engine is measured against nothing if it is the only one, and what would measure it."""
     if _others(comparison):
         return ""
-    name = comparison.against
-    better = REFERENCE if _runs_exactly(comparison) else converged(comparison.scene)
-    hint = "" if name in {REFERENCE, better} else f"; --engines {shlex.quote(f'{name},{better}')} has a reference"
+    name, better = comparison.against, best_reference(comparison.scene)
+    hint = "" if name == better else f"; --engines {shlex.quote(f'{name},{better}')} has a reference"
     return f"Only {name} took part, so nothing is measured against it{hint}."
 
 
@@ -185,15 +181,12 @@ def _agreement(comparison: Comparison) -> str:
 
 def _until(comparison: Comparison) -> str:
     """Say until when paths can agree with the reference's."""
-    trust, against = comparison.trust, _reference(comparison)
-    match trust.ends_by:
-        case "undecided":
-            return f"up to {trust.undecided:.2f} s, where {against} is undecided"
-        case "unresolved":
-            return f"up to {trust.unresolved:.2f} s, where {against} is unresolved"
-        case "horizon":
-            return f"up to the horizon at {trust.horizon:.2f} s"
-    return f"to the end at {comparison.time[-1]:g} s"
+    ends_by, until = comparison.trust.ends_by, comparison.trusted_until
+    if until is None:
+        return f"to the end at {comparison.time[-1]:g} s"
+    if ends_by == "horizon":
+        return f"up to the horizon at {until:.2f} s"
+    return f"up to {until:.2f} s, where {_reference(comparison)} is {ends_by}"
 
 
 def _trust(comparison: Comparison) -> str:
@@ -201,12 +194,13 @@ def _trust(comparison: Comparison) -> str:
     trust, against = comparison.trust, _reference(comparison)
     match trust.ends_by:
         case "undecided":
-            reason = "at the same time, and no law says which first"
+            assert trust.tied
+            when, reason = "at the same time", "no law says which first"
             if comparison.against != REFERENCE:
-                reason = "in the same step, and the result depends on which has the lower number"
+                when, reason = "in the same step", "the result depends on which has the lower number"
             return (
-                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} are hit {reason}. "
-                "From then on compare statistics only."
+                f"{against} is undecided from {trust.undecided:.2f} s: {_tied(comparison)} touch ball "
+                f"{trust.tied[2]} {when}, and {reason}. From then on compare statistics only."
             )
         case "unresolved":
             return (
@@ -222,13 +216,12 @@ def _trust(comparison: Comparison) -> str:
 
 
 def _tied(comparison: Comparison) -> str:
-    """Name the two bodies of which the order is undecided."""
-    assert comparison.tied
-    first, second = sorted(comparison.tied, key=lambda body: (body < 0, abs(body)))
+    """Name the two bodies that touch a ball in an order that is undecided."""
+    assert comparison.trust.tied
+    first, second = sorted(comparison.trust.tied[:2], key=lambda body: (body < 0, abs(body)))
     if second >= 0:
         return f"balls {first} and {second}"
-    names = [f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second)]
-    return " and ".join(names)
+    return " and ".join(f"ball {body}" if body >= 0 else comparison.scene.wall_name(~body) for body in (first, second))
 
 
 # The energy
@@ -431,7 +424,7 @@ def _remedies(comparison: Comparison) -> str:
         return ""
     first = run.figures.first_difference
     cause = _explained(run) if _energy_error(run) > NEGLIGIBLE_ENERGY else None
-    causes = ([cause] if cause else []) + ([first.cause] if first else [])
-    causes += [Cause.LATE] if run.missed else []
+    causes = ([cause] if cause else []) + ([first.cause] if first and not first.in_reference else [])
+    causes += [Cause.MISSED] if run.missed else []
     remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
     return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""

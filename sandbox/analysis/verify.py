@@ -59,9 +59,9 @@ class Result:
 
     @property
     def lines(self) -> list[str]:
-        """What to say of it: a line for each quantity that is missed, the furthest first, and for each skipped one.
+        """What to print: a line for each quantity that was missed, the largest error first, and for each skipped one.
 
-        The message if there are none.
+        If nothing was missed or skipped, the message alone.
         """
         by_error = sorted(self.scores, key=relative_error, reverse=True)
         return [line for one in by_error for line in one.lines()] or [self.message]
@@ -144,10 +144,9 @@ def _result(scene: Scene, engine: str) -> Result:
         said = printable(f"{engine}: {type(error).__name__}: {error}")
         details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
         return Result(Outcome.BROKE, message=said, details=details)
-    judged = [one for one in scores if not one.skipped]
-    if not judged:
+    if all(one.skipped for one in scores):
         return Result(Outcome.SKIPPED, scores)
-    return Result(Outcome.MET if all(one.passed for one in judged) else Outcome.MISSED, scores)
+    return Result(Outcome.MET if all(one.passed for one in scores) else Outcome.MISSED, scores)
 
 
 def _scores(scene: Scene, engine: str) -> Iterator[Score]:

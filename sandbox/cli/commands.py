@@ -312,7 +312,6 @@ def sweep(
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
-    from sandbox.scene.spawn import spawn
     from sandbox.sweep import in_order, open_journal, plan, write
     from sandbox.sweep.workers import core_count
 
@@ -325,7 +324,7 @@ def sweep(
         chosen,
         seeds or [chosen.seed],
         rates or [chosen.rate],
-        engines or default_engines(chosen, spawn(chosen)),
+        engines or default_engines(chosen),
         settings_by_key(set_ or ()),
         against=against,
     )

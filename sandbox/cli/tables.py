@@ -12,7 +12,7 @@ from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
-from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, trust_words, verdict
+from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
 from sandbox.analysis.verify import Board, Outcome, Result, tally
 from sandbox.bench.against import worse
 from sandbox.bench.figure import Figure
@@ -38,7 +38,7 @@ def print_comparison(comparison: Comparison) -> None:
     terminal.print(
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
         f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} per second, "
-        f"measured against {comparison.against}; {trust_words(comparison)}\n"
+        f"{reference_words(comparison)}\n"
     )
     terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
@@ -77,7 +77,7 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     runs = comparison.runs.values()
     yield from key_figures(comparison)
     firsts = [run.figures.first_difference for run in runs]
-    yield ["  cause", *(first.cause.label if first else "-" for first in firsts)]
+    yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
     if any(run.missed for run in runs):
         yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
     energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
@@ -174,11 +174,11 @@ def print_misses(board: Board) -> None:
 
 
 def print_tally(board: Board) -> None:
-    """Print how many scenes each engine met, missed and so on."""
-    counts = tally(board)
-    for engine, count in counts.items():
-        words = ", ".join(f"{count[outcome]} {outcome.name.lower().replace('_', ' ')}" for outcome in count)
-        console().print(f"{engine}: {words}")
+    """Print for each engine in how many scenes it met all expectations, missed one and so on."""
+    for engine, count in tally(board).items():
+        met = count.pop(Outcome.MET, 0)
+        others = "".join(f", {number} {outcome.name.lower().replace('_', ' ')}" for outcome, number in count.items())
+        console().print(f"{engine}: {met} of {counted(len(board), 'scene')} met{others}")
 
 
 def counted(count: int, noun: str) -> str:

@@ -9,8 +9,7 @@ group `sandbox.engines`:
 Where an engine is named, Pymunk may have other settings than the scene's: `pymunk(substeps=16, iterations=200)`.
 """
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from inspect import signature
@@ -35,6 +34,7 @@ _BUILT_IN: Final = {
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
 TUNED: Final = "pymunk"  # the engine that a scene has settings for
+EXAMPLE: Final = f"{TUNED}(substeps=4, iterations=30)"  # of an engine with settings, in messages
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 
@@ -108,17 +108,34 @@ def settings_in(name: str) -> tuple[str, dict[str, float]]:
     base, bracket, rest = name.partition("(")
     if not bracket:
         return name, {}
+    if not base:
+        raise SandboxError(f"{name}: must begin with the engine's name, as in {TUNED}{name}")
+    if base != base.rstrip():
+        raise SandboxError(f"{name}: must have no space before the bracket, as in {base.rstrip()}({rest}")
     if base != TUNED:
         raise SandboxError(f"{name}: {base} takes no settings; only {TUNED} does")
-    pairs = [pair.partition("=") for pair in rest.removesuffix(")").split(",")]
-    try:
-        values = {key.strip(): json.loads(value) for key, _, value in pairs}
-    except ValueError:
-        values = {}
-    numbers = all(isinstance(value, int | float) for value in values.values())
-    if not rest.endswith(")") or len(values) < len(pairs) or not numbers:
-        raise SandboxError(f"{name}: must be written as {TUNED}(substeps=4, iterations=30)")
+    if not rest.endswith(")"):
+        raise SandboxError(f"{name}: must end with a bracket, as in {EXAMPLE}")
+    values: dict[str, float] = {}
+    for pair in rest[:-1].split(","):
+        key, _, text = (part.strip() for part in pair.partition("="))
+        if key in values:
+            raise SandboxError(f"{name}: has {key} twice")
+        try:
+            value = float(text)
+        except ValueError:
+            raise SandboxError(f"{name}: {pair.strip()!r} must be a setting and its number, as in {EXAMPLE}") from None
+        values[key] = int(value) if value.is_integer() else value
     return base, values
+
+
+def with_settings(name: str, settings: Mapping[str, float]) -> str:
+    """Return the name of an engine with settings, which `settings_in` reads.
+
+    >>> with_settings("pymunk", {"substeps": 4, "collision_bias": 0.5})
+    'pymunk(substeps=4, collision_bias=0.5)'
+    """
+    return f"{name}({', '.join(f'{key}={value}' for key, value in settings.items())})" if settings else name
 
 
 def _with_settings(name: str, scene: Scene) -> tuple[str, Scene]:
@@ -244,20 +261,23 @@ def _owner(engine: type, method: str) -> type:
     return next((one for one in engine.__mro__ if method in vars(one)), object)
 
 
-def can_run(name: str, scene: Scene, initial: State) -> bool:
-    """Return whether the named engine can run a scene: by its `check` or, if it has none, by building it."""
-    name, scene = _with_settings(name, scene)
-    engine = _engine(name)
+def can_run(name: str, *scenes: Scene) -> bool:
+    """Return whether the named engine can run all scenes: by its `check` or, if it has none, by building it."""
+    from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it imports numba, and listing engines must not wait for that)
+
+    base, _ = settings_in(name)
+    check = getattr(_engine(base), "check", None)
     try:
-        if check := getattr(engine, "check", None):
-            check(scene)
-        else:
-            engine(scene, initial)
+        for scene in scenes:
+            if check:
+                check(scene)
+            else:
+                create(name, scene, spawn(scene))
     except Refused:
         return False
     return True
 
 
-def default_engines(scene: Scene, initial: State) -> list[str]:
-    """Return the engines to run by default: Pymunk, and the first textbook engine that can run the scene."""
-    return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, scene, initial)][:1]]
+def default_engines(*scenes: Scene) -> list[str]:
+    """Return the engines to run by default: Pymunk, and the first textbook engine that can run all scenes."""
+    return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, *scenes)][:1]]

@@ -20,7 +20,7 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
+from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
 from sandbox.report.charts import as_document, charts, contacts_by, energies
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import parse
@@ -178,8 +178,8 @@ def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
     replayed = " Recorded mouse input was replayed into all engines." if comparison.inputs else ""
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
-    against = f"measured against {comparison.against}; {trust_words(comparison)}"
-    return f"{run} at {scene.rate} step{'s' * (scene.rate > 1)} per second, {against}.{replayed}"
+    rate = f"{scene.rate} step{'s' * (scene.rate > 1)} per second"
+    return f"{run} at {rate}, {reference_words(comparison)}.{replayed}"
 
 
 def _about_frames(comparison: Comparison, every: int) -> str:

@@ -5,7 +5,8 @@ state, so engines need not support edits.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Literal
 
@@ -152,6 +153,16 @@ class SetRate(Edit):
     def change_scene(self, scene: Scene) -> Scene:
         """Set the rate."""
         return scene.changed(rate=self.rate, expect=())
+
+
+def edited_scenes(scene: Scene, inputs: Iterable[object]) -> Iterator[Scene]:
+    """Yield the scene as it is at the start, and after each edit among inputs. Impossible edits are left out."""
+    yield scene
+    for edit in inputs:
+        if isinstance(edit, Edit):
+            with suppress(SandboxError):  # which the run reports
+                scene = edit.change_scene(scene)
+                yield scene
 
 
 AnyEdit = AddBall | DeleteBall | SetVelocity | SetElasticity | SetGravity | SetRate

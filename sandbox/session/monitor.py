@@ -6,11 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
-from sandbox.analysis.reference import Trust, Twins, reference_of
-from sandbox.analysis.ties import SIMULTANEOUS
+from sandbox.analysis.reference import Trust, Twins, comparable_until, reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, no_contacts
@@ -24,19 +22,12 @@ RECENT_STEPS: Final = 2 * CHECK_STEPS  # since the last contact, after which a s
 class Marks:
     """Times in a run that stand out, s.
 
-    horizon, undecided, unresolved: until when the reference means anything, as in `Trust`; differences: for each engine
-    that has one, its first from the reference.
+    trust: until when the reference means anything; differences: for each engine that has one, its first from the
+    reference.
     """
 
-    horizon: float | None = None
-    undecided: float | None = None
-    unresolved: float | None = None
+    trust: Trust = field(default_factory=Trust)
     differences: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def trust(self) -> Trust:
-        """Until when the reference means anything."""
-        return Trust(self.horizon, self.undecided, self.unresolved)
 
 
 class Monitor:
@@ -57,7 +48,7 @@ class Monitor:
     @property
     def marks(self) -> Marks:
         """What has been found so far."""
-        return Marks(self._marked.horizon, self._marked.undecided, self._marked.unresolved, dict(self._differences))
+        return Marks(self._marked, dict(self._differences))
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
@@ -123,7 +114,7 @@ class Monitor:
         end, trusted = self._steps / self._scene.rate, np.inf
         if self._marked.until is not None:
             trusted = self._marked.until - self._since
-        known, until = min(end, trusted - SIMULTANEOUS), trusted - MAX_TRACE_STEPS / self._scene.rate - SIMULTANEOUS
+        until, known = comparable_until(trusted, end, self._scene.rate)
         for name, record in records.items():
             found = differences(self._scene, record, reference, until, known)
             if found:

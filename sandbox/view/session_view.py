@@ -6,9 +6,9 @@ from typing import Final
 from pygame import Surface
 
 from sandbox.engines import default_engines
+from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
 from sandbox.view.chart_data import ChartData
@@ -26,7 +26,8 @@ class SessionView:
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self._monitor = Monitor()
-        self.session = Session(scene, engines or default_engines(scene, spawn(scene)), inputs, self._monitor)
+        names = engines or default_engines(*edited_scenes(scene, inputs))
+        self.session = Session(scene, names, inputs, self._monitor)
         self.moment = self.session.shown
         runners = self.session.lockstep.engines.items()
         self.panes = [Pane(self.moment, name, runner.engine) for name, runner in runners]

@@ -9,7 +9,7 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.advice import Trial, advice_rows, advised, as_json, at_rate, recommend, try_settings
-from sandbox.analysis.comparison import compare
+from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.reference import best_reference
 from sandbox.cli.tables import print_advice
 from sandbox.errors import SandboxError
@@ -18,7 +18,7 @@ from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn, warnings
+from sandbox.scene.spawn import needed_rate, spawn, warnings
 
 
 def changes(scene: Scene, against: str = "exact", inputs: tuple[Input, ...] = ()) -> list[dict[str, int]]:
@@ -149,11 +149,30 @@ def test_a_scene_with_friction_is_measured_against_a_finer_pymunk() -> None:
         "radius = 20\nfriction = 1\npositions = [[100, 300], [300, 310]]\nvelocities = [[300, 0], [0, 0]]",
         more="seconds = 1",
     )
-    against = best_reference(scene, spawn(scene))
+    against = best_reference(scene)
     assert against.startswith("pymunk(")
     trials = try_settings(scene, against)
     assert advised(trials).changes == {"substeps": 4}
     assert settings_of(trials, substeps=4).gap < trials[0].gap
+
+
+def test_a_reference_that_takes_steps_takes_the_same_at_another_rate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 60 steps a second, and 16 substeps; 960 has no divisor between 160 and 192, nor above itself."""
+    ran: list[tuple[int, str]] = []
+
+    def note(scene: Scene, names: list[str], *, against: str, **_: Any) -> Comparison:
+        ran.append((scene.rate, against))
+        return compare(scene, names, against=against)
+
+    monkeypatch.setattr("sandbox.analysis.advice.compare", note)
+    balls = "radius = 2\nfriction = 1\npositions = [[100, 300], [9, 9]]\nvelocity = [350, 0]"
+    fast = scene_of(balls, more="seconds = 0.1")
+    assert needed_rate(fast, spawn(fast)) == 175
+    against = best_reference(fast)
+    assert against == "pymunk(substeps=16, iterations=200, collision_persistence=1)"
+    assert [one["rate"] for one in changes(fast, against) if "rate" in one] == [192, 240]
+    assert ran == [(60, against), (192, against.replace("16", "5")), (240, against.replace("16", "4"))]
+    assert not any("rate" in one for one in changes(load("head-on").changed(seconds=0.1), "impulse"))
 
 
 def trial(changes: dict[str, int], **figures: Any) -> Trial:

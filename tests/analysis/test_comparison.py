@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,12 +14,11 @@ from sandbox.analysis.comparison import Comparison, compare, compare_with, run_r
 from sandbox.engines import Engine, advance, can_run, registry
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.errors import SandboxError
-from sandbox.run.edits import DeleteBall, SetVelocity
+from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, States
 
 FIGURES = {
@@ -88,7 +88,7 @@ def test_the_number_of_states_that_are_measured_together_changes_no_bit(
     name: str, steps: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, inputs = BLOCKS[name]
-    engines = [engine for engine in ("pymunk", "impulse", "exact") if can_run(engine, scene, spawn(scene))]
+    engines = [engine for engine in ("pymunk", "impulse", "exact") if can_run(engine, scene)]
     monkeypatch.setattr("sandbox.analysis.comparison.MAX_PATH_BYTES", 20_000)
     whole = compare(scene, engines, inputs=inputs)
     assert whole.stride > 1 or len(scene.bodies) < 4
@@ -348,6 +348,47 @@ def test_a_limit_exceeded_only_in_between_is_exceeded() -> None:
         "pymunk: gap 5 px exceeds the limit of 2 px, first at 0.017 s",
         "pymunk: drift 0.5 exceeds the limit of 0.25, first at 0.017 s",
     ]
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "exact"])
+@pytest.mark.parametrize("limit", ["max_gap", "max_energy_error"])
+def test_a_limit_on_an_engine_that_is_measured_against_nothing_is_an_error(engine: str, limit: str) -> None:
+    comparison = compare(load("head-on").changed(seconds=0.1), [engine])
+    with pytest.raises(SandboxError, match=rf"^only {engine} took part, so it has no gap and no energy error to limit"):
+        list(comparison.exceeded_limits(**{limit: 1.0}))
+    assert list(comparison.exceeded_limits(max_drift=0.1)) == []
+
+
+def test_a_limit_on_a_fraction_of_no_energy_is_an_error() -> None:
+    comparison = compare(scene_of("radius = 20\npositions = [[100, 100], [200, 200]]", more="seconds = 0.1"))
+    for limit, what in (("max_drift", "drift"), ("max_energy_error", "energy error")):
+        with pytest.raises(SandboxError, match=rf"^pymunk: there is no {what} to compare .*: its energy starts at 0$"):
+            list(comparison.exceeded_limits(**{limit: 0.1}))
+    assert list(comparison.exceeded_limits(max_gap=1e-9)) == []
+
+
+def test_a_limit_on_an_energy_that_nobody_knows_is_an_error() -> None:
+    """One ball touches two others at the start, with an elasticity below 1: no law says which it hits first."""
+    scene = scene_of(
+        f"radius = 20\nelasticity = 0.5\npositions = [[{300 - math.sqrt(40**2 - 20.5**2)}, 300]]\nvelocity = [200, 0]",
+        "radius = 20\nelasticity = 0.5\npositions = [[300, 279.5], [300, 320.5]]",
+        more="seconds = 0.1",
+    )
+    comparison = compare(scene, ["pymunk", "exact"])
+    assert comparison.trusted_until is not None
+    assert comparison.trusted_until < 1 / 60
+    with pytest.raises(SandboxError, match=r"exact means nothing from the start$"):
+        list(comparison.exceeded_limits(max_energy_error=0.1))
+
+
+def test_an_edit_to_come_decides_which_engines_run_by_default() -> None:
+    scene = load("head-on").changed(seconds=0.1)
+    gravity = SetGravity(step=3, gravity=(0, 900))
+    assert list(compare(scene, inputs=[gravity]).runs) == ["pymunk", "impulse", "exact"]
+    assert list(compare(scene, inputs=[gravity.model_copy(update={"step": 60})]).runs) == ["pymunk", "article", "exact"]
+    rough = [AddBall(step=step, position=(100 + 50 * step, 500), radius=20, friction=1) for step in (2, 3)]
+    *_, last = compare(scene, inputs=rough).runs
+    assert last.startswith("pymunk(substeps=16, ")
 
 
 def test_the_default_reference_is_the_exact_engine_or_else_the_last() -> None:

@@ -11,7 +11,8 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.verdict import key_figures, mark_words, trust_words, verdict
+from sandbox.analysis.reference import Trust
+from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
@@ -130,7 +131,9 @@ def test_no_sentence_has_more_energy_lost_or_gained_than_there_is_a_difference()
 
 
 def test_a_single_engine_is_measured_against_nothing() -> None:
-    assert verdict(compare(load("head-on"), ["exact"])) == ("Only exact took part, so nothing is measured against it.")
+    alone = compare(load("head-on"), ["exact"])
+    assert verdict(alone) == "Only exact took part, so nothing is measured against it."
+    assert reference_words(alone) == "no chaos within the run"
     assert verdict(compare(load("head-on"), ["pymunk"])) == (
         "Only pymunk took part, so nothing is measured against it; --engines pymunk,exact has a reference."
     )
@@ -162,18 +165,38 @@ def test_from_a_tie_on_no_engine_is_accused() -> None:
     assert trust_words(comparison) == "undecided from 0.83 s"
     assert verdict(comparison) == (
         "pymunk agrees with exact up to 0.83 s, where exact is undecided: no ball is more than its radius off. "
-        "exact is undecided from 0.83 s: balls 1 and 2 are hit at the same time, and no law says which first. "
+        "exact is undecided from 0.83 s: balls 1 and 2 touch ball 0 at the same time, and no law says which first. "
         "From then on compare statistics only."
     )
     assert mark_words(comparison) == "* over the whole run, though exact is no measure for it after 0.83 s."
     assert [label for label, *_ in key_figures(comparison) if label.endswith("*")] == ["RMS gap *", "largest gap *"]
 
 
+def test_balls_that_fly_through_each_other_within_a_step_have_a_remedy() -> None:
+    """They overlap for 2 √(8² - 1²) / 2400 s = 6.6 ms, and a step has 16.7 ms."""
+    balls = (
+        "radius = 4\nposition = [50, 150]\nvelocity = [1200, 0]",
+        "radius = 4\nposition = [350, 151]\nvelocity = [-1200, 0]",
+    )
+    comparison = compare(scene_of(*balls, size="[400, 300]", more="seconds = 0.25"), ["pymunk", "exact"])
+    first = comparison.runs["pymunk"].figures.first_difference
+    assert first is not None
+    assert first.because == "The two would overlap for 6.6 ms: less than a step, which can miss it."
+    assert "For pymunk, a higher rate, or more substeps, finds contacts sooner." in verdict(comparison)
+
+
+def test_a_tie_names_the_ball_with_two_contacts() -> None:
+    """Ball 0 hits a row of touching balls: ball 1 is hit, and hits ball 2, at the same time."""
+    row = "radius = 10\nelasticity = 0.7\npositions = [[100, 150], [200, 150], [220, 150], [240, 150]]"
+    scene = scene_of(f"{row}\nvelocities = [[150, 0], [0, 0], [0, 0], [0, 0]]", more="seconds = 1")
+    assert "balls 0 and 2 touch ball 1 at the same time" in verdict(compare(scene, ["pymunk", "exact"]))
+
+
 def test_a_stepped_reference_whose_answer_depends_on_numbers_is_undecided() -> None:
     said = verdict(compare(TIED, ["exact", "impulse"], against="impulse"))
     assert (
-        "impulse is undecided from 0.83 s: balls 1 and 2 are hit in the same step, and the result depends on which "
-        "has the lower number."
+        "impulse is undecided from 0.83 s: balls 1 and 2 touch ball 0 in the same step, and the result depends on "
+        "which has the lower number."
     ) in said
 
 
@@ -183,8 +206,7 @@ def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_name
     exact = comparison.runs["exact"]
     heap = replace(
         comparison,
-        unresolved=1.2,
-        horizon=1.5,
+        trust=Trust(horizon=1.5, unresolved=1.2),
         runs=comparison.runs | {"exact": replace(exact, figures=replace(exact.figures, ledger=line))},
     )
     assert trust_words(heap) == "unresolved from 1.20 s"
@@ -207,7 +229,8 @@ def test_lines_that_cancel_each_other_prove_no_error_of_the_reference() -> None:
 
 def test_figures_of_energy_are_marked_too_if_the_scene_does_not_keep_it() -> None:
     comparison = compare(load("bouncing").changed(seconds=1.0), ["pymunk", "exact"])
-    marked = [label for label, *_ in key_figures(replace(comparison, unresolved=0.5)) if label.endswith("*")]
+    unresolved = replace(comparison, trust=Trust(unresolved=0.5))
+    marked = [label for label, *_ in key_figures(unresolved) if label.endswith("*")]
     assert marked == ["energy left *", "largest energy change *", "RMS gap *", "largest gap *"]
     assert not any(label.endswith("*") for label, *_ in key_figures(comparison))
     assert mark_words(comparison) == ""

@@ -305,7 +305,7 @@ def test_the_command_names_the_engine_that_broke_and_ends_with_1(command: Comman
     code, out, err = command("verify", *arguments)
     assert code == 1
     assert "newtons-cradle, breaks: breaks: ZeroDivisionError: no" in out
-    assert out.endswith("exact: 2 met\nbreaks: 1 broke, 1 not run\n")
+    assert out.endswith("exact: 2 of 2 scenes met\nbreaks: 0 of 2 scenes met, 1 broke, 1 not run\n")
     assert err.startswith("Traceback")
     suite = ElementTree.parse(Path("results.xml")).getroot()[0]
     assert (suite.get("tests"), suite.get("errors"), suite.get("skipped")) == ("4", "1", "1")
@@ -403,7 +403,10 @@ def test_rows_fit_the_terminal(command: Command, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("COLUMNS", str(columns))
     _, out, _ = command("verify", "oblique", "bouncing", "--engines", "exact,pymunk,article")
     assert out.startswith(rows)
-    assert out.endswith("\n\nexact: 2 met\npymunk: 2 missed\narticle: 1 missed, 1 refused\n")
+    tally = (
+        "exact: 2 of 2 scenes met pymunk: 0 of 2 scenes met, 2 missed article: 0 of 2 scenes met, 1 missed, 1 refused"
+    )
+    assert out.rpartition("\n\n")[2].split() == tally.split()
 
 
 def test_two_scenes_of_one_name_have_a_row_each(command: Command, working_folder: Path) -> None:

@@ -32,7 +32,7 @@ GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text())
 
 
 def able(scene: Scene, engines: Iterable[str]) -> list[str]:
-    return [engine for engine in engines if can_run(engine, scene, spawn(scene))]
+    return [engine for engine in engines if can_run(engine, scene)]
 
 
 def digest(position: Floats, velocity: Floats) -> str:

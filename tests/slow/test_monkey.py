@@ -262,7 +262,7 @@ class Monkey(RuleBasedStateMachine):
             )
 
 
-@pytest.mark.parametrize("examples", sizes(8, slow=833))
+@pytest.mark.parametrize("examples", sizes(5, slow=833))
 def test_whatever_the_input_the_run_equals_its_replay(examples: int) -> None:
     run_state_machine_as_test(
         Monkey,

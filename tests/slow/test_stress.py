@@ -88,9 +88,7 @@ SCENES = {
         more="gravity = [3e4, 1e5]",
     ),
 }
-RUNS = [
-    (stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if can_run(engine, scene, spawn(scene))
-]
+RUNS = [(stress, engine) for stress, scene in SCENES.items() for engine in ENGINES if can_run(engine, scene)]
 MAX_OUTSIDE = {  # scene and engine -> the farthest a centre may be outside the arena, px; 0 for all others
     ("radius 1e-3 beside 250", "pymunk"): 2,
     ("1e5 px/s", "pymunk"): 5_000,

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -115,6 +115,11 @@ def test_each_combination_of_pymunk_s_settings_has_its_job() -> None:
     ]
     pymunk = scene_of_job(load("article"), jobs[2]).pymunk
     assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
+
+
+def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
+    rough = scene_of("radius = 20\nfriction = 1\npositions = [[100, 300], [300, 310]]")
+    assert plan(rough, [0], [60], ["pymunk"]).against == compare(rough.changed(seconds=0.1)).against
 
 
 def test_keys_of_tables_get_columns_and_unknown_values_stay_empty() -> None:
@@ -351,14 +356,7 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
     cluster: tuple[str, list[subprocess.Popen[str]]], expected: list[dict[str, str]]
 ) -> None:
     address, [_, worker, _] = cluster
-    sweep = small()
-    with open_journal(sweep, "f.csv") as kept:
-        outcomes = run(sweep, kept, scheduler=address)
-        next(outcomes)
-        worker.kill()
-        assert not any(outcome.failure for outcome in outcomes)
-        write(sweep, in_order(sweep, kept.rows), "f.csv")
-    assert without_times(Path("f.csv").read_text()) == expected
+    assert table_of_cluster(address, worker.kill) == expected
     assert ended(started(*TUNED, "--scheduler", address))[0] == 0
 
 
@@ -368,19 +366,28 @@ def test_rows_that_die_with_their_worker_before_they_are_fetched_are_run_again(
     from distributed import Client
 
     address, [_, worker, _] = cluster
-    sweep = small()
-    with open_journal(sweep, "f.csv") as kept:
-        outcomes = run(sweep, kept, scheduler=address)
-        next(outcomes)
+
+    def kill_once_all_is_done() -> None:
         with Client(address, set_as_default=False) as client:  # type: ignore[no-untyped-call]
-            while len([key for key in client.who_has() if key.startswith("attempt")]) < len(sweep.jobs) - 1:
+            while len([key for key in client.who_has() if key.startswith("attempt")]) < len(small().jobs) - 1:
                 time.sleep(0.02)
             worker.kill()
             while len(client.nthreads()) > 1:
                 time.sleep(0.02)
+
+    assert table_of_cluster(address, kill_once_all_is_done) == expected
+
+
+def table_of_cluster(address: str, after_first_row: Callable[[], object]) -> list[dict[str, str]]:
+    """Run the sweep of TUNED on a cluster, with an interruption after the first row; no row may fail."""
+    sweep = small()
+    with open_journal(sweep, "f.csv") as kept:
+        outcomes = run(sweep, kept, scheduler=address)
+        next(outcomes)
+        after_first_row()
         assert not any(outcome.failure for outcome in outcomes)
         write(sweep, in_order(sweep, kept.rows), "f.csv")
-    assert without_times(Path("f.csv").read_text()) == expected
+    return without_times(Path("f.csv").read_text())
 
 
 def test_a_cluster_whose_workers_have_both_variants_of_pow_is_refused(

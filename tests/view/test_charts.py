@@ -9,6 +9,7 @@ import pytest
 from conftest import scene_of
 from pygame import Color, Rect, Surface
 
+from sandbox.analysis.reference import Trust
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -194,7 +195,7 @@ def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
 def test_horizon_and_first_differences_are_marked_through_all_charts(scene: Scene) -> None:
     charts = run(scene, 2, lambda time: {"pymunk": 60.0, "article": 60.0})
     before = pygame.surfarray.array3d(draw(charts))
-    charts.marks = Marks(horizon=6.0, differences={"article": 7.0, "pymunk": 10.1})
+    charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 10.1})
     surface = draw(charts)
     for plot in charts.plots(PLACE, TEXT):
         assert rows_of(surface, plot, column(charts, 7), SECOND)
@@ -213,7 +214,7 @@ def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene, m
 
     monkeypatch.setattr("sandbox.view.charts.lettering", note)
     charts = run(scene, 2, lambda time: {"pymunk": 60.0})
-    charts.marks = Marks(horizon=8.0, undecided=5.0, unresolved=6.0)
+    charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     surface = draw(charts)
     plot = charts.plots(PLACE, TEXT)[0]
     assert rows_of(surface, plot, column(charts, 5), Color("black"))

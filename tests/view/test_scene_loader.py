@@ -113,7 +113,7 @@ def test_edits_of_the_open_file_are_run_and_broken_ones_leave_the_current_scene(
     file.write_text(text.format("first", 5))
     window = Window(load(file), None)
     running = "first"
-    for k in range(20):
+    for k in range(8):
         broken = k % 4 == 2
         file.write_text(text.format(f"edit {k}", -5 if broken else 6 + k))
         window.scenes._next_check = 0.0

@@ -38,7 +38,7 @@ def test_the_toolbar_keeps_its_clicks_and_keys_from_the_panes(window: Window) ->
 
 
 def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
-    window: Window,
+    window: Window, all_objects_to_collect: None
 ) -> None:
     window.view.session.cycle = window.view.session  # type: ignore[attr-defined]
     former = weakref.ref(window.view.session)

@@ -9,10 +9,11 @@ import numpy as np
 
 from sandbox.compiled import entry, kernel, prefetch
 from sandbox.engines.exact.contact import bounce, collide
-from sandbox.engines.exact.event_queue import runner_up, schedule
+from sandbox.engines.exact.event_queue import runner_up
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
 from sandbox.engines.exact.log import Log
-from sandbox.engines.exact.prediction import predict, predict_crossing, predict_discs, predict_walls
+from sandbox.engines.exact.prediction import predict, update_prediction
+from sandbox.engines.exact.records import HELD, NONE
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
 from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
 from sandbox.state import States
@@ -22,29 +23,16 @@ MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two
 
 
 @kernel
-def _leave_cell(world: World, i: int, now: float) -> None:
-    """Release disc i if it is held; otherwise move it to the next cell.
-
-    There it can newly meet the cell's walls and the discs of the three cells ahead.
-    """
+def _enter_next_cell(world: World, i: int, now: float) -> None:
+    """Move disc i to the next cell, where it can newly meet the cell's walls and the discs of the three cells ahead."""
     event, stride = world.event[i], world.grid.stride
     offset = np.int64(event.cell_offset)
-    if offset == 0:
-        move_to_now(world, i, now)
-        release(world, i)
-        predict(world, i, now)
-        return
     leave(world.grid, world.disc, i, event.cell)
     event.cell += offset
     enter(world.grid, world.disc, i, event.cell)
-    m = motion(world, i, now)
-    predict_walls(world, i, m, now)
-    if abs(offset) == 1:
-        predict_discs(world, i, m, now, event.cell + offset - stride, 1, 3)
-    else:
-        predict_discs(world, i, m, now, event.cell + offset - 1, 3, 1)
-    predict_crossing(world, i, m, now)
-    schedule(world.queue, i)
+    ahead = event.cell + offset
+    corner, columns, rows = (ahead - stride, 1, 3) if abs(offset) == 1 else (ahead - 1, 3, 1)
+    update_prediction(world, i, now, corner, columns, rows)
 
 
 @kernel
@@ -70,25 +58,28 @@ def _process_events(world: World, since: float, until: float, log: Log, max_even
     disc, event, root = world.disc, world.event, world.queue.node[0]
     collisions = 0
     while root.time <= until and len(log.row) - log.filled[0] >= MAX_ROWS_PER_EVENT and max_events > 0:
-        now, i = root.time, np.int64(root.disc)
+        now, i, j = root.time, np.int64(root.disc), np.int64(NONE)
         max_events -= 1
         _prefetch_event(world, runner_up(world.queue))
         partner = np.int64(event[i].partner)
         if event[i].crossing < disc[i].hit:
-            _leave_cell(world, i, now)
+            if event[i].carrier != HELD:
+                _enter_next_cell(world, i, now)
+                continue
+            move_to_now(world, i, now)
+            release(world, i)
         elif partner < 0:
             bounce(world, i, ~partner, since, now, log)
-            predict(world, i, now)
-        elif disc[partner].serial != event[i].partner_serial:
-            predict(world, i, now)
-        else:
+        elif disc[partner].serial == event[i].partner_serial:
             _prefetch_contact(world, i)
             _prefetch_contact(world, partner)
             i, j = (i, partner) if event[i].ball < event[partner].ball else (partner, i)
             collide(world, i, j, since, now, log)
-            predict(world, i, now)
-            predict(world, j, now)
             collisions += 1
+        # A contact with a disc that has since changed course is not due: only a new prediction is.
+        for k in (i, j):
+            if k != NONE:
+                predict(world, k, now)
     return collisions, max_events
 
 

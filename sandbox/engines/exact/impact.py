@@ -148,8 +148,7 @@ def time_to_face(
 def time_to_leave(x: float, v: float, a: float, low: float, high: float) -> tuple[float, int]:
     """Return when a coordinate leaves the range from low to high, and in which direction: -1 or 1."""
     if a == 0:
-        if v > 0:
-            return max(0.0, (high - x) / v), 1
-        return (max(0.0, (low - x) / v), -1) if v < 0 else (NEVER, 1)
+        edge, way = (high, 1) if v > 0 else (low, -1)
+        return (max(0.0, (edge - x) / v) if v != 0 else NEVER), way
     down, up = time_to_close(x - low, v, a), time_to_close(high - x, -v, -a)
     return (down, -1) if down < up else (up, 1)

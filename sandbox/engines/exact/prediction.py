@@ -25,7 +25,7 @@ def _propose_contact(world: World, i: int, time: float, partner: int, serial: in
 
 
 @kernel
-def predict_discs(world: World, i: int, m: Motion, now: float, corner: int, columns: int, rows: int) -> None:
+def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, columns: int, rows: int) -> None:
     """Predict disc i's contacts with the discs of a block of cells, given its first cell and its size in cells."""
     disc, grid, event = world.disc, world.grid, world.event
     for row in range(rows):
@@ -63,7 +63,7 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
 
 
 @kernel
-def predict_walls(world: World, i: int, m: Motion, now: float) -> None:
+def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
     """Predict disc i's contacts with the pieces of wall of its cell."""
     event, grid, piece = world.event[i], world.grid, world.piece
     if event.carrier == HELD:
@@ -81,29 +81,36 @@ def predict_walls(world: World, i: int, m: Motion, now: float) -> None:
 
 
 @kernel
-def predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
+def _predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
     """Predict when and where disc i leaves its cell or, if it is held, when it is released."""
     grid, event = world.grid, world.event[i]
     if event.carrier == HELD:
-        event.crossing, event.cell_offset = world.body[i].held_until, 0
+        event.crossing = world.body[i].held_until
         return
     row, column = divmod(np.int64(event.cell), grid.stride)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * grid.width, column * grid.width)
     dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * grid.height, row * grid.height)
-    if dt_x < dt_y:
-        event.crossing, event.cell_offset = now + dt_x, way_x
-    else:
-        event.crossing, event.cell_offset = now + dt_y, way_y * grid.stride
+    dt, offset = (dt_x, way_x) if dt_x < dt_y else (dt_y, way_y * grid.stride)
+    event.crossing, event.cell_offset = now + dt, offset
 
 
 @kernel
 def predict(world: World, i: int, now: float) -> None:
     """Predict disc i's next event, from all that it can meet."""
-    m = motion(world, i, now)
     world.disc[i].hit, world.event[i].partner = NEVER, NO_PARTNER
     if world.is_rough and world.turn[i].slips_until < NEVER:
         _propose_contact(world, i, world.turn[i].slips_until, ~np.int64(world.event[i].carrier), 0)
-    predict_walls(world, i, m, now)
-    predict_discs(world, i, m, now, world.event[i].cell - world.grid.stride - 1, 3, 3)
-    predict_crossing(world, i, m, now)
+    update_prediction(world, i, now, world.event[i].cell - world.grid.stride - 1, 3, 3)
+
+
+@kernel
+def update_prediction(world: World, i: int, now: float, corner: int, columns: int, rows: int) -> None:
+    """Predict disc i's next event, from what was predicted before and what it can meet in its cell and in a block.
+
+    corner, columns, rows: the block's first cell, and its size in cells.
+    """
+    m = motion(world, i, now)
+    _predict_walls(world, i, m, now)
+    _predict_discs(world, i, m, now, corner, columns, rows)
+    _predict_crossing(world, i, m, now)
     schedule(world.queue, i)

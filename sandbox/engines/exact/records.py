@@ -30,7 +30,7 @@ DISC: Final = np.dtype(
 EVENT: Final = np.dtype(
     [
         ("crossing", "f8"),  # s, time at which it leaves its cell, or is released if it is held
-        ("cell_offset", "i4"),  # from its cell's number to the next cell's; 0 if it is held
+        ("cell_offset", "i4"),  # from its cell's number to the next cell's
         ("cell", "i4"),
         ("partner", "i4"),  # of the next contact: a disc, or ~piece of wall
         ("partner_serial", "i4"),  # at the prediction
