@@ -213,6 +213,10 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         return
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
+    if carrier >= 0:
+        mx, my, _ = normal_to(disc, world.piece[carrier])
+        if nx * mx + ny * my > 0:  # bouncing off this face, it leaves the other too, and falls freely
+            pull = max(pull, world.gravity[0] * nx + world.gravity[1] * ny)
     parting = _wall_parting(world, i, p, closing, pull, now)
 
     disc.vx -= (closing + parting.speed) * nx
