@@ -503,6 +503,20 @@ def test_disc_in_a_groove_comes_to_rest(seed: int) -> None:
     assert len(found) < 20_000
 
 
+def test_contacts_of_a_disc_end_in_a_shallow_groove() -> None:
+    """A disc that rolls to and fro passes the bottom ever more often, until it is stopped."""
+    b, bottom = math.radians(3.56), np.array([2000.0, 500.0])
+    along = 400 * np.array([math.cos(b), -math.sin(b)])
+    sides = wall(bottom, bottom + along, 1.14), wall(bottom, bottom + along * (-1, 1), 5.0)
+    start = bottom - [0, 7.805 / math.cos(b) * 1.001]
+    scene = box_of(*sides, ball(start, radius=7.805, elasticity=0.7), head=FALLING)
+    engine = engine_of(scene)
+    play(engine, scene, 6)
+    assert len(engine.contacts()) < 20_000
+    play(engine, scene, 1)
+    assert len(engine.contacts()) == 120
+
+
 # Scenes at random
 
 
