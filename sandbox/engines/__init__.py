@@ -181,15 +181,22 @@ class _CheckedEngine:
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
         self.together = getattr(engine, "together", False)
         self.infers_impulses = getattr(engine, "infers_impulses", False)
-        self.step = engine.step
         self.kick = engine.kick
         self._name = name
         self._engine = engine
         self._balls = len(scene.bodies)
         self._walls = len(ARENA_WALLS) + len(scene.walls)
+        self._rate = scene.rate
+        self._steps = 0
+        self._ends: dict[float, float] = {}  # of steps, by the engine's clock and by ours, s
+
+    def step(self) -> None:
+        self._engine.step()
+        self._steps += 1
 
     def state(self) -> State:
         state = self._engine.state()
+        self._ends[float(state.time)] = self._steps / self._rate
         position, velocity = np.array(state.position, dtype=np.float64), np.array(state.velocity, dtype=np.float64)
         for what, numbers in (("position", position), ("velocity", velocity)):
             if numbers.shape != (self._balls, 2):
@@ -209,7 +216,8 @@ class _CheckedEngine:
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")
-        return contacts.copy()
+        contacts, self._ends = _in_order(contacts, self._ends), {}
+        return contacts
 
     def _check_finite(self, what: str, numbers: Floats) -> None:
         """Raise SandboxError for the first ball that has a number which is not finite. numbers: (steps, n, 2)."""
@@ -226,9 +234,24 @@ class _CheckedBlockEngine(_CheckedEngine):
     def advance(self, steps: int, position: Floats, velocity: Floats) -> None:
         theirs = np.full((2, steps, self._balls, 2), np.nan)  # so that a state left out is not finite
         cast("BlockEngine", self._engine).advance(steps, *theirs)
+        self._steps += steps
         position[:], velocity[:] = theirs
         self._check_finite("position", position)
         self._check_finite("velocity", velocity)
+
+
+def _in_order(contacts: Contacts, ends: Mapping[float, float]) -> Contacts:
+    """Return a copy of contacts, each with the lower ball first, and with our time if it was at the end of a step.
+
+    ends: of steps, by the engine's clock, which may round otherwise than ours, and by ours, s.
+    """
+    contacts = contacts.copy()
+    contacts["time"] = [ends.get(time, time) for time in contacts["time"].tolist()]
+    turned = contacts["second"] >= 0
+    turned &= contacts["first"] > contacts["second"]
+    contacts["first"][turned], contacts["second"][turned] = contacts["second"][turned], contacts["first"][turned]
+    contacts["normal"][turned] *= -1
+    return contacts
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:
