@@ -120,9 +120,9 @@ class Twins:
         self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))
         by_event = engine == REFERENCE
-        self._searches = [_TieSearch(renumbered, scene, is_shifted=False)]
+        self._searches = [_TieSearch(renumbered, scene)]
         if by_event:
-            self._searches += [_TieSearch(one, scene, is_shifted=True) for one in self._shifted]
+            self._searches += [_TieSearch(one, scene) for one in self._shifted]
         self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._horizon: float | None = None
         self._unresolved: float | None = None
@@ -184,38 +184,48 @@ class _TieSearch:
     parted: the step after which the twin first differs by more than rounding; None while that is to come.
     """
 
-    def __init__(self, runner: Runner, scene: Scene, *, is_shifted: bool) -> None:
+    def __init__(self, runner: Runner, scene: Scene) -> None:
         self.runner = runner
-        self._is_shifted = is_shifted
         self.parted: int | None = None
         self._radius, self._rate = scene.bodies.radius, scene.rate
         shortest = HOP_TIME if runner.name == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
-        self._contacts = runner.engine.contacts()  # of the twin in that step; starts recording
+        self._theirs = self._mine = runner.engine.contacts()  # of the twin and the original in that step
+        self._compared = 0  # steps
 
     def compare(self, original: States, twin: States, time: Floats) -> None:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
         contacts = self.runner.engine.contacts()
         if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
             self.parted = round(time[row] * self._rate)
-            self._contacts = self._hits(contacts)
+        if self.parted is not None and len(time):
+            self._theirs = np.concatenate([self._theirs, self._hits(contacts)])
+            self._compared = round(time[-1] * self._rate)
 
     def tie(self, contacts: Contacts) -> Tie | None:
-        """Return the tie at which the twin parts, if that is the reason. contacts: of the original."""
+        """Return the tie at which the twin parts, if that is the reason. contacts: of the original, some once more."""
         if self.parted is None:
             return None
-        tie = find_tie(self._hits(contacts), self._contacts, together=self.runner.together)
-        return tie if tie and not self._may_be_cut(tie.time) else None
+        hits = self._hits(contacts)
+        if len(hits) and len(self._mine):
+            hits = hits[hits["time"] > self._mine["time"][-1]]
+        self._mine = np.concatenate([self._mine, hits])
+        tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+        return tie if tie and (self._compared > self.parted or not self._is_cut(tie.time)) else None
 
-    def _may_be_cut(self, time: float) -> bool:
-        """Return whether rounding may have put one of the contacts of a time (s) into the step before or after."""
-        steps = time * self._rate
-        return self._is_shifted and abs(steps - round(steps)) <= 2 * SIMULTANEOUS * self._rate
+    def _is_cut(self, time: Floats | float) -> Bools:
+        """Return whether rounding may put contacts of a time (s) into this step or into the next."""
+        assert self.parted is not None
+        return np.abs(time - self.parted / self._rate) <= 2 * SIMULTANEOUS
 
     def _hits(self, contacts: Contacts) -> Contacts:
-        """Return the contacts in the step in which the twin parts, without those of bodies at rest."""
+        """Return the contacts in the step in which the twin parts, without those of bodies at rest.
+
+        Contacts at the end of the step belong to it, though rounding may put some of them into the next.
+        """
         step = steps_containing(contacts["time"], self._rate)
-        found: Contacts = contacts[(step == self.parted) & (contacts["impulse"] > self._resting)]
+        within = (step == self.parted) | self._is_cut(contacts["time"])
+        found: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
         return found
 
     def _is_different(self, original: States, twin: States) -> Bools:

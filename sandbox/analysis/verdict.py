@@ -292,6 +292,9 @@ def _rightful(comparison: Comparison, step: int) -> str:
     least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
     causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and abs(entry.energy) > least]
     share = float(run.energy[step] / run.energy[0] - 1)
+    errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
+    if errors > least and comparison.against != REFERENCE:
+        return ""  # part of the change is the reference's own error
     if not causes or abs(share) <= NEGLIGIBLE_ENERGY or (share > 0 and Cause.HAND not in causes):
         return ""
     change = "lost" if share < 0 else "gained"

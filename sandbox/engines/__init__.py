@@ -182,15 +182,22 @@ class _CheckedEngine:
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
         self.together = getattr(engine, "together", False)
         self.infers_impulses = getattr(engine, "infers_impulses", False)
-        self.step = engine.step
         self.kick = engine.kick
         self._name = name
         self._engine = engine
         self._balls = len(scene.bodies)
         self._walls = len(ARENA_WALLS) + len(scene.walls)
+        self._rate = scene.rate
+        self._steps = 0
+        self._ends: dict[float, float] = {}  # of steps, by the engine's clock and by ours, s
+
+    def step(self) -> None:
+        self._engine.step()
+        self._steps += 1
 
     def state(self) -> State:
         state = self._engine.state()
+        self._ends[float(state.time)] = self._steps / self._rate
         checked = {what: np.array(getattr(state, what), dtype=np.float64) for what in States._fields}
         for what, numbers in checked.items():
             shape = (self._balls, 2)[: 2 if what in ("position", "velocity") else 1]
@@ -211,7 +218,8 @@ class _CheckedEngine:
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")
-        return contacts.copy()
+        contacts, self._ends = _in_order(contacts, self._ends), {}
+        return contacts
 
     def _check_finite(self, what: str, numbers: Floats) -> None:
         """Raise SandboxError for the first ball that has a number which is not finite. numbers: (steps, n, ...)."""
@@ -225,6 +233,7 @@ class _CheckedEngine:
 class _CheckedBlockEngine(_CheckedEngine):
     """A checked engine that can do many steps in one call."""
 
+        self._ends[float(state.time)] = self._steps / self._rate
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         theirs = States.empty(steps, self._balls)
         theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
@@ -233,6 +242,20 @@ class _CheckedBlockEngine(_CheckedEngine):
         for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), theirs, strict=True):
             ours[:] = numbers
             self._check_finite(what, numbers)
+
+
+def _in_order(contacts: Contacts, ends: Mapping[float, float]) -> Contacts:
+    """Return a copy of contacts, each with the lower ball first, and with our time if it was at the end of a step.
+
+    ends: of steps, by the engine's clock, which may round otherwise than ours, and by ours, s.
+    """
+    contacts = contacts.copy()
+    contacts["time"] = [ends.get(time, time) for time in contacts["time"].tolist()]
+    turned = contacts["second"] >= 0
+    turned &= contacts["first"] > contacts["second"]
+    contacts["first"][turned], contacts["second"][turned] = contacts["second"][turned], contacts["first"][turned]
+    contacts["normal"][turned] *= -1
+    return contacts
 
 
 def create(name: str, scene: Scene, initial: State) -> Engine:

@@ -503,3 +503,13 @@ def test_no_difference_is_reported_beyond_the_horizon() -> None:
 
 def test_the_reference_does_not_differ_from_itself() -> None:
     assert compare(load("funnel").changed(seconds=2.0), ["exact"]).runs["exact"].differences == ()
+
+
+def test_contacts_at_one_time_in_another_order_are_no_difference_where_the_paths_are_the_same() -> None:
+    """In a corner a ball touches both walls at once: one engine tells the right one first, the other the lower one."""
+    corner = scene_of(
+        "radius = 20\nposition = [300, 300]\nvelocity = [123, 123]", size="[600, 600]", more="seconds = 3"
+    )
+    run = compare(corner.changed(arena={"size": (600, 600), "elasticity": 0.7}), ["impulse", "exact"]).runs["impulse"]
+    assert run.figures.gap_max < 1e-9
+    assert run.differences == ()

@@ -285,3 +285,26 @@ def test_edits_and_the_mouse_act_on_every_twin() -> None:
         lockstep.step()
     for runner in twins.runners:
         assert runner.state().position == pytest.approx(lockstep.states()["exact"].position, abs=1e-9)
+
+
+@pytest.mark.parametrize("rate", [59, 60])
+def test_a_tie_at_the_end_of_a_step_is_found_however_rounding_orders_it(rate: int) -> None:
+    """At 0.5 s, both targets are 32 px ahead along (0.8, 0.6) and 24 px off the line of flight: 40 px away."""
+    scene = scene_of(
+        "radius = 20\nposition = [300, 300]\nvelocity = [120, 90]",
+        "radius = 20\npositions = [[400, 345], [371.2, 383.4]]",
+        more=f"seconds = 1\nrate = {rate}",
+    )
+    comparison = compare(scene, ["pymunk", "exact"])
+    assert comparison.undecided == pytest.approx(0.5, abs=1e-9)
+    assert comparison.runs["pymunk"].figures.first_difference is None
+
+
+def test_a_wall_and_a_ball_at_the_end_of_a_step_are_no_tie() -> None:
+    """Two balls far from each other have contacts at exactly 0.5 s; rounding may put one of them into the next step."""
+    scene = scene_of(
+        "radius = 20\npositions = [[70.1, 300], [730.3, 100]]\nvelocities = [[-100.2, 0], [99.4, 0]]",
+        "radius = 20\nposition = [400.7, 300]\nvelocity = [0.3, 7]",
+        more="seconds = 1",
+    )
+    assert compare(scene, ["pymunk", "exact"]).undecided is None
