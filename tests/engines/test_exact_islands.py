@@ -1,12 +1,13 @@
 """Heaps that come to rest in `exact`: what their floor gets, when they are at rest, and what wakes them."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from sandbox.engines.exact.engine import ExactEngine
-from sandbox.scene.files import parse
+from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, Floats, States
@@ -130,3 +131,16 @@ def test_a_small_kick_does_not_wake_a_heap_and_reaches_its_walls() -> None:
     given = (walls["impulse"][:, None] * walls["normal"]).sum(axis=0)
     assert given == pytest.approx([0.01 * mass[lowest], 0.02 * mass[lowest] + weight().sum() / 60], abs=1e-9)
     assert np.array_equal(states.velocity[0], before.velocity)
+
+
+def test_balls_that_touch_and_overlap_by_rounding_do_not_stop_the_clock() -> None:
+    """Pressed together without speed, they would have contacts at one time without end."""
+    scene = load("truths/pyramid-falls")
+    start = spawn(scene)
+    for units in range(1, 9):
+        squeezed = start.position.copy()
+        squeezed[:2, 0] += [units * np.spacing(start.position[0, 0]), -units * np.spacing(start.position[1, 0])]
+        engine = ExactEngine(scene, replace(start, position=squeezed))
+        engine.contacts()
+        engine.step()
+        assert len(engine.contacts()) < 10_000

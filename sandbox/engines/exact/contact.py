@@ -88,7 +88,8 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
         if _collapses(of_a, now) and _collapses(of_b, now):
             speed = closing
         speed = max(speed, MIN_PARTING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
-    if world.has_gravity and (pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until):
+    leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
+    if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
         if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
