@@ -32,6 +32,18 @@ def _compile_engine(name: str) -> None:
         engine.state()
 
 
+def _compile_exact() -> None:
+    """Run the exact engine, with a heap at rest too: a ball on two others that fill the floor."""
+    _compile_engine("exact")
+    balls = BallGroup(radius=10, positions=((10.0, 90.0), (30.0, 90.0), (20.0, 70.0)))
+    scene = Scene(arena={"size": (40.0, 100.0)}, balls=[balls], gravity=(0.0, 900.0))
+    engine = create("exact", scene, spawn(scene))
+    engine.contacts()
+    for kick in (0.0, 0.01, 1.0):
+        engine.kick(2, (0.0, kick))
+        engine.step()
+
+
 def _compile_scenes() -> None:
     """Place balls at random, and then on a lattice, as there is too little room."""
     size = 100.0, 100.0
@@ -56,7 +68,7 @@ class Part(NamedTuple):
 
 COMPUTATION: Final = (
     Part("comparison", ("sandbox.analysis",), _compile_comparison),
-    Part("exact", ("sandbox.engines.exact",), partial(_compile_engine, "exact")),
+    Part("exact", ("sandbox.engines.exact",), _compile_exact),
     Part("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
     Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
     Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),

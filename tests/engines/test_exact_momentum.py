@@ -178,6 +178,14 @@ def test_floor_gets_the_weight_of_a_resting_heap(name: str) -> None:
     assert on_floor["impulse"].sum() == pytest.approx(len(place) * 900, rel=0.1)
 
 
+def test_walls_account_for_the_momentum_of_balls_that_fill_the_floor() -> None:
+    """Ten balls have 2e-5 px of room between walls. Fast balls fall on them, and come to rest there."""
+    row = "[[balls]]\nradius = 9.999999\nelasticity = 0.7\ngrid = [10, 1]\nspacing = 20\nposition = [10, 190]\n"
+    heap = "[[balls]]\nradius = 10\nelasticity = 0.7\ncount = 14\ninside = [[0, 20], [200, 150]]\n"
+    scene = parse(f"gravity = [0, 900]\n[arena]\nsize = [200, 200]\n{row}{heap}", "test")
+    assert unexplained(scene, 240).max() < KEPT * 24 * 900
+
+
 def test_floor_gets_the_weight_of_a_ball_that_others_hit_while_it_rests() -> None:
     """What a wall carries is summed at every contact, not only at the end of a step."""
     scene = scene_of([(500, 1990), (300, 1990)], [(0, 0), (150, 0)], [1, 1], 1.0, "gravity = [0, 900]")

@@ -18,10 +18,9 @@ inelastic collapse, infinitely many contacts in finite time, from stopping the c
   of about the world's hop time: at 900 px/s² and HOP_TIME these are 1.1e-4 px high. A disc that carries others hops
   faster, so that the contacts of a pair, about 1/HOP_TIME a second, grow only as the root of the load. Hops exchange
   momentum as all contacts do, so the walls get the weight of a heap.
-- Jams. Discs that fill the room between walls to the last bit have contacts without end. After MAX_SLOW_CONTACTS slow
-  ones in a hop time, a slow disc is held where it is, as if its mass were infinite, for a hop time or until something
-  fast hits it, and later again after HELD_CONTACTS. What holds it is no wall, so no contact reports it: it remains as
-  unexplained momentum. Only discs whose contacts reached a wall within a hop time are held, so none in flight is.
+- Heaps at rest. What stands still is frozen, as `islands` describes, and has no contacts. To slow discs an island is
+  infinitely heavy, and a fast hit (`wakes`) wakes it first. A disc with MAX_SLOW_CONTACTS slow contacts in a hop time
+  is jammed, and discs are examined at once.
 """
 
 import math
@@ -31,11 +30,10 @@ import numpy as np
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.friction import rub_discs, rub_wall
-from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
-from sandbox.engines.exact.records import HELD
+from sandbox.engines.exact.records import STATIC
 from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
-from sandbox.engines.exact.world import World, move_to_now, release
+from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MAX_STREAK: Final = 50  # contacts of a disc, each within CONTACT_TIME of the last, after which they are elastic
@@ -48,9 +46,8 @@ LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a ho
 SLOW_HOPS: Final = 10  # hop speeds; a contact below this is slow, and a disc below twice this
 CONTACTS_PER_LOAD: Final = 4  # slow contacts of a disc in a hop time that make its hops faster by one hop speed
 MAX_LOAD: Final = 4  # hop speeds, the fastest hop
-MAX_SLOW_CONTACTS: Final = 300  # of a slow disc in a hop time, before it counts as jammed
-MAX_JAMMED_CONTACTS: Final = 1000  # the same of a disc that is not slow
-HELD_CONTACTS: Final = 10  # the same of a slow disc that has been held
+JAMMED_CONTACTS: Final = 100  # slow ones of a disc in a hop time, from which on it counts as jammed
+MAX_SLOW_CONTACTS: Final = 300  # the same, at which it is examined at once
 
 
 class Parting(NamedTuple):
@@ -77,7 +74,7 @@ def _collapses(body: Record, now: float) -> bool:
 def _hop_speed(world: World, i: int, now: float) -> float:
     """Return the speed at which disc i parts from others that it leans on, px/s: faster if it has many contacts."""
     body = world.body[i]
-    if now - body.slow_since > world.hop_time or now - body.held_until <= world.hop_time:
+    if now - body.slow_since > world.hop_time:
         return world.hop_speed
     return world.hop_speed * min(max(1.0, body.slow_contacts / CONTACTS_PER_LOAD), MAX_LOAD)
 
@@ -91,7 +88,8 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
         if _collapses(of_a, now) and _collapses(of_b, now):
             speed = closing
         speed = max(speed, MIN_PARTING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
-    if world.has_gravity and (pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until):
+    leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
+    if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
         if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
@@ -142,21 +140,35 @@ def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now
 
 
 @kernel
-def _is_slow(world: World, i: int) -> bool:
-    """Return whether disc i is about as slow as hops are."""
-    return math.hypot(world.disc[i].vx, world.disc[i].vy) < 2 * SLOW_HOPS * world.hop_speed
+def is_slow(world: World, i: int, now: float) -> bool:
+    """Return whether disc i, and its rim, are about as slow as hops are."""
+    m, slow = motion(world, i, now), 2 * SLOW_HOPS * world.hop_speed
+    if world.is_rough and abs(rotation(world, i, now)[1]) * world.disc[i].radius > slow:
+        return False
+    return math.hypot(m.vx, m.vy) < slow
 
 
 @kernel
-def _inverse_mass(world: World, i: int, other: int, closing: float) -> float:
-    """Return 1/mass of disc i, 1/kg: 0 if it is held, and a contact as slow as this (px/s) does not release it."""
-    holds = (
-        world.has_gravity
-        and world.event[i].carrier == HELD
-        and closing < SLOW_HOPS * world.hop_speed
-        and _is_slow(world, other)
-    )
-    return 0.0 if holds else 1 / world.body[i].mass
+def is_jammed(world: World, i: int, now: float) -> bool:
+    """Return whether disc i has had so many slow contacts that it cannot go anywhere."""
+    body = world.body[i]
+    return now - body.slow_since <= world.hop_time and body.slow_contacts >= JAMMED_CONTACTS
+
+
+@kernel
+def wakes(world: World, i: int, other: int, now: float) -> bool:
+    """Return whether disc i is part of a static island, and the other disc hits it so fast that it wakes it."""
+    if world.event[i].carrier != STATIC:
+        return False
+    disc, m = world.disc[i], motion(world, other, now)
+    nx, ny, _ = unit(disc.x - m.x, disc.y - m.y)
+    return m.vx * nx + m.vy * ny >= SLOW_HOPS * world.hop_speed or not is_slow(world, other, now)
+
+
+@kernel
+def _inverse_mass(world: World, i: int) -> float:
+    """Return 1/mass of disc i, 1/kg: 0 if it is part of a static island."""
+    return 0.0 if world.has_gravity and world.event[i].carrier == STATIC else 1 / world.body[i].mass
 
 
 @kernel
@@ -173,7 +185,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
     parting = _pair_parting(world, i, j, closing, pull, now)
 
-    per_a, per_b = _inverse_mass(world, i, j, closing), _inverse_mass(world, j, i, closing)
+    per_a, per_b = _inverse_mass(world, i), _inverse_mass(world, j)
     impulse = (closing + parting.speed) / (per_a + per_b)
     a.vx -= impulse * per_a * nx
     a.vy -= impulse * per_a * ny
@@ -189,15 +201,25 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if parting.hops:
         of_a.leans_until = of_b.leans_until = now + _lean_time(world)
-    if closing < SLOW_HOPS * world.hop_speed:
-        of_a.last_support = of_b.last_support = max(of_a.last_support, of_b.last_support)
-    for k, per_k, per_other in ((i, per_a, per_b), (j, per_b, per_a)):
-        if per_k > 0:
+    to_b_x, to_b_y = impulse * nx - tangential * ny, impulse * ny + tangential * nx
+    for k, per_k, sign in ((i, per_a, -1), (j, per_b, 1)):
+        if per_k == 0:
+            give(world, k, sign * to_b_x, sign * to_b_y)
+        else:
             _count_contact(world, k, now)
             if world.has_gravity:
-                if per_other == 0:
-                    world.body[k].last_support = now
-                _hold_if_jammed(world, k, closing, now)
+                _count_slow_contact(world, k, closing, now)
+
+
+@kernel
+def give(world: World, i: int, x: float, y: float) -> None:
+    """Give momentum (kg px/s) to disc i of a static island."""
+    taken = world.rest.taken[i]
+    taken.x += x
+    taken.y += y
+    taken.load_x += x
+    taken.load_y += y
+    world.rest.plan[0].owes = 1
 
 
 @kernel
@@ -230,13 +252,12 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, now)
-    body.last_support = now
     if parting.rests:
         carry(world, i, p, carrier, _shortest_flight(world, body, now), now, log)
     if parting.hops:
         body.leans_until = now + _lean_time(world)
     if now - body.last_disc_contact < _lean_time(world):
-        _hold_if_jammed(world, i, closing, now)
+        _count_slow_contact(world, i, closing, now)
 
 
 @kernel
@@ -249,19 +270,13 @@ def _count_contact(world: World, i: int, now: float) -> None:
 
 
 @kernel
-def _hold_if_jammed(world: World, i: int, closing: float, now: float) -> None:
-    """Count disc i's slow contacts and, if they are too many, hold it for a hop time."""
-    disc, body = world.disc[i], world.body[i]
+def _count_slow_contact(world: World, i: int, closing: float, now: float) -> None:
+    """Count disc i's slow contacts and, if they are too many, have the discs examined."""
+    body, plan = world.body[i], world.rest.plan[0]
     if closing >= SLOW_HOPS * world.hop_speed:
         return
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += 1
-    is_supported = now - body.last_support < world.hop_time
-    limit = MAX_SLOW_CONTACTS if _is_slow(world, i) else MAX_JAMMED_CONTACTS
-    if is_supported and body.slow_contacts > limit:
-        disc.vx = disc.vy = body.ax = body.ay = 0.0
-        if world.is_rough:
-            world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
-        world.event[i].carrier, body.held_until = HELD, now + world.hop_time
-        body.slow_since, body.slow_contacts = body.held_until, MAX_SLOW_CONTACTS - HELD_CONTACTS
+    if body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from:
+        plan.is_due, plan.time = 1, now

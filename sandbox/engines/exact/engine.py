@@ -10,6 +10,7 @@ from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
+from sandbox.engines.exact.islands import Islands, no_islands
 from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.support import MAX_SUPPORTS
@@ -37,10 +38,13 @@ class ExactEngine:
         self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         self._row = States.empty(1, len(scene.bodies))  # for `step`
-        self._log = _log(LOG_ROWS + MAX_SUPPORTS * len(scene.bodies))
+        self._islands = Islands(self._world)
+        self._max_reports = MAX_SUPPORTS * len(scene.bodies) + len(self._world.rest.support)
+        self._log = _log(LOG_ROWS + self._max_reports)
         self._contacts = ContactLog()
         self.collisions = 0
         start(self._world)
+        self._islands.begin()
 
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
@@ -62,13 +66,14 @@ class ExactEngine:
             count = int(log.filled[0])
             if count:
                 self._contacts.add(log.row[:count].copy())
+            self._report(self._islands.do_planned(self._now))
             if self._contacts.count > MAX_LOGGED_CONTACTS:
                 time = (self._steps + (done < steps)) / self._rate
                 raise SandboxError(
                     f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; run a shorter "
                     "time, or leave exact out with --engines pymunk,impulse"
                 )
-            if len(log.row) - count < MAX_SUPPORTS * len(self._disc_of_ball):
+            if len(log.row) - count < self._max_reports:
                 self._log = _log(2 * len(log.row))
 
     @property
@@ -83,11 +88,20 @@ class ExactEngine:
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
+        if not self._contacts.recording:
+            self._islands.begin_reports()
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
-        kick(self._world, self._disc_of_ball[ball], self._now, float(dv[0]), float(dv[1]))
+        disc, x, y = int(self._disc_of_ball[ball]), float(dv[0]), float(dv[1])
+        if not self._islands.absorb(disc, x, y):
+            self._report(self._islands.wake(disc, self._now, self._now))
+            kick(self._world, disc, self._now, x, y)
+
+    def _report(self, contacts: Contacts) -> None:
+        if len(contacts) and self._contacts.recording:
+            self._contacts.add(contacts)
 
 
 def _log(rows: int) -> Log:
@@ -108,12 +122,12 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     event["cell"], event["ball"], event["carrier"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
-    body["last_disc_contact"] = body["last_support"] = body["held_until"] = -np.inf
+    body["last_disc_contact"] = -np.inf
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
     turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     queue, g = empty_queue(disc, event), math.hypot(*gravity)
-    arrays = disc, event, body, turn, piece, grid, queue
+    arrays = disc, event, body, turn, piece, grid, queue, no_islands(n, has_gravity=g > 0)
     return World(*arrays, gravity, g > 0, is_rough, ROUNDING * g, hop_time, g * hop_time / 2)

@@ -8,13 +8,15 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import entry, kernel, prefetch
-from sandbox.engines.exact.contact import bounce, collide
+from sandbox.engines.exact.contact import bounce, collide, wakes
 from sandbox.engines.exact.event_queue import runner_up
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
+from sandbox.engines.exact.islands import max_reports, plan_next_check, report_islands
 from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.prediction import predict, update_prediction
-from sandbox.engines.exact.records import HELD, NONE
+from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
+from sandbox.engines.exact.touching import is_restless
 from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
 from sandbox.state import States
 
@@ -53,24 +55,27 @@ def _prefetch_contact(world: World, i: int) -> None:
 def _process_events(world: World, since: float, until: float, log: Log, max_events: int) -> tuple[int, int]:
     """Process events from a time to a time (s), or until the log is full, or up to a number of events.
 
-    Returns the number of contacts between discs, and of events left.
+    Also stops where Python must examine discs or wake an island. Returns the number of contacts between discs, and of
+    events left.
     """
-    disc, event, root = world.disc, world.event, world.queue.node[0]
+    disc, event, root, plan = world.disc, world.event, world.queue.node[0], world.rest.plan[0]
     collisions = 0
     while root.time <= until and len(log.row) - log.filled[0] >= MAX_ROWS_PER_EVENT and max_events > 0:
         now, i, j = root.time, np.int64(root.disc), np.int64(NONE)
         max_events -= 1
+        if world.has_gravity and plan.is_due:
+            break
         _prefetch_event(world, runner_up(world.queue))
         partner = np.int64(event[i].partner)
         if event[i].crossing < disc[i].hit:
-            if event[i].carrier != HELD:
-                _enter_next_cell(world, i, now)
-                continue
-            move_to_now(world, i, now)
-            release(world, i)
-        elif partner < 0:
+            _enter_next_cell(world, i, now)
+            continue
+        if partner < 0:
             bounce(world, i, ~partner, since, now, log)
         elif disc[partner].serial == event[i].partner_serial:
+            if world.has_gravity and (wakes(world, i, partner, now) or wakes(world, partner, i, now)):
+                plan.struck, plan.time = i if event[i].carrier == STATIC else partner, now
+                break
             _prefetch_contact(world, i)
             _prefetch_contact(world, partner)
             i, j = (i, partner) if event[i].ball < event[partner].ball else (partner, i)
@@ -93,24 +98,45 @@ def _write_state(world: World, now: float, states: States, row: int) -> None:
             states.angle[row, ball], states.spin[row, ball] = rotation(world, i, now)
 
 
+@kernel
+def _must_examine(world: World, now: float) -> bool:
+    """Return whether discs are to be examined, as is planned for now; otherwise plan the next time."""
+    for i in range(len(world.disc)):
+        if is_restless(world, i, now):
+            return True
+    plan_next_check(world, now)
+    return False
+
+
 @entry
 def run(world: World, steps_before: int, rate: int, states: States, log: Log) -> tuple[int, int]:
     """Process the events of as many steps as there are states, and write the state after each, in scene order.
 
-    Stops early if the log is full, or after MAX_EVENTS_PER_CALL; the next call continues from there. log: with more
-    than MAX_SUPPORTS rows per disc. Returns the number of steps completed, and of contacts between discs.
+    Stops early if the log is full, after MAX_EVENTS_PER_CALL, or if Python must do what is planned in `world.rest`;
+    the next call continues from there. log: with more rows than can be reported at the end of a step. Returns the
+    number of steps completed, and of contacts between discs.
     """
     log.filled[0] = 0
     collisions, events_left = 0, MAX_EVENTS_PER_CALL
+    plan, root = world.rest.plan[0], world.queue.node[0]
     for step in range(len(states.position)):
         since, now = (steps_before + step) / rate, (steps_before + step + 1) / rate
-        more, events_left = _process_events(world, since, now, log, events_left)
-        collisions += more
-        if world.queue.node[0].time <= now or len(log.row) - log.filled[0] < MAX_SUPPORTS * len(world.disc):
-            return step, collisions
+        until = -np.inf
+        while until < now:
+            until = min(now, plan.next_check)
+            more, events_left = _process_events(world, since, until, log, events_left)
+            collisions += more
+            if root.time <= until or plan.is_due or len(log.row) - log.filled[0] < max_reports(world):
+                return step, collisions
+            if until == plan.next_check and _must_examine(world, until):
+                plan.is_due, plan.time = 1, until
+                return step, collisions
         if world.has_gravity and log.collects:
+            if plan.owes:
+                return step, collisions
             for i in range(len(world.disc)):
                 report_support(world, i, since, now, log)
+            report_islands(world, since, now, log)
         _write_state(world, now, states, step)
     return len(states.position), collisions
 

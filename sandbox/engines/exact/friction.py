@@ -28,7 +28,7 @@ def slip_on(world: World, i: int, nx: float, ny: float) -> float:
 
 @kernel
 def _rub(world: World, i: int, nx: float, ny: float, tangential: float, per_mass: float) -> None:
-    """Take an impulse along the tangent (kg px/s) from disc i. per_mass: 1/kg, 0 if it is held."""
+    """Take an impulse along the tangent (kg px/s) from disc i. per_mass: 1/kg, 0 if it is part of a static island."""
     disc = world.disc[i]
     disc.vx += tangential * per_mass * ny
     disc.vy -= tangential * per_mass * nx

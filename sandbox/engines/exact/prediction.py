@@ -7,7 +7,7 @@ import numpy as np
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
-from sandbox.engines.exact.records import HELD, NONE
+from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
 from sandbox.engines.walls import ARENA_COUNT
 
@@ -66,7 +66,7 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
 def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
     """Predict disc i's contacts with the pieces of wall of its cell."""
     event, grid, piece = world.event[i], world.grid, world.piece
-    if event.carrier == HELD:
+    if event.carrier == STATIC:
         return
     for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
         p = grid.piece[k]
@@ -82,11 +82,8 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
 
 @kernel
 def _predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
-    """Predict when and where disc i leaves its cell or, if it is held, when it is released."""
+    """Predict when and where disc i leaves its cell."""
     grid, event = world.grid, world.event[i]
-    if event.carrier == HELD:
-        event.crossing = world.body[i].held_until
-        return
     row, column = divmod(np.int64(event.cell), grid.stride)
     dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * grid.width, column * grid.width)
     dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * grid.height, row * grid.height)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 CACHE_LINE: Final = 64  # bytes
 NONE: Final = -1  # no disc, no wall
-HELD: Final = -2  # instead of a carrier: the disc is held where it is
+STATIC: Final = -2  # instead of a carrier: the disc is part of a static island
 
 DISC: Final = np.dtype(
     [
@@ -29,13 +29,13 @@ DISC: Final = np.dtype(
 
 EVENT: Final = np.dtype(
     [
-        ("crossing", "f8"),  # s, time at which it leaves its cell, or is released if it is held
+        ("crossing", "f8"),  # s, time at which it leaves its cell
         ("cell_offset", "i4"),  # from its cell's number to the next cell's
         ("cell", "i4"),
         ("partner", "i4"),  # of the next contact: a disc, or ~piece of wall
         ("partner_serial", "i4"),  # at the prediction
         ("ball", "i4"),  # its number in the scene
-        ("carrier", "i4"),  # piece of wall that carries it, or NONE, or HELD
+        ("carrier", "i4"),  # piece of wall that carries it, or NONE, or STATIC
     ]
 )
 
@@ -50,8 +50,6 @@ BODY: Final = np.dtype(
         ("leans_until", "f8"),  # s, until when it counts as leaning on others
         ("slow_since", "f8"),  # s, start of the count of slow contacts
         ("slow_contacts", "i4"),  # since then
-        ("last_support", "f8"),  # s, time of the last contact with a wall or with a held disc
-        ("held_until", "f8"),  # s, if it is held
         ("corner", "i4"),  # second piece of wall that carries it, where it lies in a corner, or NONE
         ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
     ]
@@ -65,6 +63,41 @@ TURN: Final = np.dtype(
         ("friction", "f8"),  # its factor
         ("slips_until", "f8"),  # s, when it ceases to slip on the walls that carry it, or NEVER
         ("reported_until", "f8"),  # s, time of the last change from slipping to rolling
+    ]
+)
+
+TAKEN: Final = np.dtype(  # what a disc of a static island was given, kg px/s
+    [
+        ("x", "f8"),  # since it was last passed on to the walls
+        ("y", "f8"),
+        ("load_x", "f8"),  # since the island was last examined
+        ("load_y", "f8"),
+    ]
+)
+
+SUPPORT: Final = np.dtype(  # a contact in a static island
+    [
+        ("first", "i8"),  # ball
+        ("second", "i8"),  # ball or ~wall
+        ("nx", "f8"),  # unit vector from first to second
+        ("ny", "f8"),
+        ("force", "f8"),  # kg px/s², along the normal
+        ("friction", "f8"),  # kg px/s², along the tangent
+        ("impulse", "f8"),  # kg px/s, not yet reported, along the normal
+        ("tangential", "f8"),  # likewise, along the tangent
+        ("since", "f8"),  # s, when it began to carry this force
+    ]
+)
+
+PLAN: Final = np.dtype(  # one record: what Python must do before the event loop goes on
+    [
+        ("next_check", "f8"),  # s, when discs are examined next
+        ("time", "f8"),  # s, of what is to be done
+        ("jams_from", "f8"),  # s, before which a jam is not examined again
+        ("is_due", "i4"),  # whether discs are to be examined
+        ("struck", "i4"),  # a disc whose island is to be woken, or NONE
+        ("owes", "i4"),  # whether an island was given momentum that its walls have not reported
+        ("supports", "i4"),  # rows of SUPPORT in use
     ]
 )
 

@@ -27,7 +27,10 @@ def unit(rx: float, ry: float) -> tuple[float, float, float]:
 
 @kernel
 def normal_to(disc: Record, piece: Record) -> tuple[float, float, float]:
-    """Return the unit normal from a disc to a piece of wall, and the distance of the piece's line or point (px)."""
+    """Return the unit normal from a disc to a piece of wall, and the distance of the piece's line or point (px).
+
+    disc: DISC, or a Motion.
+    """
     rx, ry = piece.x - disc.x, piece.y - disc.y
     if piece.length == 0:
         return unit(rx, ry)

@@ -14,13 +14,21 @@ from sandbox.engines.exact.records import NONE
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
 
+class Rest(NamedTuple):
+    """Static islands: their part of the data. plan: (1,) PLAN; taken: (n,) TAKEN; support: SUPPORT."""
+
+    plan: NDArray[np.void]
+    taken: NDArray[np.void]
+    support: NDArray[np.void]
+
+
 class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
-    friction or spin; piece: (m,) PIECE; gravity: px/s²; has_gravity: whether it is not 0; min_pull: px/s², below which
-    a pull is rounding; hop_time: s, for which discs that lean on each other are apart; hop_speed: px/s, at which they
-    part.
+    friction or spin; piece: (m,) PIECE; rest: static islands; gravity: px/s²; has_gravity: whether it is not 0;
+    min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart;
+    hop_speed: px/s, at which they part.
     """
 
     disc: NDArray[np.void]
@@ -30,6 +38,7 @@ class World(NamedTuple):
     piece: NDArray[np.void]
     grid: Grid
     queue: EventQueue
+    rest: Rest
     gravity: tuple[float, float]
     has_gravity: bool
     is_rough: bool
@@ -79,10 +88,8 @@ def move_to_now(world: World, i: int, now: float) -> None:
 
 @kernel
 def release(world: World, i: int) -> None:
-    """Let disc i fly freely, whatever carried or held it, and invalidate what was predicted with it."""
+    """Let disc i fly freely, whatever carried it, and invalidate what was predicted with it."""
     event, body = world.event[i], world.body[i]
-    if event.carrier != NONE:
-        body.last_support = world.disc[i].t
     event.carrier = NONE
     body.ax, body.ay = world.gravity
     if world.is_rough:
