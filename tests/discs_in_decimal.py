@@ -1,124 +1,86 @@
-"""Smooth hard discs from contact to contact in 50 decimal digits: a second opinion on the exact engine.
+"""Hard discs with friction from contact to contact in 50 decimal digits: a second opinion on the exact engine.
 
 It shares nothing with the sandbox: its own formulas and root finder, on Python's `decimal`. Before every contact it
-looks at every pair and every wall, without a grid or a queue. There is no friction, no rest and no treatment of
-contacts without end: `run` ends before them.
+looks at every pair and every wall, without a grid or a queue.
 
-x, y: px; vx, vy: px/s; t: s; gravity: px/s². A wall is a segment with round ends; its `reach` is the distance of a
-disc's centre at which the two touch.
+Bodies exchange impulses by the law of restitution and Coulomb's law of friction, for the pair and instant that touch.
+A disc that no longer bounces off a face lies on it: it slides or rolls, until something hits it or the face ends. Other
+rest, and contacts without end, are not treated: `run` ends before them.
+
+Units and directions are those of `table_in_decimal`. `reach` is the distance of two centres at which bodies touch.
 """
 
 import random
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from decimal import Decimal, localcontext
-from itertools import combinations, pairwise
-from math import comb
+from itertools import combinations
 from typing import Final, NamedTuple
 
-DIGITS: Final = 50
-TINY: Final = Decimal("1e-34")  # px and s: far above rounding, far below all else
-ROOT_ERROR: Final = Decimal("1e-44")  # s
-MIN_BOUNCE: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; a shorter one is rest
-MIN_BOUNCE_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
-MAX_STREAK: Final = 40  # contacts of a disc, each within STREAK_TIME of the last
+from roots_in_decimal import DIGITS, NEVER, TINY, ZERO, fall_through_zero, first_fall, soon
+from table_in_decimal import Disc, End, Face, Table, Vector, Wall
+
+REST: Final = Decimal("1e-9")  # s, that a bounce off a face lasts; after a shorter one the disc lies
+BRIEF: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; with a shorter one a disc comes to rest
+BRIEF_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
+BRIEF_ON_DISC: Final = Decimal("2e-3")  # s, off a disc
+TOUCHING: Final = Decimal("1e-9")  # px between a disc that comes to rest on a face and another wall: it is in a corner
+MAX_STREAK: Final = 40  # contacts of a disc with changing partners, each within STREAK_TIME of the last
+MAX_INSTANT_STREAK: Final = 5  # the same if the last two are within CLOCK_ERROR
 STREAK_TIME: Final = Decimal("1e-6")  # s
 CLOCK_ERROR: Final = Decimal("1e-13")  # s, between a disc's contacts, whose order is lost in double precision
-ZERO: Final = Decimal(0)
-NEVER: Final = Decimal("Infinity")
-
-
-@dataclass
-class Disc:
-    """A disc in flight."""
-
-    x: Decimal
-    y: Decimal
-    vx: Decimal
-    vy: Decimal
-    radius: Decimal
-    mass: Decimal
-    elasticity: Decimal
 
 
 @dataclass(frozen=True)
-class Wall:
-    """The side of an arena, which only stops what comes from inside, or a wall with two faces and round ends.
+class Contact:
+    """A contact. second: a disc, or ~number of a wall; at: centre of the first, px.
 
-    number: 0 to 3 for the arena's left, top, right and bottom; then the others.
-    """
-
-    number: int
-    x0: Decimal
-    y0: Decimal
-    x1: Decimal
-    y1: Decimal
-    half_thickness: Decimal
-    elasticity: Decimal
-    one_sided: bool = False
-
-
-class Contact(NamedTuple):
-    """A contact. second: a disc, or ~number of a wall; at: centre of the first, px; impulse: kg px/s.
-
-    lighter: kg, of the lighter disc; rests: gravity brings the disc back to the wall at once.
+    impulse, tangential: kg px/s, which the second gets along the normal and the tangent; slip: px/s, before it;
+    lighter: kg, of the lighter disc.
     """
 
     time: Decimal
     first: int
     second: int
-    at: tuple[Decimal, Decimal]
+    at: Vector
     impulse: Decimal
+    tangential: Decimal
+    slip: Decimal
     lighter: Decimal
-    rests: bool
 
 
 class Meeting(NamedTuple):
-    """The next contact, as found. at: the point of the wall that is touched, (x, y); None for two discs."""
+    """What a disc meets next. other: None if it stops slipping, or reaches the end of its face."""
 
     wait: Decimal
     first: int
-    second: int
-    at: tuple[Decimal, Decimal] | None
+    other: int | Face | End | None
+
+    @property
+    def discs(self) -> set[int]:
+        """The discs that touch something then."""
+        second = {self.other} if isinstance(self.other, int) else set()
+        return second | {self.first} if self.other is not None else second
+
+    def is_rival_of(self, earlier: "Meeting") -> bool:
+        """Return whether double precision cannot order two contacts of one disc."""
+        return self.wait - earlier.wait < CLOCK_ERROR and bool(self.discs & earlier.discs)
 
 
-@dataclass
-class Table:
-    """All discs at one time, the walls and gravity."""
+class Noise(NamedTuple):
+    """What rounding is like: random changes at the start, and later at each of the times asked for; px, px/s, rad/s."""
 
-    discs: list[Disc]
-    walls: tuple[Wall, ...]
-    gravity: tuple[Decimal, Decimal]
-    time: Decimal = ZERO
-
-    def copy(self) -> "Table":
-        """Return a copy that can go its own way."""
-        return replace(self, discs=[replace(disc) for disc in self.discs])
-
-    def nudged(self, by: Decimal, seed: int) -> "Table":
-        """Return a copy whose coordinates and velocities all differ at random, by up to `by` (px, px/s)."""
-        rng, twin = random.Random(seed), self.copy()
-        with localcontext(prec=DIGITS):
-            for disc in twin.discs:
-                disc.x, disc.y, disc.vx, disc.vy = (
-                    number + by * Decimal(rng.uniform(-1, 1)) for number in (disc.x, disc.y, disc.vx, disc.vy)
-                )
-        return twin
-
-    def fly(self, wait: Decimal) -> None:
-        """Move all discs on their parabolas."""
-        gx, gy = self.gravity
-        for disc in self.discs:
-            disc.x += wait * (disc.vx + gx * wait / 2)
-            disc.y += wait * (disc.vy + gy * wait / 2)
-            disc.vx += gx * wait
-            disc.vy += gy * wait
-        self.time += wait
+    at_start: Decimal
+    later: Decimal
+    rng: random.Random
 
 
 @dataclass(frozen=True)
 class Run:
-    """What happened up to a time, s. snapshots: at the times asked for; ended: the reason, if not all were reached."""
+    """What happened up to a time, s. snapshots: at the times asked for; ended: the reason, if not all were reached.
+
+    contacts: but for those of discs that come to rest on a face.
+    """
 
     snapshots: tuple[Table, ...]
     contacts: tuple[Contact, ...]
@@ -126,204 +88,243 @@ class Run:
     ended: str
 
 
-def fall_through_zero(c: Decimal, b: Decimal, a: Decimal) -> Decimal:
-    """Return the time at which c + b t + a t² falls through zero; a parabola does so once at most.
-
-    Its slope there is minus the root of the discriminant, which gives two forms, each without cancellation for one sign
-    of b.
-    """
-    discriminant = b * b - 4 * a * c
-    if discriminant <= 0:
-        return NEVER
-    slope = -discriminant.sqrt()
-    if b < 0:
-        return 2 * c / (-b - slope)
-    return (slope - b) / (2 * a) if a < 0 else NEVER
-
-
-def soon(time: Decimal) -> Decimal:
-    """Return a time of contact that rounding may have put before now; one that is past is never."""
-    return max(time, ZERO) if time > -TINY else NEVER
-
-
-def wait_for_disc(a: Disc, b: Disc) -> Decimal:
-    """Return when two discs touch: gravity moves both alike, so they fly straight past each other."""
-    x, y, vx, vy, reach = b.x - a.x, b.y - a.y, b.vx - a.vx, b.vy - a.vy, a.radius + b.radius
+def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -> Decimal:
+    """Return when two centres come within reach, if before a limit. relative: their x, y, vx, vy, ax, ay."""
+    x, y, vx, vy, ax, ay = relative
     approach = x * vx + y * vy
-    if approach >= 0:
-        return NEVER
-    speed2 = vx * vx + vy * vy
-    cross = x * vy - y * vx  # speed times the distance at which their centres would pass
-    miss2 = reach * reach * speed2 - cross * cross
-    return soon((-approach - miss2.sqrt()) / speed2) if miss2 > 0 else NEVER
-
-
-def waits_for_faces(disc: Disc, wall: Wall, gravity: tuple[Decimal, Decimal]) -> Iterator[tuple[Decimal, Decimal]]:
-    """Yield when a disc touches each face of a wall, and where along the wall, px from its start."""
-    dx, dy = wall.x1 - wall.x0, wall.y1 - wall.y0
-    length = (dx * dx + dy * dy).sqrt()
-    ux, uy = dx / length, dy / length
-    rx, ry, reach = disc.x - wall.x0, disc.y - wall.y0, disc.radius + wall.half_thickness
-    for side in (1,) if wall.one_sided else (1, -1):
-        nx, ny = -uy * side, ux * side
-        wait = soon(
-            fall_through_zero(
-                rx * nx + ry * ny - reach,
-                disc.vx * nx + disc.vy * ny,
-                (gravity[0] * nx + gravity[1] * ny) / 2,
-            )
-        )
-        if wait < NEVER:
-            x = rx + wait * (disc.vx + gravity[0] * wait / 2)
-            y = ry + wait * (disc.vy + gravity[1] * wait / 2)
-            along = x * ux + y * uy
-            if wall.one_sided or 0 <= along <= length:
-                yield wait, along / length
-
-
-def wait_for_end(
-    disc: Disc, x: Decimal, y: Decimal, reach: Decimal, gravity: tuple[Decimal, Decimal], limit: Decimal
-) -> Decimal:
-    """Return when a disc touches the round end of a wall, if before a limit."""
-    rx, ry, vx, vy, (gx, gy) = disc.x - x, disc.y - y, disc.vx, disc.vy, gravity
-    distance = (rx * rx + ry * ry).sqrt()
+    if ax == ay == 0:
+        if approach >= 0:
+            return NEVER
+        speed2 = vx * vx + vy * vy
+        cross = x * vy - y * vx  # speed times the distance at which they would pass
+        miss2 = reach * reach * speed2 - cross * cross
+        return soon((-approach - miss2.sqrt()) / speed2) if miss2 > 0 else NEVER
+    distance = (x * x + y * y).sqrt()
     gap = distance - reach
-    if gap > limit * (abs(vx) + abs(vy) + (abs(gx) + abs(gy)) * limit / 2):
+    if gap > limit * (abs(vx) + abs(vy) + (abs(ax) + abs(ay)) * limit / 2):
         return NEVER
-    gap2 = [gap * (distance + reach), 2 * (rx * vx + ry * vy)]
-    gap2 += [vx * vx + vy * vy + rx * gx + ry * gy, vx * gx + vy * gy, (gx * gx + gy * gy) / 4]
-    if abs(gap) < TINY:
-        if gap2[1] < 0:
+    gap2 = [gap * (distance + reach), 2 * approach]
+    gap2 += [vx * vx + vy * vy + x * ax + y * ay, vx * ax + vy * ay, (ax * ax + ay * ay) / 4]
+    if abs(gap) < TINY:  # they touch now: without the root at 0, which is double if they neither part nor approach
+        gap2 = gap2[2 if abs(approach) < TINY else 1 :]
+        if gap2[0] < 0:
             return ZERO
-        gap2 = gap2[1:]  # it has just left: without the root at 0
-    assert gap2[0] >= 0, "a disc is inside a wall"
+    assert gap2[0] >= 0, "a disc is inside another or a wall"
     return first_fall(gap2, limit)
 
 
-def first_fall(power: Sequence[Decimal], limit: Decimal) -> Decimal:
-    """Return the first root from 0 to a limit of a polynomial that begins positive, by its Bernstein coefficients.
-
-    They bound it: without a change of sign among them it has no root, and with one change exactly one. Else the
-    interval is halved, by de Casteljau's rule. power: coefficients of 1, t, t², ...
-    """
-    degree = len(power) - 1
-    scaled = [coefficient * limit**k for k, coefficient in enumerate(power)]
-    bernstein = [sum((scaled[k] * comb(i, k) / comb(degree, k) for k in range(i + 1)), ZERO) for i in range(degree + 1)]
-    pending = [(ZERO, limit, bernstein)]
-    while pending:
-        low, high, coefficients = pending.pop()
-        signs = [coefficient > 0 for coefficient in coefficients]
-        changes = sum(a != b for a, b in pairwise(signs))
-        if changes == 1:
-            return bisect(power, low, high)
-        if changes > 1 and high - low > TINY:
-            left, right = halve(coefficients)
-            middle = (low + high) / 2
-            pending += [(middle, high, right), (low, middle, left)]
-    return NEVER
+def wait_for_disc(a: Disc, b: Disc, limit: Decimal) -> Decimal:
+    """Return when two discs touch, if before a limit."""
+    relative = b.x - a.x, b.y - a.y, b.vx - a.vx, b.vy - a.vy, b.ax - a.ax, b.ay - a.ay
+    return wait_to_touch(relative, a.radius + b.radius, limit)
 
 
-def halve(bernstein: list[Decimal]) -> tuple[list[Decimal], list[Decimal]]:
-    """Return the Bernstein coefficients on both halves of an interval."""
-    left, right, row = [], [], bernstein
-    while row:
-        left.append(row[0])
-        right.append(row[-1])
-        row = [(a + b) / 2 for a, b in pairwise(row)]
-    return left, right[::-1]
+def wait_for_end(disc: Disc, end: End, limit: Decimal) -> Decimal:
+    """Return when a disc touches the round end of a wall, if before a limit."""
+    relative = disc.x - end.x, disc.y - end.y, disc.vx, disc.vy, disc.ax, disc.ay
+    return wait_to_touch(relative, disc.radius + end.wall.half_thickness, limit)
 
 
-def bisect(power: Sequence[Decimal], low: Decimal, high: Decimal) -> Decimal:
-    """Return the only root of a polynomial from low to high, where it falls."""
-    while high - low > ROOT_ERROR:
-        middle, value = (low + high) / 2, ZERO
-        for coefficient in reversed(power):
-            value = value * middle + coefficient
-        low, high = (middle, high) if value > 0 else (low, middle)
-    return (low + high) / 2
+def wait_for_face(disc: Disc, face: Face) -> Decimal:
+    """Return when a disc touches a face."""
+    rx, ry = disc.x - face.x, disc.y - face.y
+    gap = -face.into(rx, ry) - disc.radius - face.wall.half_thickness
+    wait = soon(fall_through_zero(gap, -face.into(disc.vx, disc.vy), -face.into(disc.ax, disc.ay) / 2))
+    if wait == NEVER:
+        return NEVER
+    along = face.along(rx, ry) + wait * (face.along(disc.vx, disc.vy) + face.along(disc.ax, disc.ay) * wait / 2)
+    return wait if face.has(along) else NEVER
 
 
-def next_meeting(table: Table) -> Meeting | None:
-    """Return the earliest contact of all pairs and walls."""
-    best = Meeting(NEVER, 0, 0, None)
+def wait_on_face(disc: Disc, face: Face) -> Decimal:
+    """Return when a disc that lies on a face stops slipping, or reaches an end."""
+    wait = NEVER
+    speed, change = face.along(disc.vx, disc.vy), face.along(disc.ax, disc.ay)
+    braking = -disc.way * (change + disc.radius * disc.turning)
+    if braking > 0:
+        wait = max(ZERO, disc.way * (speed + disc.radius * disc.spin) / braking)
+    if face.wall.one_sided:
+        return wait
+    along = face.along(disc.x - face.x, disc.y - face.y)
+    to_start = soon(fall_through_zero(along, speed, change / 2))
+    return min(wait, to_start, soon(fall_through_zero(face.length - along, -speed, -change / 2)))
+
+
+def next_meetings(table: Table, limit: Decimal) -> list[Meeting]:
+    """Return what discs may meet next, the earliest first; what is later than that, or a limit, may be left out."""
+    found: list[Meeting] = []
+    free = [[wall for wall in table.walls if not disc.face or wall is not disc.face.wall] for disc in table.discs]
+    for i, disc in enumerate(table.discs):
+        if disc.face:
+            found.append(Meeting(wait_on_face(disc, disc.face), i, None))
+        found += [Meeting(wait_for_face(disc, face), i, face) for wall in free[i] for face in wall.faces]
+    limit = min(limit, *(meeting.wait for meeting in found)) + CLOCK_ERROR
     for i, j in combinations(range(len(table.discs)), 2):
-        wait = wait_for_disc(table.discs[i], table.discs[j])
-        if wait < best.wait:
-            best = Meeting(wait, i, j, None)
+        found.append(Meeting(wait_for_disc(table.discs[i], table.discs[j], limit), i, j))
+        limit = min(limit, found[-1].wait + CLOCK_ERROR)
     for i, disc in enumerate(table.discs):
-        for wall in table.walls:
-            for wait, share in waits_for_faces(disc, wall, table.gravity):
-                if wait < best.wait:
-                    at = wall.x0 + share * (wall.x1 - wall.x0), wall.y0 + share * (wall.y1 - wall.y0)
-                    best = Meeting(wait, i, ~wall.number, at)
-    for i, disc in enumerate(table.discs):
-        for wall in table.walls:
-            reach = disc.radius + wall.half_thickness
-            for x, y in () if wall.one_sided else ((wall.x0, wall.y0), (wall.x1, wall.y1)):
-                wait = wait_for_end(disc, x, y, reach, table.gravity, best.wait)
-                if wait < best.wait:
-                    best = Meeting(wait, i, ~wall.number, (x, y))
-    return best if best.wait < NEVER else None
+        for end in (end for wall in free[i] for end in wall.ends):
+            found.append(Meeting(wait_for_end(disc, end, limit), i, end))
+            limit = min(limit, found[-1].wait + CLOCK_ERROR)
+    return sorted((meeting for meeting in found if meeting.wait < NEVER), key=lambda meeting: meeting.wait)
 
 
-def strike(table: Table, meeting: Meeting) -> Contact:
-    """Exchange momentum by the law of restitution, along the line of centres or the normal of the wall."""
-    a, at = table.discs[meeting.first], meeting.at
-    if at is None:
-        b = table.discs[meeting.second]
-        x, y, e = b.x - a.x, b.y - a.y, a.elasticity * b.elasticity
-        closing = (a.vx - b.vx) * x + (a.vy - b.vy) * y  # times the distance, as is the impulse until the end
-        impulse = (1 + e) * closing / (1 / a.mass + 1 / b.mass)
-        norm2, lighter, rests = x * x + y * y, min(a.mass, b.mass), False
-        b.vx += impulse / b.mass * x / norm2
-        b.vy += impulse / b.mass * y / norm2
+def gap_to(disc: Disc, wall: Wall) -> Decimal:
+    """Return the distance between the surfaces of a disc and a wall, px."""
+    face = wall.faces[0]
+    rx, ry = disc.x - face.x, disc.y - face.y
+    beyond = max(-face.along(rx, ry), face.along(rx, ry) - face.length, ZERO) * (not wall.one_sided)
+    return (face.into(rx, ry) ** 2 + beyond**2).sqrt() - disc.radius - wall.half_thickness
+
+
+def turn(table: Table, i: int) -> None:
+    """Let a disc that lies on a face leave it at its end, or stop slipping."""
+    disc = table.discs[i]
+    assert disc.face
+    along = disc.face.along(disc.x - disc.face.x, disc.y - disc.face.y)
+    if disc.face.wall.one_sided or TINY < along < disc.face.length - TINY:
+        disc.lie(disc.face, table.gravity, stuck=True)
     else:
-        (gx, gy), wall = table.gravity, table.walls[~meeting.second]
-        x, y, e = at[0] - a.x, at[1] - a.y, a.elasticity * wall.elasticity
-        closing, pull = a.vx * x + a.vy * y, gx * x + gy * y
-        impulse = (1 + e) * closing * a.mass
-        norm2, lighter = x * x + y * y, a.mass
-        shortest = MIN_BOUNCE * pull
-        if at in ((wall.x0, wall.y0), (wall.x1, wall.y1)):
-            shortest = MIN_BOUNCE_ON_END * ((gx * gx + gy * gy) * norm2).sqrt()
-        rests = pull > 0 and 2 * e * closing < shortest
-    a.vx -= impulse / a.mass * x / norm2
-    a.vy -= impulse / a.mass * y / norm2
-    return Contact(table.time, meeting.first, meeting.second, (a.x, a.y), impulse / norm2.sqrt(), lighter, rests)
+        disc.release(table.gravity)
 
 
-def run(start: Table, times: Sequence[Decimal], max_contacts: int) -> Run:
-    """Play up to the last of some times.
+def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
+    """Exchange impulses by the laws of restitution and friction.
 
-    Ends before it at a number of contacts, and before infinitely many seem to follow: where a disc comes to rest on a
-    wall, and at a collapse, where a disc has a streak of MAX_STREAK contacts or two within CLOCK_ERROR.
+    Returns the contact; whether gravity brings the disc back to the face at once; and why the run ends, if it does.
     """
-    table = start.copy()
+    a, other = table.discs[meeting.first], meeting.other
+    assert other is not None
+    at, bodies = (a.x, a.y), [(a, 1)]
+    touched: Disc | Wall
+    if isinstance(other, int):
+        b = touched = table.discs[other]
+        bodies.append((b, -1))
+        x, y, number = b.x - a.x, b.y - a.y, other
+    elif isinstance(other, Face):
+        touched, x, y, number = other.wall, other.ty, -other.tx, ~other.wall.number
+    else:
+        touched, x, y, number = other.wall, other.x - a.x, other.y - a.y, ~other.wall.number
+    distance = (x * x + y * y).sqrt()
+    nx, ny = x / distance, y / distance
+    tx, ty = -ny, nx
+
+    closing = sum((side * (disc.vx * nx + disc.vy * ny) for disc, side in bodies), ZERO)
+    slip = sum((side * (disc.vx * tx + disc.vy * ty) + disc.radius * disc.spin for disc, side in bodies), ZERO)
+    pull = sum((side * (disc.ax * nx + disc.ay * ny) for disc, side in bodies), ZERO)
+    mass = 1 / sum((1 / disc.mass for disc, _ in bodies), ZERO)
+    e, lies = a.elasticity * touched.elasticity, False
+    if isinstance(other, Face) and 2 * e * closing < REST * pull:
+        e, lies = ZERO, True
+    impulse = (1 + e) * mass * closing
+    limit = a.friction * touched.friction * impulse
+    tangential = max(-limit, min(limit, slip * mass / 3))
+    lighter = min(disc.mass for disc, _ in bodies)
+    contact = Contact(table.time, meeting.first, number, at, impulse, tangential, slip, lighter)
+
+    px, py = impulse * nx + tangential * tx, impulse * ny + tangential * ty
+    for disc, side in bodies:
+        face = disc.face
+        disc.vx -= side * px / disc.mass
+        disc.vy -= side * py / disc.mass
+        disc.spin -= 2 * tangential / (disc.mass * disc.radius)
+        disc.release(table.gravity)
+        if face and abs(face.into(disc.vx, disc.vy)) < TINY:
+            disc.lie(face, table.gravity)
+    if not isinstance(other, int):
+        a.pushed_x -= px / a.mass
+        a.pushed_y -= py / a.mass
+    if isinstance(other, Face) and lies:
+        a.lie(other, table.gravity)
+    return contact, *what_follows(table, a, other, e * closing, pull)
+
+
+def what_follows(
+    table: Table, disc: Disc, other: int | Face | End, rebound: Decimal, pull: Decimal
+) -> tuple[bool, str]:
+    """Return whether gravity brings a disc back to a face at once; and why the run ends, if rest seems to follow.
+
+    rebound: px/s; pull: px/s², which brings it back.
+    """
+    if isinstance(other, Face):
+        is_in_corner = disc.face is other and any(
+            gap_to(disc, wall) < TOUCHING for wall in table.walls if wall is not other.wall
+        )
+        return 2 * rebound < BRIEF * pull, "in a corner" if is_in_corner else ""
+    gravity = (table.gravity[0] ** 2 + table.gravity[1] ** 2).sqrt()
+    shortest, end = (BRIEF_ON_DISC, "on a disc") if isinstance(other, int) else (BRIEF_ON_END, "on a wall's end")
+    return False, end if pull > TINY and 2 * rebound < shortest * gravity else ""
+
+
+class Streaks:
+    """Counts each disc's contacts with changing partners, each within STREAK_TIME of the last."""
+
+    def __init__(self, discs: int) -> None:
+        self.last = [(-NEVER, 0)] * discs  # time and partner
+        self.start = [ZERO] * discs
+        self.count = [0] * discs
+
+    def add(self, contact: Contact) -> bool:
+        """Count a contact, and return whether infinitely many seem to follow."""
+        endless = False
+        for disc, partner in ((contact.first, contact.second), (contact.second, contact.first)):
+            if disc >= 0:
+                time, before = self.last[disc]
+                self.last[disc] = contact.time, partner
+                if contact.time - time >= STREAK_TIME:
+                    self.start[disc], self.count[disc] = contact.time, 0
+                elif partner != before:
+                    self.count[disc] += 1
+                endless |= self.count[disc] > (MAX_STREAK if contact.time - time > CLOCK_ERROR else MAX_INSTANT_STREAK)
+        return endless
+
+    def began(self, contact: Contact) -> Decimal:
+        """Return when the streak began that a contact belongs to, s."""
+        return min(self.start[disc] for disc in (contact.first, contact.second) if disc >= 0)
+
+
+def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise | None = None) -> Run:
+    """Play up to the last of some times, without noise or with it.
+
+    Ends before it at a number of contacts; where a disc comes to rest on another, on a wall's end or in a corner; where
+    contacts of a disc are simultaneous; and at a collapse, where a disc has a streak of MAX_STREAK contacts. If one of
+    these ends a streak, the run ends where that began.
+    """
+    table, streaks = start.copy(), Streaks(len(start.discs))
     snapshots: list[Table] = []
     contacts: list[Contact] = []
-    last, streak = [-NEVER] * len(table.discs), [0] * len(table.discs)
     with localcontext(prec=DIGITS):
-        while len(snapshots) < len(times):
-            meeting = next_meeting(table)
-            wait = meeting.wait if meeting else NEVER
-            for time in times[len(snapshots) :]:
-                if time < table.time + wait:
-                    snapshots.append(table.copy())
-                    snapshots[-1].fly(time - table.time)
-            if meeting is None or len(snapshots) == len(times):
-                break
-            if len(contacts) == max_contacts:
-                return Run(tuple(snapshots), tuple(contacts), table.time, "contacts")
-            table.fly(wait)
-            contact = strike(table, meeting)
-            collapses = False
-            for disc in (contact.first, contact.second)[: 1 + (contact.second >= 0)]:
-                since, last[disc] = contact.time - last[disc], contact.time
-                streak[disc] = streak[disc] + 1 if since < STREAK_TIME else 0
-                collapses |= since < CLOCK_ERROR or streak[disc] > MAX_STREAK
-            if contact.rests or collapses:
-                until = contact.time - CLOCK_ERROR
-                before = tuple(one for one in contacts if one.time < until)
-                return Run(tuple(snapshots), before, until, "rest" if contact.rests else "collapse")
-            contacts.append(contact)
-    return Run(tuple(snapshots), tuple(contacts), times[-1], "")
+        if noise:
+            table.nudge(noise.at_start, noise.rng)
+        for disc in table.discs:
+            disc.release(table.gravity)
+        ended = ""
+        while not ended:
+            if len(snapshots) == len(times):
+                return Run(tuple(snapshots), tuple(contacts), times[-1], "")
+            due = times[len(snapshots)] - table.time
+            meetings = next_meetings(table, due)
+            if not meetings or meetings[0].wait > due:
+                table.fly(due)
+                snapshots.append(table.copy())
+                if noise:
+                    table.nudge(noise.later, noise.rng)
+                continue
+            table.fly(meetings[0].wait)
+            until = table.time
+            if any(meeting.is_rival_of(meetings[0]) for meeting in meetings[1:]):
+                ended = "simultaneous"
+            elif meetings[0].other is None:
+                turn(table, meetings[0].first)
+            else:
+                contact, brief, ended = strike(table, meetings[0])
+                if streaks.add(contact):
+                    ended = "collapse"
+                elif len(contacts) == max_contacts:
+                    ended = "contacts"
+                elif not brief:
+                    contacts.append(contact)
+                until = streaks.began(contact)
+        until -= CLOCK_ERROR
+    seen = tuple(snapshot for snapshot in snapshots if snapshot.time < until)
+    return Run(seen, tuple(contact for contact in contacts if contact.time < until), until, ended)

@@ -6,7 +6,7 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, Number, Range, Vector
+from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, NumberOrRange, Range, Vector
 from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
 from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
 from sandbox.scene.validation import Problem, invalid
@@ -58,7 +58,7 @@ class BallGroup(Model):
     """Speed of every ball in a direction drawn at random, px/s."""
     rms_speed: NotNegative | None = None
     """Root mean square speed, px/s: both components are drawn from a normal distribution."""
-    spin: Number | Range = 0
+    spin: NumberOrRange = 0
     """Angular velocity, rad/s, of every ball or drawn at random; positive is clockwise on the screen."""
 
     @property

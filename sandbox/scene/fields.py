@@ -6,10 +6,20 @@ from random import Random
 from typing import Annotated, Any, Final, Self
 
 from PIL import ImageColor
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Strict,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from sandbox.errors import shown
-from sandbox.scene.validation import invalid, sandbox_error
+from sandbox.scene.validation import NUMBER, TABLE, invalid, sandbox_error
 from sandbox.text import unprintable
 
 # Okabe and Ito's colours, which colour-blind people can tell apart (https://jfly.uni-koeln.de/color/).
@@ -125,3 +135,10 @@ class Range(Model):
             return rng.uniform(self.start, self.to)
         start, to, step = int(self.start), int(self.to), int(self.step)
         return float(rng.randrange(start, to + step, step))
+
+
+def _kind(value: object) -> str:
+    return TABLE if isinstance(value, Range | dict) else NUMBER
+
+
+NumberOrRange = Annotated[Annotated[Number, Tag(NUMBER)] | Annotated[Range, Tag(TABLE)], Discriminator(_kind)]

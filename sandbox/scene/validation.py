@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 from sandbox.errors import KeyPath, SandboxError, dotted, shown, suggestion
 
 Problem = tuple[KeyPath, str]  # a path, and what is wrong there: "must be ..."
+NUMBER, TABLE = KINDS = ("<number>", "<table>")  # tags of values that may be either, which pydantic adds to paths
 
 
 def invalid(*problems: tuple[KeyPath, str | Callable[[], str]]) -> PydanticCustomError:
@@ -57,7 +58,7 @@ def sandbox_error(error: ValidationError, model: type[BaseModel], within: KeyPat
 
 def _problems(error: ValidationError, model: type[BaseModel], skipped: int) -> Iterator[Problem]:
     for detail in error.errors(include_url=False):
-        path = detail["loc"][skipped:]
+        path = tuple(key for key in detail["loc"][skipped:] if key not in KINDS)
         if detail["type"] == "problems":
             for inner, message in detail["ctx"]["problems"]:
                 yield (*path, *inner), message if isinstance(message, str) else message()
@@ -100,7 +101,10 @@ def _keys_at(model: type[BaseModel], path: KeyPath) -> dict[str, Any]:
     node = schema
     for key in path:
         node = node["items"] if isinstance(key, int) else node["properties"][key]
-        node = next((kind for kind in node.get("anyOf", []) if kind.get("type") != "null"), node)
+        kinds = [
+            kind for kind in node.get("anyOf", node.get("oneOf", [])) if kind.get("type") not in ("null", "number")
+        ]
+        node = kinds[0] if kinds else node
         if "$ref" in node:
             node = schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
     properties: dict[str, Any] = node["properties"]

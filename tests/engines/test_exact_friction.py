@@ -1,6 +1,7 @@
 """`exact` with friction and spin against closed forms: impacts, and one disc that slips and rolls on walls."""
 
 import math
+import random
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sandbox.engines.exact.contact import CONTACT_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.quantity import energy
 from sandbox.scene.files import parse
@@ -473,6 +475,48 @@ def test_disc_that_turns_between_floor_and_wall(mu: float) -> None:
     assert state.position[0].tolist() == [3990, 590]
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_disc_in_a_groove_comes_to_rest(seed: int) -> None:
+    """Of any slopes, frictions and elasticity, with contacts that end, and energy that never grows."""
+    rng = random.Random(seed)
+    left, right = math.radians(rng.uniform(15, 80)), math.radians(rng.uniform(15, 80))
+    mu, other = (rng.choice([0.0, rng.uniform(0, 1.5), 5.0]) for _ in range(2))
+    bottom, radius = np.array([2000.0, 500.0]), rng.uniform(3, 15)
+    half = (math.pi - left - right) / 2
+    out = np.array([math.cos(right + half), -math.sin(right + half)])
+    scene = box_of(
+        wall(bottom, bottom + 300 * np.array([math.cos(right), -math.sin(right)]), mu),
+        wall(bottom, bottom + 300 * np.array([-math.cos(left), -math.sin(left)]), other),
+        ball(
+            bottom + rng.choice([1.0, 1.2]) * radius / math.sin(half) * out,
+            (rng.uniform(-50, 50), rng.uniform(-50, 50)),
+            radius=radius,
+            spin=rng.uniform(-30, 30),
+            elasticity=rng.choice([0.0, 0.3, 0.7]),
+        ),
+        head=FALLING,
+    )
+    states, found = accounted(scene, 900)
+    height = energy(states, scene.bodies, scene.gravity, scene.arena.size)
+    assert (np.diff(height) < 1e-9 * height[0]).all()
+    assert np.abs(states.velocity[-1]).max() < 1e-3
+    assert len(found) < 20_000
+
+
+def test_contacts_of_a_disc_end_in_a_shallow_groove() -> None:
+    """A disc that rolls to and fro passes the bottom ever more often, until it is stopped."""
+    b, bottom = math.radians(3.56), np.array([2000.0, 500.0])
+    along = 400 * np.array([math.cos(b), -math.sin(b)])
+    sides = wall(bottom, bottom + along, 1.14), wall(bottom, bottom + along * (-1, 1), 5.0)
+    start = bottom - [0, 7.805 / math.cos(b) * 1.001]
+    scene = box_of(*sides, ball(start, radius=7.805, elasticity=0.7), head=FALLING)
+    engine = engine_of(scene)
+    play(engine, scene, 6)
+    assert len(engine.contacts()) < 20_000
+    play(engine, scene, 1)
+    assert len(engine.contacts()) == 120
+
+
 # Scenes at random
 
 
@@ -513,7 +557,8 @@ def test_contacts_account_for_all_velocities_and_spins(balls: list[Any], seed: i
         e = elasticity[first] * elasticity[second]
         closing = found["impulse"] * per_mass / (1 + e)
         lost = (1 - e**2) * closing**2 / per_mass / 2 + tangential * slip - 1.5 * per_mass * tangential**2
-        assert kinetic[0] - kinetic[-1] == pytest.approx(lost.sum(), rel=1e-9, abs=1e-9 * kinetic[0])
+        if np.diff(found["time"]).min(initial=1) > CONTACT_TIME:  # after very many in a row, contacts are elastic
+            assert kinetic[0] - kinetic[-1] == pytest.approx(lost.sum(), rel=1e-9, abs=1e-9 * kinetic[0])
 
 
 def test_states_do_not_depend_on_the_number_of_steps_per_call() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
-from sandbox.quantity import momentum
+from sandbox.quantity import momentum, tangent
 from sandbox.scene.files import bundled, load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -115,6 +115,7 @@ def unexplained(scene: Scene, steps: int) -> Floats:
     step = np.clip(np.ceil(walls["time"] * scene.rate - 1e-9).astype(int) - 1, 0, steps - 1)
     given = np.zeros((steps, 2))
     np.add.at(given, step, walls["impulse"][:, None] * walls["normal"])
+    np.add.at(given, step, walls["tangential"][:, None] * tangent(walls["normal"]))
     total: Floats = np.abs((change - weight + given).cumsum(axis=0)).max(axis=1)
     return total
 

@@ -1,6 +1,7 @@
 """Friction and spin: an impact changes both as Coulomb's law says, and contacts report it."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from conftest import scene_of
 
 from sandbox.engines import create, registry
 from sandbox.engines.exact import ExactEngine
-from sandbox.errors import Refused
+from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import angular_momentum, energy
 from sandbox.run.edits import AddBall, DeleteBall, SetVelocity
 from sandbox.run.trajectory import simulate
@@ -131,6 +132,20 @@ def test_a_range_of_spins_is_drawn_after_the_rest_of_each_ball() -> None:
     assert (drawn.spin.min() >= -2) & (drawn.spin.max() <= 3)
     assert np.array_equal(drawn.position[0], still.position[0])
     assert np.array_equal(drawn.velocity[0], still.velocity[0])
+
+
+@pytest.mark.parametrize(
+    ("spin", "message"),
+    [
+        ('"fast"', 'must be a number, got "fast"'),
+        ("{ from = 3, to = 1 }", "is empty: from 3 is greater than to 1"),
+        ("{ from = 3, max = 4 }", ".max is not a key of sandbox"),
+        ("inf", "must be a finite number, got inf"),
+    ],
+)
+def test_a_wrong_spin_is_named(spin: str, message: str) -> None:
+    with pytest.raises(SandboxError, match=rf"spin ?{re.escape(message)}"):
+        scene_of(f"radius = 20\nposition = [100, 100]\nspin = {spin}")
 
 
 def test_the_article_refuses_spin_by_name() -> None:

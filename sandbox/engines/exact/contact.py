@@ -179,7 +179,9 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
     b.vy += impulse * per_b * ny
-    tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
+    tangential, slip = 0.0, 0.0
+    if world.is_rough or log.collects:
+        tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
     of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
     write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
@@ -213,6 +215,10 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         return
     closing = disc.vx * nx + disc.vy * ny
     pull = body.ax * nx + body.ay * ny
+    if carrier >= 0:
+        mx, my, _ = normal_to(disc, world.piece[carrier])
+        if nx * mx + ny * my > 0:  # bouncing off this face, it leaves the other too, and falls freely
+            pull = max(pull, world.gravity[0] * nx + world.gravity[1] * ny)
     parting = _wall_parting(world, i, p, closing, pull, now)
 
     disc.vx -= (closing + parting.speed) * nx

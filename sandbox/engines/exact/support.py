@@ -58,12 +58,8 @@ def carry(world: World, i: int, p: int, before: int, shortest_flight: float, now
     mx, my, _ = normal_to(disc, world.piece[before])
     pull = body.ax * mx + body.ay * my
     if pull > world.min_pull and abs(disc.vx * mx + disc.vy * my) <= pull * shortest_flight / 2:
-        to_p, to_before = _along(body.mass * disc.vx, body.mass * disc.vy, nx, ny, mx, my)
-        _write_support(world, i, p, nx, ny, to_p, 0.0, 0.0, now, log)
-        _write_support(world, i, before, mx, my, to_before, 0.0, 0.0, now, log)
-        _stop(world, i, before)
-        if world.is_rough:
-            _turn_in_corner(world, i, now, log)
+        body.corner = before
+        _stop_in_corner(world, i, now, log)
 
 
 @kernel
@@ -78,14 +74,6 @@ def _put_on(world: World, i: int, p: int, nx: float, ny: float, slip: float, now
     if world.is_rough:
         world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
         rub_face(world, i, p, nx, ny, slip, now)
-
-
-@kernel
-def _stop(world: World, i: int, corner: int) -> None:
-    """Stop disc i where the face that carries it and another one meet."""
-    disc, body = world.disc[i], world.body[i]
-    disc.vx = disc.vy = body.ax = body.ay = 0.0
-    body.corner = corner
 
 
 class Corner(NamedTuple):
@@ -124,22 +112,24 @@ def _corner(world: World, i: int, sense: float) -> Corner:
 
 
 @kernel
-def _turn_in_corner(world: World, i: int, now: float, log: Log) -> None:
-    """Let disc i, which two faces have stopped, turn on both until friction has stopped that too."""
-    disc, turn = world.disc[i], world.turn[i]
-    c = _corner(world, i, np.sign(turn.spin))
-    turn.spin_rate, turn.slips_until = 0.0, NEVER
-    if min(c.to_n, c.to_m) < -world.min_pull:
-        # It can neither turn on both faces nor climb either of them, so it jams.
-        p, q = np.int64(world.event[i].carrier), np.int64(world.body[i].corner)
-        slip = disc.radius * turn.spin
-        each = world.body[i].mass * slip / 4
-        to_n, to_m = _along(each * (c.ny + c.my), -each * (c.nx + c.mx), c.nx, c.ny, c.mx, c.my)
-        _write_support(world, i, p, c.nx, c.ny, to_n, each, slip, now, log)
-        _write_support(world, i, q, c.mx, c.my, to_m, each, slip, now, log)
-        turn.spin = 0.0
+def _stop_in_corner(world: World, i: int, now: float, log: Log) -> None:
+    """Stop disc i where the two faces that carry it meet, and let it turn there until friction has stopped that too."""
+    disc, body, turn = world.disc[i], world.body[i], world.turn[i]
+    c = _corner(world, i, np.sign(turn.spin) if world.is_rough else 0.0)
+    # Where it can neither turn on both faces nor climb either, it jams, and each face takes half of its spin.
+    jams = world.is_rough and min(c.to_n, c.to_m) < -world.min_pull
+    each = body.mass * disc.radius * turn.spin / 4 if jams else 0.0
+    x, y = body.mass * disc.vx + each * (c.ny + c.my), body.mass * disc.vy - each * (c.nx + c.mx)
+    to_n, to_m = _along(x, y, c.nx, c.ny, c.mx, c.my)
+    p, q = np.int64(world.event[i].carrier), np.int64(body.corner)
+    _write_support(world, i, p, c.nx, c.ny, to_n, each, slip_on(world, i, c.nx, c.ny), now, log)
+    _write_support(world, i, q, c.mx, c.my, to_m, each, slip_on(world, i, c.mx, c.my), now, log)
+    disc.vx = disc.vy = body.ax = body.ay = 0.0
+    if not world.is_rough:
+        return
     friction = c.friction_n + c.friction_m
-    if turn.spin == 0:
+    turn.spin_rate, turn.slips_until = 0.0, NEVER
+    if jams or turn.spin == 0:
         stop_slipping(world, i, now)
     elif friction != 0:
         turn.spin_rate = -2 * friction / disc.radius
@@ -154,17 +144,16 @@ def stop_slipping(world: World, i: int, now: float) -> None:
     nx, ny, _ = normal_to(disc, world.piece[p])
     disc.serial += 1
     turn.reported_until = now
+    _put_on(world, i, p, nx, ny, 0.0, now)
     if q == NONE:
-        _put_on(world, i, p, nx, ny, 0.0, now)
         return
     turn.spin = 0.0
     mx, my, _ = normal_to(disc, world.piece[q])
-    _put_on(world, i, p, nx, ny, 0.0, now)
     if body.ax * mx + body.ay * my > 0:
         _put_on(world, i, q, mx, my, 0.0, now)
         if body.ax * nx + body.ay * ny > 0:
-            turn.spin_rate = 0.0
-            _stop(world, i, p)
+            body.ax = body.ay = turn.spin_rate = 0.0
+            turn.slips_until, body.corner = NEVER, p
 
 
 @kernel
