@@ -1039,7 +1039,9 @@ def _cause_of_displacement(
     elif moved <= slight:
         cause = Cause.LATE if delay > 0 else Cause.EARLY
     elif mends:
-        put_on_wall = Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
+        shift, nx, ny = block.expected_shift[k], contact.normal[0], contact.normal[1]
+        way_back = (shift[0] * nx + shift[1] * ny) / constants.mass[contact.first]
+        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else Cause.LATE
         cause = Cause.PUSHED if contact.second >= 0 else put_on_wall
     elif abs(depth) <= 10 * slight or finding.approach <= 0:
         cause = Cause.PLACED
