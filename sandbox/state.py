@@ -1,5 +1,6 @@
 """What an engine returns: snapshots of the balls, and the contacts it resolved."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple, Self
 
@@ -73,6 +74,11 @@ class States(NamedTuple):
     def of(cls, state: State) -> Self:
         """Return arrays of one step, which share those of a state."""
         return cls(*(getattr(state, name)[None] for name in cls._fields))
+
+    @classmethod
+    def stack(cls, states: Sequence[State]) -> Self:
+        """Return arrays with a row for each state."""
+        return cls(*(np.stack([getattr(state, name) for state in states]) for name in cls._fields))
 
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""

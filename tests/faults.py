@@ -92,7 +92,10 @@ class Discs:
         self.m: list[float] = bodies.mass.tolist()
         self.e: list[float] = bodies.elasticity.tolist()
         self.balls = range(len(self.x))
+        self.f: list[float] = bodies.friction.tolist()
+        self.w: list[float] = initial.spin.tolist()
         self.g = complex(*scene.gravity)
+        self.wall_f = [scene.arena.friction] * 4 + [wall.friction for wall in scene.walls]
         self.wall_e = [scene.arena.elasticity] * 4 + [wall.elasticity for wall in scene.walls]
         self.found: list[tuple[Any, ...]] = []
         self.random = np.random.default_rng(1)
@@ -103,17 +106,19 @@ class Discs:
 
     def state(self) -> State:
         position, velocity = (np.array([(z.real, z.imag) for z in each]) for each in (self.x, self.v))
-        return State(self.now, position, velocity)
+        return State(self.now, position, velocity, np.zeros(len(self.w)), np.array(self.w, float))
 
     def contacts(self) -> Contacts:
         found, self.found = self.found, []
-        return np.array([(*one, 0.0, 0.0) for one in found], CONTACT) if found else no_contacts()
+        return np.array(found, CONTACT) if found else no_contacts()
 
     def kick(self, ball: int, dv: Vector) -> None:
         self.v[ball] += complex(*dv)
 
-    def report(self, time: float, i: int, other: int, n: complex, impulse: float, depth: float) -> None:
-        self.found.append((time, i, other, (n.real, n.imag), impulse, depth))
+    def report(
+        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, rubs: float, slip: float
+    ) -> None:
+        self.found.append((time, i, other, (n.real, n.imag), impulse, depth, rubs, slip))
 
     # What a contact does
 
@@ -122,6 +127,36 @@ class Discs:
 
     def impulse(self, i: int, other: int, right: float) -> float:
         return right
+
+    def friction(self, i: int, other: int) -> float:
+        return self.f[i] * (self.f[other] if other >= 0 else self.wall_f[~other])
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        """Return the friction of a contact. mass: kg, one over the sum of the inverse masses; most: of the impulse."""
+        return max(-most, min(most, slip * mass / 3))
+
+    def most(self, i: int, other: int, impulse: float) -> float:
+        return self.friction(i, other) * impulse
+
+    def turn(self, i: int, rubs: float) -> None:
+        """Let friction at its rim turn a ball."""
+        self.w[i] -= 2 * rubs / (self.m[i] * self.r[i])
+
+    def slip(self, i: int, other: int, n: complex) -> float:
+        rims = self.r[i] * self.w[i] + (self.r[other] * self.w[other] if other >= 0 else 0.0)
+        return self.approach(i, other, 1j * n) + rims
+
+    def apply_friction(self, i: int, other: int, n: complex, impulse: float) -> tuple[float, float]:
+        """Return the friction that two bodies get, and the slip before."""
+        slip = self.slip(i, other, n)
+        mass = 1 / (1 / self.m[i] + (1 / self.m[other] if other >= 0 else 0.0))
+        rubs = self.rub(slip, mass, self.most(i, other, impulse))
+        if rubs:
+            for ball, sign in ((i, -1), (other, 1)):
+                if ball >= 0:
+                    self.v[ball] += sign * rubs * 1j * n / self.m[ball]
+                    self.turn(ball, rubs)
+        return rubs, slip
 
     def push(self, i: int, other: int, impulse: complex) -> None:
         """Give two bodies an impulse, which points from the first to the second."""
@@ -139,8 +174,9 @@ class Discs:
 
     def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
         impulse = self.impulse(i, other, self.right_impulse(i, other, n))
+        slipping = self.apply_friction(i, other, n, impulse)
         self.push(i, other, impulse * n)
-        self.report(time, i, other, n, impulse, depth)
+        self.report(time, i, other, n, impulse, depth, *slipping)
 
 
 class EventDriven(Discs):
@@ -479,10 +515,12 @@ class DoesNotReport(EventDriven):
 
     seen = 0
 
-    def report(self, time: float, i: int, other: int, n: complex, impulse: float, depth: float) -> None:
+    def report(
+        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
+    ) -> None:
         self.seen += other >= 0
         if self.seen != 3 or other < 0:
-            super().report(time, i, other, n, impulse, depth)
+            super().report(time, i, other, n, impulse, depth, *slipping)
         else:
             self.seen += 1
 
@@ -491,12 +529,14 @@ class DoesNotReport(EventDriven):
 class ReportsWrongPair(EventDriven):
     """Contacts of a pair are reported of its first ball and a third: one changes untold, and one does not change."""
 
-    def report(self, time: float, i: int, other: int, n: complex, impulse: float, depth: float) -> None:
+    def report(
+        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
+    ) -> None:
         if other >= 0:
             other = next(j for j in range(len(self.x) - 1, -1, -1) if j not in (i, other))
         if 0 <= other < i:
             i, other, n = other, i, -n
-        super().report(time, i, other, n, impulse, depth)
+        super().report(time, i, other, n, impulse, depth, *slipping)
 
 
 @fault(Cause.TURNED)
@@ -524,6 +564,161 @@ class LimitsSpeed(EventDriven):
         self.v = [v * min(1.0, limit / abs(v)) if v else v for v in self.v]
 
 
+# Friction and spin
+
+
+def is_rough(scene: Scene) -> bool:
+    return scene.is_rough
+
+
+@fault(Cause.FRICTION_SMALL, fits=is_rough)
+class NoFriction(EventDriven):
+    """There is no friction."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return 0.0
+
+
+@fault(Cause.FRICTION_SMALL, fits=is_rough)
+class HalfOfFriction(EventDriven):
+    """Friction is half of Coulomb's, and reported as it is."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return super().rub(slip, mass, most) / 2
+
+
+@fault(Cause.FRICTION_LARGE, fits=is_rough)
+class TwiceTheFriction(EventDriven):
+    """Friction is twice Coulomb's: also where that would stop the slip."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return 2 * super().rub(slip, mass, most)
+
+
+@fault(Cause.FRICTION_SMALL, fits=is_rough)
+class FrictionBeforeRestitution(EventDriven):
+    """Friction is limited by the impulse that stops the approach, as in Box2D; where it does not slide, it is right."""
+
+    def most(self, i: int, other: int, impulse: float) -> float:
+        return super().most(i, other, impulse) / (1 + self.restitution(i, other))
+
+
+@fault(Cause.FRICTION_SMALL, fits=is_rough)
+class FrictionAlongTheSlip(EventDriven):
+    """Friction has the wrong sign: it speeds up what slips."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return -super().rub(slip, mass, most)
+
+
+@fault(Cause.FRICTION_LARGE, fits=is_rough)
+class SumOfFrictions(EventDriven):
+    """The friction of a pair is the sum of both factors, not the product."""
+
+    def friction(self, i: int, other: int) -> float:
+        return self.f[i] + (self.f[other] if other >= 0 else self.wall_f[~other])
+
+
+@fault(Cause.FRICTION_LARGE, fits=is_rough)
+class RootOfFrictions(EventDriven):
+    """The friction of a pair is the root of the product, as Box2D's own."""
+
+    def friction(self, i: int, other: int) -> float:
+        return math.sqrt(super().friction(i, other))
+
+
+@fault(Cause.FRICTION_LARGE, fits=is_rough)
+class LargerOfFrictions(EventDriven):
+    """The friction of a pair is the larger factor."""
+
+    def friction(self, i: int, other: int) -> float:
+        return max(self.f[i], self.f[other] if other >= 0 else self.wall_f[~other])
+
+
+@fault(Cause.FRICTION_LARGE, fits=lambda scene: not scene.is_rough)
+class FrictionOfSmoothBalls(EventDriven):
+    """Friction is a tenth of the impulse, and reported, though the product of both factors is 0."""
+
+    def friction(self, i: int, other: int) -> float:
+        return 0.1
+
+
+@fault(Cause.VELOCITY, fits=is_rough)
+class NeverTurns(EventDriven):
+    """Friction acts on velocities, and turns no ball."""
+
+    def turn(self, i: int, rubs: float) -> None:
+        pass
+
+
+@fault(Cause.VELOCITY, fits=is_rough)
+class TurnsAsRings(EventDriven):
+    """Friction turns balls as if they were rings of moment m r²: half as much as discs."""
+
+    def turn(self, i: int, rubs: float) -> None:
+        super().turn(i, rubs / 2)
+
+
+@fault(Cause.VELOCITY, Cause.FRICTION_LARGE, fits=is_rough)
+class Rings(TurnsAsRings):
+    """Besides turning as rings do, balls need half of the slip's momentum to stop it, where discs need a third."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return super().rub(1.5 * slip, mass, most)
+
+
+@fault(Cause.VELOCITY, fits=is_rough)
+class FirstOfPairDoesNotTurn(EventDriven):
+    """The first of a pair is not turned by the friction that turns the second."""
+
+    def turn(self, i: int, rubs: float) -> None:
+        if i > 0:
+            super().turn(i, rubs)
+
+
+@fault(named=0.0)
+class DoesNotReportFriction(EventDriven):
+    """Friction is right, but not reported: the velocities show it, unless a ball has several contacts in one step."""
+
+    def report(
+        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
+    ) -> None:
+        super().report(time, i, other, n, impulse, depth, 0.0, 0.0)
+
+
+@fault(Cause.VELOCITY, fits=is_rough)
+class KnowsNoSpin(DoesNotReportFriction):
+    """Friction is right, but not reported, and turns no ball."""
+
+    def turn(self, i: int, rubs: float) -> None:
+        pass
+
+
+@fault(Cause.UNTOLD, fits=lambda scene: any(group.spin for group in scene.balls))
+class SpinsDieAway(EventDriven):
+    """Every step takes 1 % of each spin, without a contact."""
+
+    def after_step(self) -> None:
+        self.w = [0.99 * w for w in self.w]
+
+
+@fault(Cause.UNTOLD, named=0.7)
+class SpinsOnce(EventDriven):
+    """Ball 0 gets another spin once, in mid-flight; if it has a contact in that step, that may have done it."""
+
+    def after_step(self) -> None:
+        if self.happens():
+            self.w[0] += 3
+
+
+@fault(Cause.LARGE, fits=is_rough)
+class ImpulseTooLargeWithItsFriction(EventDriven):
+    """Each impulse is 2 % too large, and its friction as large as it allows: that is no error of friction."""
+
+    def impulse(self, i: int, other: int, right: float) -> float:
+        return 1.02 * right
+
+
 # Normals and times
 
 
@@ -542,8 +737,9 @@ class TurnsNormalUnreported(EventDriven):
     def resolve(self, time: float, i: int, other: int, n: complex, depth: float) -> None:
         acts = n * turned(3) if other >= 0 else n
         impulse = self.right_impulse(i, other, acts)
+        slipping = self.apply_friction(i, other, acts, impulse)
         self.push(i, other, impulse * acts)
-        self.report(time, i, other, n, impulse, depth)
+        self.report(time, i, other, n, impulse, depth, *slipping)
 
 
 @fault(Cause.LATE, Cause.MISSED)
@@ -719,8 +915,10 @@ class FastClock(EventDriven):
         super().__init__(scene, initial)
         self.dt *= 1.01
 
-    def report(self, time: float, i: int, other: int, n: complex, impulse: float, depth: float) -> None:
-        super().report(self.now + (time - self.now) / 1.01, i, other, n, impulse, depth)
+    def report(
+        self, time: float, i: int, other: int, n: complex, impulse: float, depth: float, *slipping: float
+    ) -> None:
+        super().report(self.now + (time - self.now) / 1.01, i, other, n, impulse, depth, *slipping)
 
 
 @fault(Cause.PLACED, named=0.0)

@@ -2,7 +2,8 @@
 
 Symbols: n is the unit normal from the first body to the second, u the speed at which the two approach along n, e their
 elasticity, μ = 1 / (1/m_i + 1/m_j), J an impulse, g gravity, t (as an index) the time of first touch. An impulse J
-changes the energy by J²/2μ - J u.
+changes the energy by J²/2μ - J u. Friction is along the tangent (-n_y, n_x): J_t is its impulse, s the slip of one rim
+past the other, and f the product of both factors. J_t changes the energy by 3 J_t²/2μ - J_t s, because discs turn.
 
 What a contact should have done follows from the scene and from the flight of its two bodies, which is traced back to
 the time at which they touched.
@@ -10,15 +11,19 @@ the time at which they touched.
 - An engine that finds a contact late sees the balls overlap, and a normal that has turned. At first touch the impulse
   is J_t = (1 + e) μ u_t along n_t; where the contact was found it is (1 + e) μ u along n. The expected impulse is the
   one nearer to the engine's own; the rest is an error of the impulse.
-- A contact found in time changes velocities only. One found τ late should also move the balls by τ J_t / m, to where
+- A contact found in time changes velocities only. One found τ late should also move the balls by τ J / m, to where
   they would be by now; engines push them apart or put them back on a wall instead.
 - The line of centres follows from the places before the step and the flight since. A reported normal that is turned
-  against it, or an impulse that acted along another, is an error of the normal; what else the velocities changed by
-  in the step of a contact is an error of the velocities, or friction if the pair has some.
+  against it, or an impulse that acted along another, is an error of the normal; what else the velocities and spins
+  changed by in the step of a contact is an error of the velocities, or friction if the pair has some.
+- Friction should be s μ/3, which stops the slip, but no more than f J (Coulomb's law; O. R. Walton and R. L. Braun,
+  J. Rheol. 30 (1986) 949, with beta_0 = 0): with the engine's own J and the slip as it found it, so that neither a late
+  contact nor a wrong impulse is an error of friction too. Of several contacts that share a ball at one time, friction
+  is not unique, and none of them is judged.
 - What changes in flight (`unsteady`) bounds what is known about a contact: an error of that size is not the contact's.
 - Solvers that resolve all contacts of a step together (`together`, see `sandbox.engines`) have no expected impulse for
   each contact before all are resolved. There each contact changes the energy by -J (u + u') / 2, with the speeds before
-  and after; these terms add up.
+  and after; these terms add up. If the impulses are inferred, and have friction, they are not unique.
 """
 
 import math
@@ -35,6 +40,8 @@ from sandbox.state import Bools, Contacts, Floats, Integers
 
 MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
 BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
+WITHIN_ARM: Final = 1e-3  # of friction, that float32 and the iterations of a solver may be off
+MOMENT_RATIOS: Final = (0.0, 0.5, 1.25, -1.0)  # of a disc's moment to an infinite one, a ring's, a sphere's; wrong sign
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 
 FINDING: Final = np.dtype(
@@ -57,6 +64,13 @@ FINDING: Final = np.dtype(
         ("free_flight", "f8"),  # s that both had flown undisturbed
         ("before", "f8", (2, 2)),  # px/s of first and second
         ("after", "f8", (2, 2)),  # px/s of first and second
+        ("slip", "f8"),  # px/s of the first's rim past the second's, along the tangent
+        ("slip_after", "f8"),  # px/s
+        ("tangential", "f8"),  # kg px/s along the tangent, as reported, or as the velocities show if it is not reported
+        ("expected_tangential", "f8"),  # kg px/s
+        ("spin_error", "f8", (2,)),  # rad/s by which both spins changed besides the friction of the only contact
+        ("spin_before", "f8", (2,)),  # rad/s of first and second
+        ("spin_after", "f8", (2,)),  # rad/s of first and second
     ]
 )
 Findings = NDArray[np.void]
@@ -74,7 +88,8 @@ class SceneConstants(NamedTuple):
     """A scene's balls and walls, and an engine's flight.
 
     wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
-    gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs.
+    gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs;
+    together, infers: as `Runner` has them, of the engine; centre: px, of the arena.
     """
 
     radius: Floats
@@ -85,13 +100,16 @@ class SceneConstants(NamedTuple):
     fall: tuple[float, float]
     dt: float
     together: bool
+    infers: bool
+    centre: tuple[float, float]
 
 
 class Unexplained(NamedTuple):
     """What the contacts of a step leave unexplained of each ball.
 
-    velocity: (n, 2) px/s; place: (n, 2) px; cause: (n,) of the velocity; owner: (n,) the contact that it belongs to, or
-    -1; unsteady: (n, 2), how much of both there was in the ball's last step without a contact, px/s and px; flown:
+    velocity: (n, 2) px/s; place: (n, 2) px; spin: (n,) rad/s; cause, spin_cause: (n,) of the velocity and the spin;
+    owner: (n,) the contact that the velocity belongs to, or -1; unsteady: (n, 3), how much of velocity, place and speed
+    of the rim there was in the ball's last step without a contact, px/s, px and px/s; flown:
     (n,), whether it had one: before, the most of all balls without a contact in this step counts; contacts:
     (n,) in the step; partner: (n,) what the ball last touched, a ball or ~wall; room: (n,) px, the sum of the depths of
     the ball's contacts in the step.
@@ -99,7 +117,9 @@ class Unexplained(NamedTuple):
 
     velocity: Floats
     place: Floats
+    spin: Floats
     cause: Integers
+    spin_cause: Integers
     owner: Integers
     unsteady: Floats
     flown: Bools
@@ -115,7 +135,8 @@ class Block(NamedTuple):
     expected_shift: (contacts, 2) kg px, mass times the displacement that a contact in time would have given; timing:
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
     second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,),
-    whether it was resolved together with another of its balls; friction: (contacts,), the product of its two factors.
+    whether it was resolved together with another of its balls; crowded: (contacts,), whether one of its balls has
+    another contact at the same time; friction: (contacts,), the product of its two factors.
     """
 
     energy: Floats
@@ -129,6 +150,7 @@ class Block(NamedTuple):
     line_before: Floats
     line_after: Floats
     shared: Bools
+    crowded: Bools
     friction: Floats
 
 
@@ -299,6 +321,19 @@ def _sum_unowned(unexplained: Unexplained, k: int, contact: Record) -> float:
 
 
 @kernel
+def _is_along_another_normal(size: float, turned: float, reported: float, lawful: float, slight: float) -> bool:
+    """Return whether an impulse (kg px/s), turned from the normal (rad), acted along another one.
+
+    It has the size of the reported impulse, or obeys the law of restitution along its own direction. lawful: kg px/s
+    times its size; slight: kg px/s, a negligible difference.
+    """
+    lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
+    if size <= slight or turned >= MAX_TURNED or lengthened <= 2 * slight:
+        return False
+    return bool(min(abs(size - reported), abs(size - lawful / size)) <= slight)
+
+
+@kernel
 def attribute_velocity(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
 ) -> tuple[int, float]:
@@ -309,16 +344,14 @@ def attribute_velocity(
     Returns the error's cause, or ROUNDING if the contact has no such error, and its size, kg px/s.
     """
     finding, i, j = block.findings[k], contact.first, contact.second
-    owns_second = j >= 0 and unexplained.owner[j] == k
-    if unexplained.owner[i] != k and not owns_second:
+    if unexplained.owner[i] != k and (j < 0 or unexplained.owner[j] != k):
         return Cause.ROUNDING, 0.0
     nx, ny, impulse = contact.normal[0], contact.normal[1], contact.impulse
     e, per_i, per_j, _ = _pair_constants(constants, contact)
     alone = unexplained.contacts[i] == 1 and (j < 0 or unexplained.contacts[j] == 1)
-    if alone:
-        for axis in range(2):
-            finding.unexplained[0, axis] = _owned(unexplained, k, i, axis)
-            finding.unexplained[1, axis] = _owned(unexplained, k, j, axis)
+    for axis in range(2 * alone):
+        finding.unexplained[0, axis] = _owned(unexplained, k, i, axis)
+        finding.unexplained[1, axis] = _owned(unexplained, k, j, axis)
     on_first_x, on_first_y = _owned(unexplained, k, i, 0) / per_i, _owned(unexplained, k, i, 1) / per_i
     px, py = impulse * nx - on_first_x, impulse * ny - on_first_y
     on_second_x = on_second_y = off = 0.0
@@ -326,35 +359,285 @@ def attribute_velocity(
         on_second_x, on_second_y = _owned(unexplained, k, j, 0) / per_j, _owned(unexplained, k, j, 1) / per_j
         off = math.hypot(on_first_x + on_second_x, on_first_y + on_second_y)
     wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
-    size = math.hypot(px, py)
     slight = 10 * NEGLIGIBLE * (abs(impulse) + math.hypot(wx, wy) / (per_i + per_j))
     normal_part = max(abs(on_first_x * nx + on_first_y * ny), abs(on_second_x * nx + on_second_y * ny))
     part = max(math.hypot(on_first_x, on_first_y), math.hypot(on_second_x, on_second_y))
     friction = block.friction[k]
     cause = Cause.VELOCITY if alone else Cause.UNKNOWN
-    if friction > 0 and (not alone or (normal_part <= slight and off <= slight)):
-        if constants.together or not alone or part <= friction * abs(impulse) + slight:
-            cause = Cause.FRICTION
-    elif off <= slight and size > slight:
-        lawful = (1 + e) * (wx * px + wy * py) / size / (per_i + per_j)
+    unreported = contact.tangential == 0 and max(normal_part, off) <= slight
+    unreported = unreported and (constants.together or part <= friction * abs(impulse) + slight)
+    if friction > 0 and (not alone or unreported):
+        cause = Cause.FRICTION
+        if alone:
+            finding.tangential = on_first_x * ny - on_first_y * nx
+            _explain_spins(constants, block, contact, finding, unexplained)
+        else:
+            block.crowded[k] = True  # which contact gave which part of it is unknown
+    elif off <= slight:
+        lawful = (1 + e) * (wx * px + wy * py) / (per_i + per_j)
         turned = _turn(px, py, nx, ny)
-        lengthened = turned * turned * size / 2  # by the tangential part that would turn it as much
-        if (
-            turned < MAX_TURNED
-            and lengthened > 2 * slight
-            and min(abs(size - abs(impulse)), abs(size - lawful)) <= slight
-        ):
+        if _is_along_another_normal(math.hypot(px, py), turned, abs(impulse), lawful, slight):
             cause, finding.turned = Cause.NORMAL, turned
-    if unexplained.owner[i] == k:
-        unexplained.cause[i] = cause
-    if owns_second:
-        unexplained.cause[j] = cause
-    for axis in range(2):
-        finding.after[0, axis] += _owned(unexplained, k, i, axis)
-        finding.after[1, axis] += _owned(unexplained, k, j, axis)
+    for side in range(2):
+        ball = i if side == 0 else j
+        if ball >= 0 and unexplained.owner[ball] == k:
+            unexplained.cause[ball] = cause
+            for axis in range(2):
+                finding.after[side, axis] += unexplained.velocity[ball, axis]
     if cause == Cause.FRICTION:
         return Cause.ROUNDING, 0.0
     return cause, math.hypot(on_first_x, on_first_y) + math.hypot(on_second_x, on_second_y)
+
+
+@kernel
+def attribute_besides(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> tuple[int, float]:
+    """Find the cause of the larger error in what a contact changed besides its impulse: of velocities or of spins.
+
+    Returns the cause, or ROUNDING if there is none, and the size, kg px/s.
+    """
+    cause, error = attribute_velocity(constants, block, k, contact, unexplained)
+    of_spin, spin_error = attribute_spin(constants, block, k, contact, unexplained)
+    return (of_spin, spin_error) if spin_error > error else (cause, error)
+
+
+@kernel
+def turn_energy(constants: SceneConstants, ball: int, spin: float, change: float) -> float:
+    """Return the energy (kg px²/s²) that a ball gains if its spin changes (rad/s)."""
+    energy: float = constants.mass[ball] * constants.radius[ball] ** 2 / 2 * change * (spin + change / 2)
+    return energy
+
+
+@kernel
+def _explain_spins(
+    constants: SceneConstants, block: Block, contact: Record, finding: Record, unexplained: Unexplained
+) -> None:
+    """Explain spins by a friction that was not reported."""
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball >= 0:
+            by_friction = -2 * finding.tangential / (constants.mass[ball] * constants.radius[ball])
+            unexplained.spin[ball] -= by_friction
+            energy = turn_energy(constants, ball, finding.spin_before[side], by_friction)
+            enter(block, Cause.FRICTION, energy, 0.0, 0.0)
+            finding.spin_after[side] += by_friction
+            slight = 10 * NEGLIGIBLE * (abs(by_friction) + abs(finding.spin_before[side]))
+            right = abs(unexplained.spin[ball]) <= slight
+            unexplained.spin_cause[ball] = Cause.ROUNDING if right else Cause.UNTOLD
+
+
+@kernel
+def is_moment(turned: float, right: float) -> bool:
+    """Return whether friction turned a ball (rad/s) as if its moment of inertia were another. right: rad/s, of a disc.
+
+    That of a ring or of a sphere, or an infinite one; or the turn has the wrong sign. Another change in the step of a
+    contact need not be the contact's.
+    """
+    nearest = math.inf
+    for ratio in MOMENT_RATIOS:
+        nearest = min(nearest, abs(turned - ratio * right))
+    return bool(right != 0 and nearest <= WITHIN_ARM * abs(right))
+
+
+@kernel
+def attribute_spin(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> tuple[int, float]:
+    """Find the cause of what the spins of a contact's balls changed by besides its friction.
+
+    If a contact is found at a distance, its point may be taken from there: then friction has a longer or a shorter arm.
+    Returns the cause, or ROUNDING if there is no such error, and the impulse at the rim (kg px/s) that gives as much.
+    """
+    finding, found, largest = block.findings[k], Cause.ROUNDING, 0.0
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball < 0 or unexplained.spin_cause[ball] == Cause.ROUNDING:
+            continue
+        change, radius = unexplained.spin[ball], constants.radius[ball]
+        at_rim = constants.mass[ball] * abs(change) * radius / 2
+        if unexplained.contacts[ball] > 1:
+            if unexplained.spin_cause[ball] != Cause.FRICTION:
+                unexplained.spin_cause[ball] = Cause.FRICTION if block.friction[k] > 0 else Cause.UNKNOWN
+            continue
+        if abs(change) * radius <= 3 * unexplained.unsteady[ball, 2]:
+            continue
+        by_arm = at_rim <= 2 * abs(contact.depth * finding.tangential) / radius
+        right = -2 * finding.tangential / (constants.mass[ball] * radius)
+        cause = Cause.VELOCITY if is_moment(right + change, right) else Cause.UNKNOWN
+        if by_arm and finding.tangential != 0:
+            cause = Cause.LATE if contact.depth > 0 else Cause.EARLY
+        unexplained.spin_cause[ball], finding.spin_error[side] = cause, change
+        finding.spin_after[side] += change
+        if at_rim > largest:
+            found, largest = cause, at_rim
+    return found, largest
+
+
+@kernel
+def coulomb(slip: float, impulse: float, friction: float, mass: float) -> float:
+    """Return Coulomb's friction, kg px/s. slip: px/s; impulse: kg px/s along the normal; mass: μ, kg."""
+    most = friction * max(impulse, 0.0)
+    return min(max(slip * mass / 3, -most), most)
+
+
+@kernel
+def _heat(slip: float, tangential: float, mass: float) -> float:
+    """Return how friction (kg px/s) changes the energy, kg px²/s². slip: px/s; mass: μ, kg."""
+    return tangential * (3 * tangential / (2 * mass) - slip)
+
+
+@kernel
+def _cause_of_friction(
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    mass: float,
+    otherwise: int,
+    right: float,
+) -> int:
+    """Return why a contact's friction is not the right one, kg px/s. mass: μ, kg; otherwise: as `_attribute_unmet`.
+
+    At a wall, the slip may lack gravity's pull of the step. If the contact is found at a distance, friction may act in
+    the middle of the gap, or of the overlap, and so have another arm.
+    """
+    finding, friction = block.findings[k], block.friction[k]
+    tangential, slip = finding.tangential, finding.slip
+    pull = 0.0
+    if contact.second < 0:
+        nx, ny = contact.normal[0], contact.normal[1]
+        pull = abs(constants.fall[1] * nx - constants.fall[0] * ny) * constants.dt
+    speeds = _speed_of_rims(constants, contact, finding)
+    error, slight = abs(tangential - right), NEGLIGIBLE * (10 * abs(right) + mass * speeds)
+    least = coulomb(slip - pull, contact.impulse, friction, mass) - slight
+    most = coulomb(slip + pull, contact.impulse, friction, mass) + slight
+    unsteady = _sum_unsteady(unexplained, contact, 0) + _sum_unsteady(unexplained, contact, 2)
+    if error <= slight:
+        cause = Cause.ROUNDING
+    elif otherwise == Cause.NORMAL:
+        cause = Cause.NORMAL
+    elif block.crowded[k]:
+        cause = Cause.FRICTION
+    elif error <= mass * unsteady:
+        cause = Cause.UNTOLD
+    elif error <= mass * _sum_unowned(unexplained, k, contact):
+        cause = Cause.UNKNOWN
+    elif least <= tangential <= most:
+        cause = Cause.GRAVITY
+    elif _is_by_arm(constants, contact, finding, friction):
+        cause = Cause.LATE if contact.depth > 0 else Cause.EARLY
+    elif tangential * right >= 0 and abs(tangential) > abs(right):
+        cause = Cause.FRICTION_LARGE
+    else:
+        cause = Cause.FRICTION_SMALL
+    return cause
+
+
+@kernel
+def _is_by_arm(constants: SceneConstants, contact: Record, finding: Record, friction: float) -> bool:
+    """Return whether friction is right for a point of contact in the middle of the overlap, or of the gap."""
+    _, per_i, per_j, _ = _pair_constants(constants, contact)
+    slip, per_mass = finding.slip, 0.0
+    for side in range(2):
+        ball = contact.first if side == 0 else contact.second
+        if ball >= 0:
+            short = contact.depth / (2 * constants.radius[ball])
+            slip -= short * constants.radius[ball] * finding.spin_before[side]
+            per_mass += (per_i if side == 0 else per_j) * (1 + 2 * (1 - short) ** 2)
+    right = coulomb(3 * slip / per_mass, contact.impulse, friction, 1.0)
+    return bool(contact.depth != 0 and abs(finding.tangential - right) <= WITHIN_ARM * abs(right))
+
+
+@kernel
+def _speed_of_rims(constants: SceneConstants, contact: Record, finding: Record) -> float:
+    """Return the sum of the speeds of a contact's bodies, of flight and at their rims, px/s."""
+    total: float = abs(finding.spin_before[0]) * constants.radius[contact.first]
+    if contact.second >= 0:
+        total += abs(finding.spin_before[1]) * constants.radius[contact.second]
+    for side in range(2):
+        total += math.hypot(finding.before[side, 0], finding.before[side, 1])
+    return total
+
+
+@kernel
+def _attribute_friction(
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    touch: tuple[float, float, float],
+    expected: float,
+    causes: tuple[int, int, int],
+    at_rest: bool,
+) -> tuple[int, float, float]:
+    """Attribute the friction of a contact that was resolved by itself.
+
+    touch: the normal of first touch and the impulse along it (kg px/s); expected: kg px/s, the expected impulse along
+    the normal; causes: of what the contact did besides, of the error of its impulse, and of its time; at_rest: whether
+    the two rest on each other. Returns the cause of friction's error, its size, and the right friction at first touch,
+    kg px/s.
+    """
+    finding, friction = block.findings[k], block.friction[k]
+    otherwise, of_impulse, timing = causes
+    _, per_i, per_j, _ = _pair_constants(constants, contact)
+    mass, slip, tangential = 1 / (per_i + per_j), finding.slip, finding.tangential
+    tx, ty, at_touch = touch
+    wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
+    slip_t = slip + wx * (contact.normal[1] - ty) + wy * (tx - contact.normal[0])
+    if contact.second < 0:
+        slip_t -= (constants.fall[1] * tx - constants.fall[0] * ty) * finding.delay
+    right, right_t = coulomb(slip, contact.impulse, friction, mass), coulomb(slip_t, at_touch, friction, mass)
+    finding.expected_tangential = right_t if abs(tangential - right_t) < abs(tangential - right) else right
+    right = finding.expected_tangential
+    cause = _cause_of_friction(constants, block, k, contact, unexplained, mass, otherwise, right)
+    error = abs(tangential - right) if cause in (Cause.FRICTION_SMALL, Cause.FRICTION_LARGE, Cause.UNTOLD) else 0.0
+    is_reported = tangential == contact.tangential  # or else its energy is entered with the velocities
+    unaccused = tangential if cause == Cause.FRICTION else right
+    heat, heat_t = _heat(slip, unaccused, mass), _heat(slip_t, right_t, mass)
+    if of_impulse == Cause.ROUNDING or right == right_t:
+        of_impulse = timing
+    enter(block, cause, _heat(slip, tangential, mass) - heat, error, 0.0)
+    if not is_reported:
+        enter(block, Cause.FRICTION, -_heat(slip, tangential, mass), 0.0, 0.0)
+    if at_rest:
+        _enter_friction_at_rest(constants, block, contact, finding, unaccused, heat, mass)
+    elif cause == Cause.FRICTION:
+        enter(block, Cause.FRICTION, heat, 0.0, 0.0)
+    else:
+        heat_expected = _heat(slip, coulomb(slip, expected, friction, mass), mass)
+        enter(block, of_impulse, heat - heat_expected, 0.0, 0.0)
+        heat_later = _heat(slip, right_t, mass)  # gravity does the difference, on the way that a late contact lacks
+        enter(block, timing, heat_later - heat_t, 0.0, 0.0)
+        pulled = timing if timing in (Cause.LATE, Cause.EARLY) else Cause.GRAVITY
+        enter(block, pulled, heat_expected - heat_later, 0.0, 0.0)
+        enter(block, Cause.FRICTION, heat_t, 0.0, 0.0)
+    return cause, error, right_t
+
+
+@kernel
+def _enter_friction_at_rest(
+    constants: SceneConstants,
+    block: Block,
+    contact: Record,
+    finding: Record,
+    tangential: float,
+    energy: float,
+    mass: float,
+) -> None:
+    """Enter the friction of a contact at rest, which gravity pulled at as long as friction acted.
+
+    Its heat is that of the mean slip; the rest of the energy (kg px²/s²) goes with what gravity gives in each step.
+    """
+    along = 0.0
+    if contact.second < 0:
+        along = constants.fall[1] * contact.normal[0] - constants.fall[0] * contact.normal[1]
+    slipped = finding.slip - along * min(finding.free_flight, constants.dt) / 2 - 3 * tangential / (2 * mass)
+    heat = min(-tangential * slipped, 0.0)
+    enter(block, Cause.FRICTION, heat, 0.0, 0.0)
+    enter(block, Cause.GRAVITY, energy - heat, 0.0, 0.0)
 
 
 @kernel
@@ -437,8 +720,9 @@ def _attribute_unmet(
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
     _, per_i, per_j, _ = _pair_constants(constants, contact)
     finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
-    finding.momentum_error = abs(impulse)
+    finding.momentum_error = math.hypot(impulse, contact.tangential)
     energy = impulse * (impulse * (per_i + per_j) / 2 - finding.approach)
+    energy += _heat(finding.slip, contact.tangential, 1 / (per_i + per_j))
     enter(block, finding.cause, energy, finding.momentum_error, 0.0)
 
 
@@ -479,8 +763,14 @@ def attribute_single(
     """Attribute what a contact that was resolved by itself did to energy and momentum."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
-    mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
-    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
+    mu, u, impulse, nx, ny = (
+        1 / (per_i + per_j),
+        finding.approach,
+        contact.impulse,
+        contact.normal[0],
+        contact.normal[1],
+    )
+    otherwise, other_error = attribute_besides(constants, block, k, contact, unexplained)
     lx, ly, finding.depth = _check_geometry(constants, block, k, contact, unexplained, reach)
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
     unowned = 3 * (1 + e) * mu * _sum_unowned(unexplained, k, contact)
@@ -492,19 +782,26 @@ def attribute_single(
     delay, u_t, tx, ty = 0.0, u, lx, ly
     if finding.turned == 0:
         delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, finding.depth)
-    nx, ny = contact.normal[0], contact.normal[1]
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
     expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
-    block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * at_touch * tx, delay * at_touch * ty
 
-    # Its errors: of the impulse, of its time, of its normal, and what it did besides.
+    # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     at_rest = _is_at_rest(constants, contact, finding)
     cause = _cause_of_impulse(constants, contact, finding, uncertain, unowned, otherwise, at_rest)
     impulse_error, turning = abs(impulse - expected), expected * math.hypot(nx - lx, ny - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
     block.timing[k] = timing
+    touch = tx, ty, at_touch
+    by_friction, friction_error, rubs = _attribute_friction(
+        constants, block, k, contact, unexplained, touch, expected, (otherwise, cause, timing), at_rest
+    )
+    block.expected_shift[k, 0] = delay * (at_touch * tx - rubs * ty)
+    block.expected_shift[k, 1] = delay * (at_touch * ty + rubs * tx)
+    if timing != Cause.ROUNDING:
+        found = expected, coulomb(finding.slip, expected, block.friction[k], mu)
+        timing_error = _timing_error((lx, ly), touch, found, rubs)
     energy, energy_expected = impulse * (impulse / (2 * mu) - u), expected * (expected / (2 * mu) - u)
     by_elasticity = -(1 - e * e) * mu * u_t * u_t / 2
     if at_rest:
@@ -516,18 +813,60 @@ def attribute_single(
     enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
 
     # The largest is the contact's cause; together they are the momentum that it moved wrongly.
-    finding.cause = cause if impulse_error >= timing_error and cause != Cause.GRAVITY else timing
     if turning > NEGLIGIBLE * at_touch:
         enter(block, Cause.NORMAL, 0.0, turning, 0.0)
-        if turning >= max(impulse_error, timing_error):
-            finding.cause = Cause.NORMAL
-    if other_error > max(impulse_error / 10, timing_error, turning):  # the impulse was not what is reported
-        finding.cause = otherwise
     right = at_touch
     if finding.turned > 0 and otherwise == Cause.ROUNDING:
         along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
         right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
-    finding.momentum_error = max(math.hypot(impulse * nx - right * tx, impulse * ny - right * ty), other_error)
+    moved_wrongly = math.hypot(impulse * nx - right * tx, impulse * ny - right * ty)
+    finding.momentum_error = max(moved_wrongly, friction_error, other_error, timing_error if is_mistimed else 0.0)
+    errors = impulse_error, timing_error, turning if turning > NEGLIGIBLE * at_touch else -1.0, friction_error
+    finding.cause = _cause_of_largest(errors, (cause, timing, Cause.NORMAL, by_friction))
+    if other_error > max(impulse_error / 10, timing_error, turning, friction_error):  # the impulse was not as reported
+        finding.cause = otherwise
+
+
+@kernel
+def _cause_of_largest(errors: tuple[float, float, float, float], causes: tuple[int, int, int, int]) -> int:
+    """Return the cause of the largest error: of the impulse, of its time, of its normal, of friction."""
+    impulse, timing, normal, friction = errors
+    if friction > max(impulse, timing, normal):
+        return causes[3]
+    if normal >= max(impulse, timing):
+        return causes[2]
+    return causes[0] if impulse >= timing and causes[0] != Cause.GRAVITY else causes[1]
+
+
+@kernel
+def _timing_error(
+    line: tuple[float, float], touch: tuple[float, float, float], found: tuple[float, float], rubs: float
+) -> float:
+    """Return how far the impulse of a contact as found is from that at first touch, with friction, kg px/s.
+
+    line: the normal as found, and found: the impulses along it and along its tangent; touch: the normal of first touch
+    and the impulse along it, and rubs: the friction there.
+    """
+    (lx, ly), (tx, ty, at_touch), (expected, friction) = line, touch, found
+    x = expected * lx - friction * ly - at_touch * tx + rubs * ty
+    y = expected * ly + friction * lx - at_touch * ty - rubs * tx
+    return math.hypot(x, y)
+
+
+@kernel
+def _enter_simultaneous_friction(constants: SceneConstants, block: Block, k: int, contact: Record) -> None:
+    """Enter the friction of one of several contacts that were resolved together: it is not unique, so not judged."""
+    finding = block.findings[k]
+    _, per_i, per_j, _ = _pair_constants(constants, contact)
+    tangential, mass = finding.tangential, 1 / (per_i + per_j)
+    energy = -tangential * (finding.slip + finding.slip_after) / 2
+    finding.expected_tangential = tangential
+    if _is_at_rest(constants, contact, finding):
+        _enter_friction_at_rest(constants, block, contact, finding, tangential, energy, mass)
+    elif abs(tangential) <= NEGLIGIBLE * abs(contact.impulse):
+        enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
+    else:
+        enter(block, Cause.FRICTION if energy <= 0 and block.friction[k] > 0 else Cause.UNCONVERGED, energy, 0.0, 0.0)
 
 
 @kernel
@@ -550,9 +889,12 @@ def attribute_simultaneous(
         cause = Cause.UNTOLD
     elif contact.second < 0 and impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
         cause = Cause.GRAVITY
+    elif constants.infers and block.friction[k] > 0:
+        cause = Cause.UNKNOWN
     else:
         cause = Cause.UNCONVERGED
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
+    _enter_simultaneous_friction(constants, block, k, contact)
     energy, at_rest = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
     if at_rest:
         _enter_rest(block, k, energy)
@@ -562,7 +904,7 @@ def attribute_simultaneous(
     enter(block, cause, energy_error, impulse_error if is_error else 0.0, 0.0)
     finding.cause, finding.momentum_error, finding.expected_impulse = cause, impulse_error, impulse
     finding.depth = contact.depth
-    otherwise, other_error = attribute_velocity(constants, block, k, contact, unexplained)
+    otherwise, other_error = attribute_besides(constants, block, k, contact, unexplained)
     if other_error > impulse_error:
         finding.cause, finding.momentum_error = otherwise, other_error
     if u <= 0 or at_rest:
@@ -576,7 +918,9 @@ def attribute_simultaneous(
         if timing_error > finding.momentum_error:
             finding.cause, finding.momentum_error = timing, timing_error
     block.timing[k] = timing
-    block.expected_shift[k, 0], block.expected_shift[k, 1] = delay * impulse * tx, delay * impulse * ty
+    rubs = finding.tangential
+    block.expected_shift[k, 0] = delay * (impulse * tx - rubs * ty)
+    block.expected_shift[k, 1] = delay * (impulse * ty + rubs * tx)
 
 
 @kernel
@@ -695,7 +1039,9 @@ def _cause_of_displacement(
     elif moved <= slight:
         cause = Cause.LATE if delay > 0 else Cause.EARLY
     elif mends:
-        put_on_wall = Cause.OVERSHOOT if put_back > contact.depth / 2 else Cause.LATE
+        shift, nx, ny = block.expected_shift[k], contact.normal[0], contact.normal[1]
+        way_back = (shift[0] * nx + shift[1] * ny) / constants.mass[contact.first]
+        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else Cause.LATE
         cause = Cause.PUSHED if contact.second >= 0 else put_on_wall
     elif abs(depth) <= 10 * slight or finding.approach <= 0:
         cause = Cause.PLACED

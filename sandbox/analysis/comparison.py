@@ -9,7 +9,7 @@ import numpy as np
 from sandbox.analysis.difference import Record
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import Trust, Twins, best_reference, reference_of
+from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
 from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.edits import Edit, edited_scenes
@@ -160,8 +160,8 @@ def compare(
     """Run a scene in several engines, in lockstep, for its seconds.
 
     engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
-    with its edits), and "exact" or, if that cannot, Pymunk with many substeps and iterations; against: the engine that
-    the others are measured against, by default "exact" if it takes part, else the last; inputs: recorded inputs to
+    with its edits), and "exact"; against: the engine that the others are measured against, by default "exact" if it
+    takes part, else the last; inputs: recorded inputs to
     replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
     covers what follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
@@ -373,4 +373,4 @@ def _path_stride(scene: Scene, steps: int) -> int:
 
 def _default_names(scene: Scene, inputs: Sequence[Input]) -> list[str]:
     scenes = list(edited_scenes(scene, inputs))
-    return [*default_engines(*scenes), best_reference(*scenes)]
+    return [*default_engines(*scenes), REFERENCE]

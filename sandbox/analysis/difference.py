@@ -2,10 +2,10 @@
 
 Contacts are matched by pair and time. A contact of the reference without a match is missing, a contact of the engine
 without one is extra; matched contacts may come in another order than in the reference, or have another outcome: other
-velocities after. The cause is the one that the ledger found for that contact. If that explains less than half of the
-difference, the balls came into the contact differently, and the cause is the first error before it, of a contact or in
-flight, of these balls or of balls that they met since; a wrong velocity outranks a wrong position. Without one in the
-engine's own run, the reference's is searched. Without one there either, the cause is unknown.
+velocities or spins after. The cause is the one that the ledger found for that contact. If that explains less than half
+of the difference, the balls came into the contact differently, and the cause is the first error before it, of a contact
+or in flight, of these balls or of balls that they met since; a wrong velocity outranks a wrong position. Without one in
+the engine's own run, the reference's is searched. Without one there either, the cause is unknown.
 """
 
 import math
@@ -18,20 +18,26 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings, pair_friction
+from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     DISORDERED,
     NO_CAUSE,
     UNCONVERGED,
-    WITH_FRICTION,
     WRONG_REFERENCE,
     explain,
     explain_flight,
     explain_gravity,
     explain_passage,
 )
-from sandbox.analysis.ledger import PUSHED_OUT, PUT_ELSEWHERE, VELOCITY_CHANGED, Flights, steps_containing
+from sandbox.analysis.ledger import (
+    PUSHED_OUT,
+    PUT_ELSEWHERE,
+    SPIN_CHANGED,
+    VELOCITY_CHANGED,
+    Flights,
+    steps_containing,
+)
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
@@ -45,11 +51,13 @@ MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
 _OF_POSITIONS: Final = (Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT)
 _IN_FLIGHT: Final = {
     VELOCITY_CHANGED: Cause.UNTOLD,
+    SPIN_CHANGED: Cause.UNTOLD,
     PUT_ELSEWHERE: Cause.PLACED,
     PUSHED_OUT: Cause.PUSHED,
 }
 
 Velocities = tuple[Vector, ...]
+Spins = tuple[float, ...]
 
 
 class Kind(StrEnum):
@@ -77,6 +85,10 @@ class Difference:
     after: Velocities | None
     should_before: Velocities | None  # in the reference; None if extra
     should_after: Velocities | None
+    spin_before: Spins | None = None  # rad/s, as the velocities
+    spin_after: Spins | None = None
+    should_spin_before: Spins | None = None
+    should_spin_after: Spins | None = None
 
     @property
     def cause_label(self) -> str:
@@ -93,12 +105,16 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
 
 
 class Record(NamedTuple):
-    """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight."""
+    """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
+
+    clamps_early: whether the engine is known to limit friction by the impulse without restitution.
+    """
 
     contacts: Contacts
     findings: Findings
     missed: Sequence[Passage]
     flights: Flights
+    clamps_early: bool = False
 
 
 class Place(NamedTuple):
@@ -108,7 +124,7 @@ class Place(NamedTuple):
     kind: Kind
     own: int
     reference: int
-    size: float  # px/s between the velocities after
+    size: float  # px/s between the velocities after, or by which an impulse at the rim that turns as much moves a disc
 
 
 class Reason(NamedTuple):
@@ -193,12 +209,20 @@ class _Matches:
         fall = np.multiply.outer(contacts["time"] - self.reference.contacts["time"][numbers], self.scene.gravity)
         difference = own["after"] - reference["after"] - fall[:, None]
         difference[contacts["second"] < 0, 1] = 0.0
-        size = length(difference).max(axis=1)
-        fastest = np.maximum(np.abs(own["before"]).max(axis=(1, 2)), np.abs(reference["before"]).max(axis=(1, 2)))
+        radius = self._radii(contacts)
+        turned = radius / 2 * np.abs(own["spin_after"] - reference["spin_after"])
+        size = np.maximum(length(difference), turned).max(axis=1)
+        fastest = np.maximum(*(np.abs(one["before"]).max(axis=(1, 2)) for one in (own, reference)))
+        fastest += np.maximum(*((radius * np.abs(one["spin_before"])).max(axis=1) for one in (own, reference)))
         disordered = self._disordered(matched)
         for at in np.flatnonzero((size > NEGLIGIBLE * fastest) | disordered).tolist():
             kind = Kind.ORDER if disordered[at] else Kind.OUTCOME
             yield Place(float(contacts["time"][at]), kind, int(matched[at]), int(numbers[at]), float(size[at]))
+
+    def _radii(self, contacts: Contacts) -> Floats:
+        """Return the radii of both bodies of each contact, 0 of a wall: (k, 2) px."""
+        radius, second = self.scene.bodies.radius, contacts["second"]
+        return np.column_stack([radius[contacts["first"]], np.where(second >= 0, radius[np.maximum(second, 0)], 0.0)])
 
     def unmatched(self) -> Iterator[Place]:
         """Find the contacts that only one of the two has."""
@@ -257,15 +281,7 @@ class _Matches:
         time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
         until, contacts = _influence(record.contacts, [first, second], time)
         errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
-        if errors:
-            return min(errors)
-        influential = record.contacts[contacts]
-        rough = influential[pair_friction(self.scene, influential) > 0]
-        if not len(rough):
-            return None
-        contact = rough[0]
-        reason = Reason(Cause.FRICTION, WITH_FRICTION)
-        return Error(False, float(contact["time"]), int(contact["first"]), -1, reason)
+        return min(errors, default=None)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
@@ -290,7 +306,14 @@ class _Matches:
             first,
             second,
             *reason,
-            *(_velocities(finding, key, second) for finding in (own, reference) for key in ("before", "after")),
+            _velocities(own, "before", second),
+            _velocities(own, "after", second),
+            _velocities(reference, "before", second),
+            _velocities(reference, "after", second),
+            spin_before=_spins(own, "spin_before", second),
+            spin_after=_spins(own, "spin_after", second),
+            should_spin_before=_spins(reference, "spin_before", second),
+            should_spin_after=_spins(reference, "spin_after", second),
         )
 
     def _displacement_errors(self) -> Floats:
@@ -305,7 +328,8 @@ class _Matches:
     def _reason_of(self, k: int) -> Reason:
         """Return the reason that the ledger found for an error of a contact of the engine."""
         finding = self.own.findings[k]
-        return Reason(Cause(finding["cause"]), explain(self.scene, self.own.contacts[k], finding))
+        because = explain(self.scene, self.own.contacts[k], finding, clamps_early=self.own.clamps_early)
+        return Reason(Cause(finding["cause"]), because)
 
     def _bodies(self, place: Place) -> tuple[int, int]:
         """Return first and second of the contact at a place."""
@@ -339,7 +363,8 @@ class _Matches:
                 return None
             at = (float(contact["time"]), int(contact["first"]), place.reference)
             if self._explains(contact, finding, place.size):
-                error = Error(False, *at, Reason(Cause(finding["cause"]), explain(self.scene, contact, finding)))
+                because = explain(self.scene, contact, finding, clamps_early=self.reference.clamps_early)
+                error = Error(False, *at, Reason(Cause(finding["cause"]), because))
             elif _has_unconverged_neighbour(self.reference, contact):
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
         return None if error is None or error.reason.cause == Cause.UNKNOWN else error
@@ -447,9 +472,10 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
         if cause in (Cause.ROUNDING, Cause.GRAVITY):
             continue
         speed = finding["momentum_error"] / bodies.mass[first]
-        of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * np.abs(finding["before"]).max()
+        fastest = np.abs(finding["before"]).max() + (bodies.radius[first] * np.abs(finding["spin_before"])).max()
+        of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * fastest
         if of_velocity or finding["displacement_error"] > NEGLIGIBLE * bodies.radius[first]:
-            reason = Reason(cause, explain(scene, contact, finding))
+            reason = Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
             yield Error(not of_velocity, float(contact["time"]), first, k, reason)
 
 
@@ -461,7 +487,7 @@ def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> 
             step = int(flights.step[ball, kind])
             if step and (step - 1) / scene.rate < time:
                 reason = Reason(cause, explain_flight(scene, flights, ball, kind))
-                yield Error(kind != VELOCITY_CHANGED, step / scene.rate, ball, -1, reason)
+                yield Error(kind not in (VELOCITY_CHANGED, SPIN_CHANGED), step / scene.rate, ball, -1, reason)
         other_gravity = flights.gravity != (float(scene.gravity[0]), float(scene.gravity[1]))
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
@@ -481,6 +507,11 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
     if finding is None:
         return None
     return tuple((float(x), float(y)) for x, y in finding[key][: 1 if second < 0 else 2])
+
+
+def _spins(finding: np.void | None, key: str, second: int) -> Spins | None:
+    """Return the spins of a contact's balls before or after it."""
+    return None if finding is None else tuple(float(spin) for spin in finding[key][: 1 if second < 0 else 2])
 
 
 def _match(of_engine: Record, of_other: Record, until: float, slack: float) -> tuple[Integers, Bools]:

@@ -5,8 +5,9 @@ from typing import Final
 
 import numpy as np
 
+from sandbox.analysis.attribution import pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.ledger import PUSHED_OUT, VELOCITY_CHANGED, Flights
+from sandbox.analysis.ledger import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
@@ -16,12 +17,16 @@ DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
 NO_CAUSE: Final = "The evidence fits no single cause."
-WITH_FRICTION: Final = "Friction, as the engine computes it, led to other velocities before the contact."
+CLAMPED_EARLY: Final = "It is clamped before restitution."
+FRACTIONS: Final = {0.25: "a quarter", 0.5: "half", 2: "twice that"}
+CLAMPED_WITHIN: Final = 1e-3  # of friction, far above what float32 rounds
 
 
-def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
-    """Explain the largest error of a contact, as the ledger found it."""
+def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: bool = False) -> str:
+    """Explain the largest error of a contact, as the ledger found it. clamps_early: as in `Record`."""
     cause = Cause(finding["cause"])
+    if cause in (Cause.FRICTION_SMALL, Cause.FRICTION_LARGE):
+        return _explain_friction(scene, contact, finding, clamps_early=clamps_early)
     if cause in (Cause.SMALL, Cause.LARGE):
         return _explain_impulse(scene, contact, finding)
     if cause in (Cause.LATE, Cause.EARLY):
@@ -32,7 +37,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void) -> str:
     return {
         Cause.PLACED: f"The contact left a ball {off} from where it should be, though there was no overlap to mend.",
         Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
-        Cause.UNKNOWN: _explain_unknown(finding),
+        Cause.UNKNOWN: _explain_unknown(scene, contact, finding),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
         Cause.PUSHED: f"The two were pushed apart, and are up to {off} from where they should be.",
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
@@ -47,6 +52,8 @@ def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
     (x, y), (vx, vy) = flights.change[ball, kind].tolist(), flights.before[ball, kind].tolist()
     size, speed, time = math.hypot(x, y), math.hypot(vx, vy), flights.step[ball, kind] / scene.rate
     when = f"in the step to {time:.3f} s"
+    if kind == SPIN_CHANGED:
+        return f"The spin of ball {ball} changed by {x:.3g} rad/s {when}, without a reported contact."
     if kind == VELOCITY_CHANGED:
         return f"The velocity of ball {ball} changed by {size:.3g} px/s {when}, without a reported contact."
     if kind == PUSHED_OUT:
@@ -105,8 +112,45 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     return f"The impulse is wrong: {amount}{still}. It amounts to a restitution of {restitution:.3g}."
 
 
-def _explain_unknown(finding: np.void) -> str:
+def _explain_friction(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: bool) -> str:
+    """Name a contact's friction and Coulomb's, and the fraction that it is."""
+    tangential, right = float(finding["tangential"]), float(finding["expected_tangential"])
+    if right == 0:
+        why = "where the two have none" if finding["slip"] else "though the two do not slip"
+        return f"Friction is {abs(tangential):.4g} kg px/s, {why}."
+    law = f"Friction is {abs(tangential):.4g} kg px/s where Coulomb's law gives {abs(right):.4g}"
+    share = tangential / right
+    if share < 0:
+        return f"{law}, and acts along the slip, not against it."
+    if share == 0:
+        return f"There is no friction where Coulomb's law gives {abs(right):.4g} kg px/s."
+    if clamps_early and _is_clamped_early(scene, contact, finding):
+        return f"{law}: {_fraction(share)}. {CLAMPED_EARLY}"
+    return f"{law}: {_fraction(share)}."
+
+
+def _is_clamped_early(scene: Scene, contact: np.void, finding: np.void) -> bool:
+    """Return whether friction is as large as the impulse without restitution, μ v_n, allows, and no larger."""
+    bodies, first, second = scene.bodies, int(contact["first"]), int(contact["second"])
+    per_mass = 1 / bodies.mass[first] + (1 / bodies.mass[second] if second >= 0 else 0.0)
+    most = pair_friction(scene, np.array([contact]))[0] * finding["approach"] / per_mass
+    return math.isclose(abs(finding["tangential"]), most, rel_tol=CLAMPED_WITHIN)
+
+
+def _fraction(share: float) -> str:
+    """Return a fraction in words.
+
+    >>> _fraction(0.5001), _fraction(1.3)
+    ('half', '130 % of it')
+    """
+    close = (word for value, word in FRACTIONS.items() if math.isclose(share, value, rel_tol=5e-3))
+    return next(close, f"{_percent(share)} of it")
+
+
+def _explain_unknown(scene: Scene, contact: np.void, finding: np.void) -> str:
     """Say what is known of a contact whose evidence fits no cause."""
+    if of_spin := _spin_error(scene, int(contact["first"]), int(contact["second"]), finding):
+        return f"The evidence fits no cause. {of_spin}"
     if finding["gap"] > 0:
         return (
             f"The evidence fits no cause: a contact of the two is reported, and they are {finding['gap']:.3g} px apart."
@@ -123,6 +167,8 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
             return f"The impulse acted along a direction that is {turned} from the reported normal."
         return f"The impulse acted along a normal that is {turned} from the line of centres."
     first, second = int(contact["first"]), int(contact["second"])
+    if of_spin := _spin_error(scene, first, second, finding):
+        return of_spin
     on_first = -scene.bodies.mass[first] * finding["unexplained"][0]
     on_second = scene.bodies.mass[second] * finding["unexplained"][1] if second >= 0 else on_first
     reported, (nx, ny) = float(contact["impulse"]), contact["normal"].tolist()
@@ -137,6 +183,24 @@ def _explain_velocity(scene: Scene, contact: np.void, finding: np.void) -> str:
         if abs(part) > NEGLIGIBLE * 10 * abs(reported)
     ]
     return f"{changed} of {reported:.4g} kg px/s along the normal: {' and '.join(parts)} are besides it."
+
+
+def _spin_error(scene: Scene, first: int, second: int, finding: np.void) -> str:
+    """Name the change of a spin, and what friction should have changed it by; empty if velocities changed by more."""
+    bodies, balls = scene.bodies, [first] if second < 0 else [first, second]
+    at_rim = bodies.mass[balls] * bodies.radius[balls] * np.abs(finding["spin_error"][: len(balls)]) / 2
+    besides = bodies.mass[balls] * np.hypot(*finding["unexplained"][: len(balls)].T)
+    at = int(at_rim.argmax())
+    if at_rim[at] <= besides.max():
+        return ""
+    ball, tangential = balls[at], float(finding["tangential"])
+    right = -2 * tangential / float(bodies.mass[ball] * bodies.radius[ball]) + 0.0  # not -0
+    turned = right + float(finding["spin_error"][at])
+    by = f"{turned:.4g} rad/s" if abs(turned) > NEGLIGIBLE * abs(right) else "nothing"
+    return (
+        f"The contact changed the spin of ball {ball} by {by}, where friction of {abs(tangential):.4g} kg px/s changes "
+        f"a disc's by {right:.4g} rad/s."
+    )
 
 
 def _explain_timing(scene: Scene, finding: np.void) -> str:

@@ -27,22 +27,23 @@ from sandbox.analysis.attribution import (
     line_to_wall,
     mends_overlap,
     pair_friction,
+    turn_energy,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import Record, entry, kernel
-from sandbox.quantity import length
+from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import Bools, Contacts, Floats, Integers
+from sandbox.state import Bools, Contacts, Floats, Integers, States
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the ledger: what a cause changed."""
+    """A line of the ledger: what a cause changed. That of SPIN is a part of the energy, and a part of no sum."""
 
     cause: Cause
     contacts: int  # or steps of a ball, for a cause that is not a contact's
-    energy: float  # kg px²/s²; the lines add up to the whole change
+    energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
     momentum: float  # kg px/s transferred wrongly, the sum of the lengths
     displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 
@@ -50,10 +51,11 @@ class Entry:
 class Flights(NamedTuple):
     """How an engine errs in flight, where no contact explains it.
 
-    step: (n, 3), the first step in which a ball's velocity changed, it was put elsewhere, or it was pushed out of an
-    overlap: the columns VELOCITY_CHANGED, PUT_ELSEWHERE and PUSHED_OUT; 0 if never; change: (n, 3, 2) px/s or px, by
-    how much in that step; before: (n, 3, 2) px/s, the velocity before it; gravity: px/s², what pulls at the balls;
-    off_parabola: px, from the parabola of that gravity to the flight of each step.
+    step: (n, 4), the first step in which a ball's velocity changed, it was put elsewhere, it was pushed out of an
+    overlap, or its spin changed: the columns VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT and SPIN_CHANGED; 0 if never;
+    change: (n, 4, 2) px/s or px, by how much in that step, of a spin (rad/s, 0); before: (n, 4, 2) px/s, the velocity
+    before it, or (spin, 0); gravity: px/s², what pulls at the balls; off_parabola: px, from the
+    parabola of that gravity to the flight of each step.
     """
 
     step: Integers
@@ -63,7 +65,7 @@ class Flights(NamedTuple):
     off_parabola: tuple[float, float] = (0.0, 0.0)
 
 
-VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT = range(3)
+VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT, SPIN_CHANGED = range(4)
 MIN_SHARE_RIGHT: Final = 0.1  # of the balls' steps in flight that are right, for which gravity is
 MIN_SHARE_ALIKE: Final = 0.4  # of them that have the same error, for which it is gravity's
 MIN_FLIGHTS: Final = 8  # steps of balls in flight, from which another gravity than the scene's is read
@@ -72,27 +74,33 @@ MIN_FLIGHTS: Final = 8  # steps of balls in flight, from which another gravity t
 class Scratch(NamedTuple):
     """What the replay of a step needs of each ball.
 
-    explained: (n, 2) px/s, the velocity that the contacts so far lead to; flown: (n, 2) px since the step began; clock:
-    (n,) s in the step, when the ball was moved last; last: (n,) its last contact in the step, or -1; uses: (n,) its
-    contacts among those resolved together, 0 between them; score: (n,) px, how badly the best contact so far explains
-    the ball's change.
+    explained: (n, 2) px/s and spin: (n,) rad/s, the velocity and spin that the contacts so far lead to; flown: (n, 2)
+    px since the step began; clock: (n,) s in the step, when the ball was moved last; last: (n,) its last contact in the
+    step, or -1; uses: (n,) its contacts among those resolved together, 0 between them; score: (n,) px, how badly the
+    best contact so far explains the ball's change; torque: (1,) kg px²/s, the angular momentum that walls, gravity and
+    the mouse gave all balls.
     """
 
     explained: Floats
+    spin: Floats
     flown: Floats
     clock: Floats
     last: Integers
     uses: Integers
     score: Floats
+    torque: Floats
 
 
 @kernel
 def _fly(constants: SceneConstants, scratch: Scratch, ball: int, now: float) -> None:
     """Let a ball fly on its parabola to a time in the step (s)."""
-    velocity, dt = scratch.explained, now - scratch.clock[ball]
+    velocity, flown, dt = scratch.explained, scratch.flown, now - scratch.clock[ball]
+    before = flown[ball, 0] * velocity[ball, 1] - flown[ball, 1] * velocity[ball, 0]
     for axis in range(2):
-        scratch.flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.fall[axis] / 2)
+        flown[ball, axis] += dt * (velocity[ball, axis] + dt * constants.fall[axis] / 2)
         velocity[ball, axis] += dt * constants.fall[axis]
+    after = flown[ball, 0] * velocity[ball, 1] - flown[ball, 1] * velocity[ball, 0]
+    scratch.torque[0] += constants.mass[ball] * (after - before)
     scratch.clock[ball] = now
 
 
@@ -105,11 +113,24 @@ def _approach_speed(contact: Record, velocity: Floats) -> float:
 
 
 @kernel
-def _copy_velocities(contact: Record, velocity: Floats, both: Floats) -> None:
-    """Copy the velocities of the two bodies of a contact; a wall's is 0."""
+def _copy_motion(scratch: Scratch, contact: Record, velocity: Floats, spin: Floats) -> None:
+    """Copy the velocities and spins of the two bodies of a contact; a wall's are 0."""
+    i, j = contact.first, contact.second
     for axis in range(2):
-        both[0, axis] = velocity[contact.first, axis]
-        both[1, axis] = velocity[contact.second, axis] if contact.second >= 0 else 0.0
+        velocity[0, axis] = scratch.explained[i, axis]
+        velocity[1, axis] = scratch.explained[j, axis] if j >= 0 else 0.0
+    spin[0], spin[1] = scratch.spin[i], scratch.spin[j] if j >= 0 else 0.0
+
+
+@kernel
+def _slip(constants: SceneConstants, contact: Record, velocity: Floats, spin: Floats) -> float:
+    """Return the slip of a contact's first body on its second, px/s. velocity, spin: (2, 2) and (2,), of both."""
+    nx, ny = contact.normal[0], contact.normal[1]
+    slip: float = (velocity[0, 1] - velocity[1, 1]) * nx - (velocity[0, 0] - velocity[1, 0]) * ny
+    slip += constants.radius[contact.first] * spin[0]
+    if contact.second >= 0:
+        slip += constants.radius[contact.second] * spin[1]
+    return slip
 
 
 @kernel
@@ -168,6 +189,10 @@ def _find_lines(
         block.line[k, 0], block.line[k, 1] = line_to_wall(constants, ~j, x, y)
         block.line_before[k, 0], block.line_before[k, 1] = line_to_wall(constants, ~j, before[i, 0], before[i, 1])
         block.line_after[k, 0], block.line_after[k, 1] = line_to_wall(constants, ~j, after[i, 0], after[i, 1])
+        nx, ny, rubs = contact.normal[0], contact.normal[1], contact.tangential
+        on_x, on_y = contact.impulse * nx - rubs * ny, contact.impulse * ny + rubs * nx
+        lever_x, lever_y = x - constants.centre[0], y - constants.centre[1]
+        scratch.torque[0] -= lever_x * on_y - lever_y * on_x + constants.radius[i] * rubs
     reach = constants.radius[i] + (constants.radius[j] if j >= 0 else constants.wall[~j, 2])
     depth = max(contact.depth, reach - math.hypot(block.line[k, 0], block.line[k, 1]), 0.0)
     unexplained.room[i] += depth
@@ -189,22 +214,29 @@ def _apply_contacts(
     velocity, uses = scratch.explained, scratch.uses
     for k in range(begin, end):
         contact, finding = contacts[k], block.findings[k]
-        _copy_velocities(contact, velocity, finding.before)
+        _copy_motion(scratch, contact, finding.before, finding.spin_before)
         finding.approach = _approach_speed(contact, finding.before)
+        finding.slip = _slip(constants, contact, finding.before, finding.spin_before)
+        finding.tangential = contact.tangential
         uses[contact.first] += 1
         if contact.second >= 0:
             uses[contact.second] += 1
     for k in range(begin, end):
         contact = contacts[k]
         for axis in range(2):
-            push = contact.impulse * contact.normal[axis]
+            along = contact.normal[0] if axis == 1 else -contact.normal[1]
+            push = contact.impulse * contact.normal[axis] + contact.tangential * along
             velocity[contact.first, axis] -= push / constants.mass[contact.first]
             if contact.second >= 0:
                 velocity[contact.second, axis] += push / constants.mass[contact.second]
+        for ball in (contact.first, contact.second):
+            if ball >= 0 and contact.tangential != 0:
+                scratch.spin[ball] -= 2 * contact.tangential / (constants.mass[ball] * constants.radius[ball])
     for k in range(begin, end):
         contact, finding = contacts[k], block.findings[k]
-        _copy_velocities(contact, velocity, finding.after)
+        _copy_motion(scratch, contact, finding.after, finding.spin_after)
         finding.approach_after = _approach_speed(contact, finding.after)
+        finding.slip_after = _slip(constants, contact, finding.after, finding.spin_after)
         block.shared[k] = uses[contact.first] > 1 or (contact.second >= 0 and uses[contact.second] > 1)
     for k in range(begin, end):
         contact = contacts[k]
@@ -214,9 +246,11 @@ def _apply_contacts(
 
 
 @kernel
-def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats) -> None:
-    """Begin a step with the velocities (n, 2) px/s before it."""
+def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats, spin: Floats) -> None:
+    """Begin a step with the velocities (n, 2) px/s and spins (n,) rad/s before it."""
+    scratch.torque[0] = 0.0
     for ball in range(len(velocity)):
+        scratch.spin[ball] = spin[ball]
         scratch.clock[ball], scratch.last[ball] = 0.0, -1
         unexplained.owner[ball], unexplained.cause[ball], unexplained.contacts[ball] = -1, Cause.UNTOLD, 0
         unexplained.room[ball] = 0.0
@@ -230,14 +264,14 @@ def _find_unexplained(
     block: Block,
     scratch: Scratch,
     unexplained: Unexplained,
-    before: tuple[Floats, Floats],
-    after: tuple[Floats, Floats],
+    before: tuple[Floats, Floats, Floats],
+    after: tuple[Floats, Floats, Floats],
     off_parabola: Floats,
 ) -> float:
     """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
 
-    before, after: positions and velocities, (n, 2) px and px/s; off_parabola: (2,) px. Returns the largest unexplained
-    momentum of a ball without a contact in the step, kg px/s.
+    before, after: positions, velocities and spins, (n, 2) px and px/s, (n,) rad/s; off_parabola: (2,) px. Returns the
+    largest unexplained momentum of a ball without a contact in the step, kg px/s.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
     fastest, furthest, momentum, unflown = 0.0, 0.0, 0.0, False
@@ -253,12 +287,21 @@ def _find_unexplained(
             error += abs(unexplained.velocity[ball, axis])  # no less than the length, which takes longer
             away += abs(unexplained.place[ball, axis])
             slight += abs(after[1][ball, axis]) + abs(before[1][ball, axis])
+            other, sign = 1 - axis, 1 - 2 * axis
+            lever = before[0][ball, axis] - constants.centre[axis]
+            turned = lever * constants.fall[other] * constants.dt + off_parabola[axis] * after[1][ball, other]
+            scratch.torque[0] += sign * constants.mass[ball] * turned
+        radius = constants.radius[ball]
+        unexplained.spin[ball], unexplained.spin_cause[ball] = after[2][ball] - scratch.spin[ball], Cause.UNTOLD
+        turned, turns = radius * abs(unexplained.spin[ball]), radius * (abs(after[2][ball]) + abs(before[2][ball]))
+        if turned <= NEGLIGIBLE * (slight + turns + pull):
+            unexplained.spin_cause[ball], turned = Cause.ROUNDING, 0.0
         if by_gravity != 0:
             enter(block, Cause.GRAVITY, constants.mass[ball] * by_gravity, 0.0, 0.0)
         if error <= NEGLIGIBLE * (slight + pull):
             unexplained.cause[ball], error = Cause.ROUNDING, 0.0
         if scratch.last[ball] < 0:
-            unexplained.unsteady[ball, 0] = error
+            unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 2] = error, turned
             fastest, momentum = max(fastest, error), max(momentum, constants.mass[ball] * error)
             furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
         else:
@@ -343,6 +386,28 @@ def _note_flight(flights: Flights, ball: int, kind: int, step: int, change: Floa
 
 
 @kernel
+def _enter_spin(
+    constants: SceneConstants,
+    block: Block,
+    unexplained: Unexplained,
+    flights: Flights,
+    ball: int,
+    before: float,
+    after: float,
+    step: int,
+) -> None:
+    """Enter what is still unexplained of a ball's spin, rad/s before and after a step, as an impulse at its rim."""
+    change, cause = unexplained.spin[ball], unexplained.spin_cause[ball]
+    block.energy[cause] += turn_energy(constants, ball, after - change, change)
+    if cause == Cause.ROUNDING:
+        return
+    enter(block, cause, 0.0, constants.mass[ball] * constants.radius[ball] * abs(change) / 2, 0.0)
+    if cause == Cause.UNTOLD and flights.step[ball, SPIN_CHANGED] == 0:
+        flights.step[ball, SPIN_CHANGED] = step
+        flights.change[ball, SPIN_CHANGED, 0], flights.before[ball, SPIN_CHANGED, 0] = change, before
+
+
+@kernel
 def _enter_unexplained(
     constants: SceneConstants,
     block: Block,
@@ -350,8 +415,8 @@ def _enter_unexplained(
     unexplained: Unexplained,
     flights: Flights,
     ball: int,
-    before: tuple[Floats, Floats],
-    after: tuple[Floats, Floats],
+    before: tuple[Floats, Floats, Floats],
+    after: tuple[Floats, Floats, Floats],
     step: int,
 ) -> None:
     """Enter what is still unexplained of a ball's change in a step."""
@@ -362,6 +427,7 @@ def _enter_unexplained(
         enter(block, cause, 0.0, constants.mass[ball] * math.hypot(change[0], change[1]), 0.0)
         if cause == Cause.UNTOLD:
             _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
+    _enter_spin(constants, block, unexplained, flights, ball, before[2][ball], after[2][ball], step)
     energy, unsteady = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1]), 0.0
     if abs(place[0]) + abs(place[1]) <= NEGLIGIBLE * constants.radius[ball]:
         block.energy[Cause.ROUNDING] += energy
@@ -369,6 +435,9 @@ def _enter_unexplained(
         moved = math.hypot(place[0], place[1])
         if mends_overlap(constants, unexplained, before[0], ball, moved):
             enter(block, Cause.PUSHED, energy, 0.0, moved)
+            if unexplained.partner[ball] < 0:
+                turned = place[0] * after[1][ball, 1] - place[1] * after[1][ball, 0]
+                scratch.torque[0] += constants.mass[ball] * turned
             _note_flight(flights, ball, PUSHED_OUT, step, place, before[1][ball])
         else:
             unsteady = moved
@@ -392,7 +461,13 @@ def _attribute_displacement_once(
     """Attribute how a contact displaced its balls, unless its wall carries the ball on: then its last contact tells."""
     contact, last = contacts[k], contacts[scratch.last[contacts[k].first]]
     if last.second >= 0 or last.second != contact.second or last.time <= contact.time:
+        ball = contact.first
+        x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
         attribute_displacement(constants, block, k, contact, unexplained, scratch.last, before)
+        if contact.second < 0:
+            moved_x, moved_y = x - unexplained.place[ball, 0], y - unexplained.place[ball, 1]
+            turned = moved_x * scratch.explained[ball, 1] - moved_y * scratch.explained[ball, 0]
+            scratch.torque[0] += constants.mass[ball] * turned
 
 
 @entry
@@ -402,8 +477,7 @@ def _replay(
     scratch: Scratch,
     unexplained: Unexplained,
     flights: Flights,
-    position: Floats,
-    velocity: Floats,
+    states: States,
     pulled: Integers,
     pull: Floats,
     off_parabola: Floats,
@@ -412,24 +486,29 @@ def _replay(
     within: Floats,
     touched: Floats,
     steps_before: int,
+    torques: Floats,
 ) -> int:
     """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
-    position, velocity: (steps + 1, n, 2) px, px/s; pulled: (steps + 1,), the ball that the mouse pulled in each step,
+    states: of steps + 1 rows; pulled: (steps + 1,), the ball that the mouse pulled in each step,
     or -1, and pull: (steps + 1, 2) px/s, by how much; off_parabola: (2,) px between the engine's flight in a step and
     a parabola; contacts: (contacts,) CONTACT, step_of: their steps, and within: s since these began; touched: (n,) s,
-    when each ball last had a contact; steps_before: of the run before the block.
+    when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, written.
     """
+    position, velocity, _, spin = states
     n, at = position.shape[1], 0
     for step in range(1, len(position)):
-        before, after = (position[step - 1], velocity[step - 1]), (position[step], velocity[step])
-        _begin_step(scratch, unexplained, velocity[step - 1])
+        before = position[step - 1], velocity[step - 1], spin[step - 1]
+        after = position[step], velocity[step], spin[step]
+        _begin_step(scratch, unexplained, velocity[step - 1], spin[step - 1])
         ball = pulled[step]
         if ball >= 0:
             for axis in range(2):
                 mean = scratch.explained[ball, axis] + pull[step, axis] / 2
                 enter(block, Cause.HAND, constants.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
                 scratch.explained[ball, axis] += pull[step, axis]
+                lever = constants.mass[ball] * (before[0][ball, 1 - axis] - constants.centre[1 - axis])
+                scratch.torque[0] += (2 * axis - 1) * lever * pull[step, axis]
 
         # Replay contact by contact, or all contacts of a time if they are resolved together.
         begin = at
@@ -459,16 +538,18 @@ def _replay(
             _enter_unexplained(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
             )
+        torques[step - 1] = scratch.torque[0]
     return at
 
 
 class Ledger:
     """The ledger of one engine, kept block by block of steps.
 
-    max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
+    together, infers: whether the engine resolves all contacts of one time together, and whether its impulses are
+    inferred; max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
     """
 
-    def __init__(self, scene: Scene, *, together: bool) -> None:
+    def __init__(self, scene: Scene, *, together: bool, infers: bool = False) -> None:
         self._scene = scene
         bodies = scene.bodies
         gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
@@ -481,28 +562,34 @@ class Ledger:
             gravity,
             1 / scene.rate,
             together,
+            infers,
+            (scene.arena.size[0] / 2, scene.arena.size[1] / 2),
         )
         n = len(bodies)
         self._scratch = Scratch(
             explained=np.empty((n, 2)),
+            spin=np.empty(n),
             flown=np.empty((n, 2)),
             clock=np.empty(n),
             last=np.empty(n, np.int64),
             uses=np.zeros(n, np.int64),
             score=np.empty(n),
+            torque=np.empty(1),
         )
         self._unexplained = Unexplained(
             velocity=np.empty((n, 2)),
             place=np.empty((n, 2)),
+            spin=np.empty(n),
             cause=np.empty(n, np.int64),
+            spin_cause=np.empty(n, np.int64),
             owner=np.empty(n, np.int64),
-            unsteady=np.zeros((n, 2)),
+            unsteady=np.zeros((n, 3)),
             flown=np.zeros(n, np.bool_),
             contacts=np.empty(n, np.int64),
             partner=np.full(n, -1),
             room=np.empty(n),
         )
-        self._flights = Flights(np.zeros((n, 3), np.int64), np.zeros((n, 3, 2)), np.zeros((n, 3, 2)))
+        self._flights = Flights(np.zeros((n, 4), np.int64), np.zeros((n, 4, 2)), np.zeros((n, 4, 2)))
         self._off_parabola: Floats | None = None
         self._findings: list[Findings] = []
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
@@ -512,8 +599,14 @@ class Ledger:
         self.max_overlap = 0.0
         self._steps = 0
 
-    def add(self, position: Floats, velocity: Floats, contacts: Contacts, pulled: Integers, pull: Floats) -> None:
-        """Enter a block of steps. position, velocity: (steps + 1, n, 2), from the last state of the block before."""
+    def add(self, states: States, contacts: Contacts, pulled: Integers, pull: Floats) -> Floats:
+        """Enter a block of steps. states: of steps + 1 rows, from the last state of the block before.
+
+        pulled: (steps + 1,), the ball that the mouse pulled in each step, or -1; pull: (steps + 1, 2) px/s, by how
+        much. Returns the angular momentum about the arena's centre that walls, gravity and mouse gave in each step,
+        (steps,) kg px²/s.
+        """
+        position, velocity = states.position, states.velocity
         steps = len(position) - 1
         rate = self._scene.rate
         step_of = steps_containing(contacts["time"], rate)
@@ -540,16 +633,17 @@ class Ledger:
             line_before=np.empty((len(contacts), 2)),
             line_after=np.empty((len(contacts), 2)),
             shared=np.zeros(len(contacts), np.bool_),
+            crowded=_crowded(contacts),
             friction=pair_friction(self._scene, contacts),
         )
+        torques = np.empty(steps)
         replayed = _replay(
             self._constants,
             block,
             self._scratch,
             self._unexplained,
             self._flights,
-            position,
-            velocity,
+            states,
             pulled,
             pull,
             np.zeros(2) if self._off_parabola is None else self._off_parabola,
@@ -558,13 +652,18 @@ class Ledger:
             within,
             self._touched,
             self._steps,
+            torques,
         )
         assert replayed == len(contacts)
         if len(block.findings):
             self._findings.append(block.findings)
         self._steps += steps
+        if self._scene.is_rough:
+            turning = spin_energy(states.spin[[0, -1]], self._scene.bodies.moment)
+            self._sums[0, Cause.SPIN] += turning[1] - turning[0]
         self._check_overlaps(position, velocity, contacts, step_of)
         self._check_inner_walls(position, contacts, step_of, within)
+        return torques
 
     def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
         """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
@@ -664,6 +763,18 @@ def steps_containing(time: Floats, rate: int) -> Integers:
     """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
     step = np.ceil(time * rate - NEGLIGIBLE).astype(np.int64)
     return np.maximum(step + (time > step / rate), 1)
+
+
+def _crowded(contacts: Contacts) -> Bools:
+    """Return whether a ball of each contact has another contact at the same time: (k,)."""
+    ball = np.concatenate([contacts["first"], contacts["second"]])
+    time = np.concatenate([contacts["time"]] * 2)
+    order = np.lexsort((time, ball))
+    again = (np.diff(ball[order]) == 0) & (np.diff(time[order]) == 0) & (ball[order[1:]] >= 0)
+    crowded = np.zeros(len(ball), bool)
+    crowded[order[1:]] = again
+    crowded[order[:-1]] |= again
+    return crowded[: len(contacts)] | crowded[len(contacts) :]
 
 
 def _wall_constants(scene: Scene) -> Floats:

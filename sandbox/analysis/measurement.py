@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.attribution import pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.difference import Difference, Record, differences
 from sandbox.analysis.expectations import Score, score
@@ -17,7 +16,7 @@ from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
-from sandbox.quantity import dot, energy, length, momentum, outside
+from sandbox.quantity import angular_momentum, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
 from sandbox.scene.model import Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
@@ -34,6 +33,7 @@ class Figures:
     energy_drift: float | None  # the largest change of that fraction, at any time
     energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
     momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
+    angular_momentum_drift: float  # likewise of angular momentum about the arena's centre, of flight and spin
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
     pair_contacts: int
@@ -111,13 +111,17 @@ class Measurement:
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(scene, together=runner.together)
+        self._ledger = Ledger(scene, together=runner.together, infers=runner.infers_impulses)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._momentum = np.empty((steps + 1, 2))
         self._pull_momentum = np.zeros((steps + 1, 2))  # kg px/s, given by the mouse in the step that led to each state
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
+        self._centre = np.divide(scene.arena.size, 2)
+        self._angular_momentum = np.empty(steps + 1)  # about the centre, kg px²/s
+        self._torques = np.empty(steps)  # the change of it that walls, gravity and mouse explain
+        self._levers = np.empty(steps + 1)  # the most that it can be at these speeds and spins, kg px²/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: float | None = None  # s
         self._gap_of_ball = np.zeros(n)
@@ -143,7 +147,12 @@ class Measurement:
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
         self._momentum[steps] = momentum(velocity, bodies.mass)
-        self._lengths[steps] = np.einsum("tn,n->t", length(velocity), bodies.mass)
+        speed = length(velocity)
+        self._lengths[steps] = np.einsum("tn,n->t", speed, bodies.mass)
+        about_centre = states._replace(position=position - self._centre)
+        self._angular_momentum[steps] = angular_momentum(about_centre, bodies)
+        self._levers[steps] = np.einsum("tn,tn,n->t", length(about_centre.position), speed, bodies.mass)
+        self._levers[steps] += np.einsum("tn,n->t", np.abs(states.spin), bodies.moment)
         self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
         self._gap_max[steps] = gap.max(axis=1)
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
@@ -181,7 +190,8 @@ class Measurement:
             contacts = contacts[np.argsort(contacts["time"], kind="stable")]
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
-        self._ledger.add(states.position, states.velocity, self._contacts[-1], pulled, self.pull[:rows])
+        torques = self._ledger.add(states, self._contacts[-1], pulled, self.pull[:rows])
+        self._torques[self._entered : self._entered + rows - 1] = torques
         steps = self._entered + np.flatnonzero(pulled >= 0)
         self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
         self._entered += rows - 1
@@ -197,7 +207,13 @@ class Measurement:
     @cached_property
     def record(self) -> Record:
         """The contacts with what the ledger found about them, once all are entered."""
-        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed, self._ledger.flights)
+        return Record(
+            np.concatenate(self._contacts),
+            self._ledger.findings,
+            self._ledger.missed,
+            self._ledger.flights,
+            self.runner.clamps_friction_early,
+        )
 
     def run(
         self, reference: Record | None, reference_energy: Floats, trusted_until: float | None, disturbed: Bools
@@ -223,7 +239,7 @@ class Measurement:
         steps = slice(math.ceil(min(trusted, final.time) * scene.rate) + 1)
         if (gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all():
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
-        unexplained = self._unexplained_momentum(at_wall)
+        unexplained, turning = self._unexplained_momentum(at_wall), self._unexplained_angular_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
@@ -231,6 +247,7 @@ class Measurement:
             energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
             momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
+            angular_momentum_drift=float(turning.max(initial=0.0) / (self._levers.max() or 1.0)),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
             pair_contacts=len(contacts) - len(at_wall),
@@ -286,20 +303,29 @@ class Measurement:
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
         """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
 
-        Friction of a wall is not reported. In a step with such a contact, only what is along its normal counts; in a
-        step with any contact at a wall nothing does if the engine reports no impulses either.
+        In a step with any contact at a wall nothing counts if the engine reports no impulses.
         """
-        scene, steps = self._scene, len(self._momentum) - 1
+        scene = self._scene
         unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
         unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
-        step = np.clip(steps_containing(at_wall["time"], scene.rate), 1, steps) - 1
-        np.add.at(unexplained, step, at_wall["impulse"][:, None] * at_wall["normal"])
-        rubs = pair_friction(scene, at_wall) > 0
-        for k, normal in zip(step[rubs], at_wall["normal"][rubs], strict=True):
-            unexplained[k] = dot(unexplained[k], normal) * normal
+        step = self._rows_of(at_wall)
+        normal = at_wall["normal"]
+        impulse = at_wall["impulse"][:, None] * normal + at_wall["tangential"][:, None] * tangent(normal)
+        np.add.at(unexplained, step, impulse)
         if self.runner.infers_impulses:
             unexplained[step] = 0.0
         return length(np.cumsum(unexplained, axis=0))
+
+    def _unexplained_angular_momentum(self, at_wall: Contacts) -> Floats:
+        """Return the angular momentum that nothing outside gave, as `_unexplained_momentum`: (steps,) kg px²/s."""
+        unexplained = np.diff(self._angular_momentum) - self._torques
+        if self.runner.infers_impulses:
+            unexplained[self._rows_of(at_wall)] = 0.0
+        return np.abs(np.cumsum(unexplained))
+
+    def _rows_of(self, contacts: Contacts) -> Integers:
+        """Return the step of each contact, from 0: (k,)."""
+        return np.clip(steps_containing(contacts["time"], self._scene.rate), 1, len(self._momentum) - 1) - 1
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws:

@@ -11,7 +11,7 @@ import numpy as np
 from sandbox.analysis.attribution import MAX_TRACE_STEPS
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
-from sandbox.engines import TUNED, Engine, can_run, settings_in, with_settings
+from sandbox.engines import Engine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
@@ -23,35 +23,8 @@ from sandbox.state import Bools, Contacts, Floats, State, States
 REFERENCE: Final = "exact"
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
-FINER_SUBSTEPS: Final = 16  # times the scene's, of Pymunk as the reference where `exact` cannot run
-MANY_ITERATIONS: Final = 200  # of its solver
 PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, and not only rounded otherwise
 RESTING: Final = 10  # times what gravity does between two contacts of bodies at rest: an impulse up to this is no hit
-
-
-def best_reference(scene: Scene, *edited: Scene) -> str:
-    """Return the engine to measure others against: the exact one, or a converged one if it cannot run all scenes.
-
-    edited: the scene after each edit.
-    """
-    return REFERENCE if can_run(REFERENCE, scene, *edited) else converged(scene)
-
-
-def converged(scene: Scene) -> str:
-    """Return Pymunk with settings so fine that little would change if they were finer still."""
-    substeps = FINER_SUBSTEPS * scene.pymunk.substeps
-    return with_settings(TUNED, {"substeps": substeps, "iterations": MANY_ITERATIONS, "collision_persistence": 1})
-
-
-def described(engine: str) -> str:
-    """Return an engine's name in a sentence.
-
-    >>> described("pymunk(substeps=16, iterations=200)")
-    'Pymunk with 16 substeps and 200 iterations'
-    """
-    name, settings = settings_in(engine)
-    counts = [f"{settings[key]:g} {key}" for key in ("substeps", "iterations") if key in settings]
-    return f"{name.capitalize()} with {' and '.join(counts)}" if counts else engine
 
 
 def reference_of(engines: Sequence[str]) -> str:
@@ -229,11 +202,13 @@ class _TieSearch:
         return found
 
     def _is_different(self, original: States, twin: States) -> Bools:
-        """Return whether a ball's place or velocity differs by more than rounding, (steps,)."""
+        """Return whether a ball's place, velocity or spin differs by more than rounding, (steps,)."""
         offset = np.abs(twin.position - original.position) > PARTED * self._radius[:, None]
         speed = np.abs(original.velocity).max(axis=(1, 2), initial=0.0)
+        speed += (self._radius * np.abs(original.spin)).max(axis=1, initial=0.0)
         change = np.abs(twin.velocity - original.velocity) > PARTED * speed[:, None, None]
-        return np.asarray((offset | change).any(axis=(1, 2)))
+        turn = self._radius * np.abs(twin.spin - original.spin) > PARTED * speed[:, None]
+        return np.asarray((offset | change).any(axis=(1, 2)) | turn.any(axis=1))
 
 
 def _first(found: Bools) -> int:

@@ -57,19 +57,38 @@ def print_comparison(comparison: Comparison) -> None:
             )
             if first.kind != Kind.FLIGHT:
                 terminal.print(_speeds(first, comparison.against))
+                if spins := _spins(first, comparison.against):
+                    terminal.print(spins)
 
 
 def _speeds(first: Difference, against: str) -> str:
     """Return a sentence with the balls' speeds before and after, in the engine and in the reference."""
+    own, reference = (
+        [[math.hypot(*one) for one in each or ()] for each in pair]
+        for pair in ((first.before, first.after), (first.should_before, first.should_after))
+    )
+    return f"Speeds, px/s: {_before_and_after(own, reference, against)}."
+
+
+def _spins(first: Difference, against: str) -> str:
+    """Return the same of the balls' spins; empty if none turns."""
+    own, reference = (
+        [[*(each or ())] for each in pair]
+        for pair in ((first.spin_before, first.spin_after), (first.should_spin_before, first.should_spin_after))
+    )
+    if not any(spin for each in (*own, *reference) for spin in each):
+        return ""
+    return f"Spins, rad/s: {_before_and_after(own, reference, against)}."
+
+
+def _before_and_after(own: Sequence[Sequence[float]], reference: Sequence[Sequence[float]], against: str) -> str:
+    """Return a contact's numbers before and after, in the engine and in the reference. Either may lack the contact."""
     parts = []
-    for where, before, after in (
-        ("", first.before, first.after),
-        (f"in {against} ", first.should_before, first.should_after),
-    ):
+    for where, (before, after) in (("", own), (f"in {against} ", reference)):
         if before and after:
-            speeds = (" and ".join(f"{math.hypot(*one):.4g}" for one in velocities) for velocities in (before, after))
-            parts.append(f"{where}{' before, '.join(speeds)} after")
-    return f"Speeds, px/s: {'; '.join(parts)}."
+            numbers = (" and ".join(f"{one + 0.0:.4g}" for one in each) for each in (before, after))
+            parts.append(f"{where}{' before, '.join(numbers)} after")
+    return "; ".join(parts)
 
 
 def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:

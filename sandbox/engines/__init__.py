@@ -47,6 +47,9 @@ class Engine(Protocol):
     A solver that reports no impulses, so that those of its contacts are inferred from the changes of velocity, sets
     `infers_impulses = True`: they are then no evidence of where its momentum went.
 
+    A solver that limits friction by the impulse without restitution sets `clamps_friction_early = True`: the sentence
+    on a contact with just that much friction says why it is too little.
+
     An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
     engine to find out, which takes a second for many balls.
     """
@@ -182,6 +185,7 @@ class _CheckedEngine:
     def __init__(self, name: str, engine: Engine, scene: Scene) -> None:
         self.together = getattr(engine, "together", False)
         self.infers_impulses = getattr(engine, "infers_impulses", False)
+        self.clamps_friction_early = getattr(engine, "clamps_friction_early", False)
         self.kick = engine.kick
         self._name = name
         self._engine = engine
@@ -239,6 +243,7 @@ class _CheckedBlockEngine(_CheckedEngine):
         theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
         engine = cast("BlockEngine", self._engine)
         engine.advance(steps, *theirs[: len(signature(engine.advance).parameters) - 1])  # angle and spin are optional
+        self._steps += steps
         for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), theirs, strict=True):
             ours[:] = numbers
             self._check_finite(what, numbers)

@@ -43,11 +43,13 @@ class Box2DEngine:
     """A scene in a `pyb2d3.World`, which is public as `world`: body k is ball k.
 
     pyb2d3 reports which shapes touch, but not the impulses: these are computed from the changes of momentum, see
-    `impulses`.
+    `impulses`. Box2D limits friction while it stops the approach, and applies restitution afterwards: in a bounce that
+    slides, friction is 1/(1 + e) of Coulomb's.
     """
 
     together = True
     infers_impulses = True
+    clamps_friction_early = True
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(
@@ -137,14 +139,19 @@ class Box2DEngine:
         # The point of contact is in the middle of the overlap, or of the gap that will close within the step.
         reach = self._balls.radius[np.column_stack([first, np.maximum(second, 0)])]
         lever = np.where(rough[:, None], 1 - contacts["depth"][:, None] / (2 * reach), np.nan)
-        contacts["impulse"], contacts["tangential"] = impulses(
-            first, second, contacts["normal"], np.column_stack([change, turned]), self._balls.mass, lever
-        ).T
+        changes = np.column_stack([change, turned])
+        fastest = np.abs([before.velocity, after.velocity]).max()
+        least = VELOCITY_ROUNDING * fastest * self._balls.mass[first]
+        found = impulses(first, second, contacts["normal"], changes, self._balls.mass, lever)
+        solved = found[:, 0] > least
+        if rough.any() and not solved.all():  # none pulls, and without those that would, the others are others
+            pressing = first[solved], second[solved], contacts["normal"][solved]
+            found[solved] = impulses(*pressing, changes, self._balls.mass, lever[solved])
+            solved &= found[:, 0] > least
+        contacts["impulse"], contacts["tangential"] = found.T
         falling = np.broadcast_to(before.velocity + self._gravity / self._rate, (len(first), *before.velocity.shape))
         turning = np.broadcast_to(before.spin, (len(first), len(before.spin)))
         contacts["slip"] = slips(contacts, falling, turning, self._balls.radius)
-        fastest = np.abs([before.velocity, after.velocity]).max()
-        solved = contacts["impulse"] > VELOCITY_ROUNDING * fastest * self._balls.mass[first]
         self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:

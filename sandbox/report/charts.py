@@ -338,9 +338,11 @@ def _ledger(comparison: Comparison) -> Chart:
 def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:
     """Return each engine's change of energy by cause, in the unit of `energies`, and the causes that get a bar."""
     _, unit = energies(comparison)
-    energy = {
+    energy: dict[str, dict[Cause, float]] = {
         name: {
-            entry.cause: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0) for entry in run.figures.ledger
+            entry.cause: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0)
+            for entry in run.figures.ledger
+            if entry.cause != Cause.SPIN
         }
         for name, run in comparison.runs.items()
     }

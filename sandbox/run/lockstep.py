@@ -50,6 +50,11 @@ class Runner:
         """Whether the impulses of the engine's contacts are inferred from the changes of velocity."""
         return getattr(self.engine, "infers_impulses", False)
 
+    @property
+    def clamps_friction_early(self) -> bool:
+        """Whether the engine is known to limit friction by the impulse without restitution."""
+        return getattr(self.engine, "clamps_friction_early", False)
+
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:

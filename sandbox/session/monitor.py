@@ -11,7 +11,7 @@ from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Trust, Twins, comparable_until, reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
-from sandbox.state import Contacts, State, no_contacts
+from sandbox.state import Contacts, State, States, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
 MAX_BOOKED: Final = 5_000  # balls times steps that are entered in a ledger at once, so that no frame takes much longer
@@ -132,7 +132,7 @@ class _FollowedEngine:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
         self._scene = lockstep.scene
-        self._ledger = Ledger(lockstep.scene, together=runner.together)
+        self._ledger = Ledger(lockstep.scene, together=runner.together, infers=runner.infers_impulses)
         self._contacts = [no_contacts()]
         self._begin_block(runner.state())
 
@@ -152,16 +152,13 @@ class _FollowedEngine:
 
     def try_ledger(self) -> None:
         """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
-        state = self._states[0]
-        position, velocity = np.stack([state.position] * 2), np.stack([state.velocity] * 2)
-        Ledger(self._scene, together=True).add(position, velocity, no_contacts(), np.array([-1, -1]), np.zeros((2, 2)))
+        states = States.stack([self._states[0]] * 2)
+        Ledger(self._scene, together=True).add(states, no_contacts(), np.array([-1, -1]), np.zeros((2, 2)))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""
-        position = np.stack([state.position for state in self._states])
-        velocity = np.stack([state.velocity for state in self._states])
         contacts = np.concatenate(self._block)
-        self._ledger.add(position, velocity, contacts, np.array(self._pulled), np.array(self._pulls))
+        self._ledger.add(States.stack(self._states), contacts, np.array(self._pulled), np.array(self._pulls))
         if len(contacts):
             self._contacts.append(contacts)
         self._begin_block(self._states[-1])

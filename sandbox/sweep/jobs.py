@@ -15,7 +15,7 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
 from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Figures, Run
-from sandbox.analysis.reference import REFERENCE, best_reference
+from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TEXTBOOK_ENGINES, TUNED, create
 from sandbox.engines.article import pow_variant
 from sandbox.errors import SandboxError
@@ -83,7 +83,7 @@ def plan(
     if count > MAX_ROWS:
         raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
     first = scene.changed(seed=seeds[0])
-    against = against or best_reference(first)
+    against = against or REFERENCE
     for name in dict.fromkeys([*engines, against]):
         create(name, first, spawn(first))
     for rate, tuning in product(rates, tunings):

@@ -10,7 +10,6 @@ from conftest import scene_of
 
 from sandbox.analysis.advice import Trial, advice_rows, advised, as_json, at_rate, recommend, try_settings
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.analysis.reference import best_reference
 from sandbox.cli.tables import print_advice
 from sandbox.errors import SandboxError
 from sandbox.report.comparison import page
@@ -144,18 +143,6 @@ def test_a_dense_gas_is_advised_by_its_pressure_too() -> None:
     assert "the largest difference from theory is" in recommend(trials)
 
 
-def test_a_scene_with_friction_is_measured_against_a_finer_pymunk() -> None:
-    scene = scene_of(
-        "radius = 20\nfriction = 1\npositions = [[100, 300], [300, 310]]\nvelocities = [[300, 0], [0, 0]]",
-        more="seconds = 1",
-    )
-    against = best_reference(scene)
-    assert against.startswith("pymunk(")
-    trials = try_settings(scene, against)
-    assert advised(trials).changes == {"substeps": 4}
-    assert settings_of(trials, substeps=4).gap < trials[0].gap
-
-
 def test_a_reference_that_takes_steps_takes_the_same_at_another_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """At 60 steps a second, and 16 substeps; 960 has no divisor between 160 and 192, nor above itself."""
     ran: list[tuple[int, str]] = []
@@ -168,8 +155,7 @@ def test_a_reference_that_takes_steps_takes_the_same_at_another_rate(monkeypatch
     balls = "radius = 2\nfriction = 1\npositions = [[100, 300], [9, 9]]\nvelocity = [350, 0]"
     fast = scene_of(balls, more="seconds = 0.1")
     assert needed_rate(fast, spawn(fast)) == 175
-    against = best_reference(fast)
-    assert against == "pymunk(substeps=16, iterations=200, collision_persistence=1)"
+    against = "pymunk(substeps=16, iterations=200, collision_persistence=1)"
     assert [one["rate"] for one in changes(fast, against) if "rate" in one] == [192, 240]
     assert ran == [(60, against), (192, against.replace("16", "5")), (240, against.replace("16", "4"))]
     assert not any("rate" in one for one in changes(load("head-on").changed(seconds=0.1), "impulse"))

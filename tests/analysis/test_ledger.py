@@ -18,7 +18,7 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT
+from sandbox.state import CONTACT, States
 
 ENGINES = tuple(registry())
 RUNS = [
@@ -35,7 +35,8 @@ def ledger_of(scene: Scene, engine: str) -> tuple[Run, dict[str, Entry]]:
 def remainder(run: Run) -> float:
     """Return how far the lines are from adding up to the change of energy, as a share of the most there was."""
     change = run.energy[-1] - run.energy[0]
-    return float(abs(sum(entry.energy for entry in run.figures.ledger) - change) / (np.abs(run.energy).max() or 1.0))
+    lines = sum(entry.energy for entry in run.figures.ledger if entry.cause != Cause.SPIN)
+    return float(abs(lines - change) / (np.abs(run.energy).max() or 1.0))
 
 
 @pytest.mark.parametrize(("name", "engine"), RUNS)
@@ -45,7 +46,8 @@ def test_the_lines_add_up_to_the_whole_change(name: str, engine: str) -> None:
     assert remainder(run) < 1e-9
     if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
         assert "untold" not in ledger
-        assert abs(ledger["rounding"].energy if "rounding" in ledger else 0.0) < 1e-5 * np.abs(run.energy).max()
+        rounding = ledger["rounding"].energy if "rounding" in ledger else 0.0
+        assert abs(rounding) < 1e-4 * np.abs(run.energy).max()  # most in the hops of a heap, by the thousand
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:
@@ -64,18 +66,21 @@ number = st.floats(0.05, 1.0)
     st.sampled_from([(0.0, 0.0), (0.0, 900.0), (-300.0, 200.0)]),
     st.sampled_from([30, 60, 240]),
     st.booleans(),
+    st.sampled_from([0.0, 0.3, 1.0]),
 )
 @settings(max_examples=200, deadline=None)
 def test_the_lines_add_up_in_any_scene(
-    count: int, seed: int, size: float, e: float, gravity: tuple[float, float], rate: int, ramp: bool
+    count: int, seed: int, size: float, e: float, gravity: tuple[float, float], rate: int, ramp: bool, friction: float
 ) -> None:
+    rubs = f"\nfriction = {friction}\nspin = {{from = -10, to = 10}}"
     balls = (
-        f"count = {count}\nradius = {20 * size}\nelasticity = {e}\ninside = [[0, 0], [300, 180]]\nspeed = 300",
-        f"count = 2\nradius = 10\nmass = {size}\nx = {{from = 20, to = 280}}\ny = {{from = 20, to = 180}}\nspeed = 200",
+        f"count = {count}\nradius = {20 * size}\nelasticity = {e}\ninside = [[0, 0], [300, 180]]\nspeed = 300{rubs}",
+        f"count = 2\nradius = 10\nmass = {size}\nx = {{from = 20, to = 280}}\ny = {{from = 20, to = 180}}\nspeed = 200"
+        + rubs,
     )
-    wall = "\n[[walls]]\nfrom = [50, 200]\nto = [250, 260]\nelasticity = 0.9" if ramp else ""
+    wall = "\n[[walls]]\nfrom = [50, 200]\nto = [250, 260]\nelasticity = 0.9\nfriction = 0.5" if ramp else ""
     head = f"seed = {seed}\nseconds = 0.3\nrate = {rate}\ngravity = {list(gravity)}"
-    scene = scene_of(*balls[:-1], balls[-1] + wall, size="[300, 300]", more=head)
+    scene = scene_of(*balls[:-1], balls[-1] + wall, size="[300, 300]\nfriction = 0.7", more=head)
     for engine in ENGINES:
         if engine != "article":
             run, _ = ledger_of(scene, engine)
@@ -129,9 +134,8 @@ def test_a_contact_is_traced_back_to_the_last_contact_of_either_ball_at_most() -
     while states[-1].velocity[0, 0] == 660:
         engine.step()
         states.append(engine.state())
-    position, velocity = (np.stack([getattr(one, key) for one in states]) for key in ("position", "velocity"))
     contacts, steps = engine.contacts(), len(states)
-    ledger.add(position, velocity, contacts, np.full(steps, -1), np.zeros((steps, 2)))
+    ledger.add(States.stack(states), contacts, np.full(steps, -1), np.zeros((steps, 2)))
     assert contacts[["first", "second"]].tolist() == [(0, 1), (1, 2)]
     assert ledger.findings["free_flight"].tolist() == [math.inf, 0]
     assert ledger.findings["delay"].tolist() == [pytest.approx(6 / 660), 0]
@@ -171,14 +175,42 @@ def test_pymunk_reverses_a_ball_where_it_finds_it_in_the_wall() -> None:
     assert "overshoot" not in ledger
 
 
-def test_energy_lost_to_friction_is_entered_as_friction() -> None:
-    """Sliding against a wall of friction 1, a ball loses some of its speed along it."""
-    scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [400, 100]\nfriction = 1").changed(
-        seconds=2.0, arena={"size": (800, 600), "friction": 1}
+@pytest.mark.parametrize("engine", ["pymunk", "impulse", "exact"])
+@pytest.mark.parametrize(("friction", "spin", "tangential"), [(0.2, 0.0, 80.0), (1.0, 0.0, 200.0), (0.2, -30.0, -80.0)])
+def test_friction_takes_its_heat_and_turns_the_ball(
+    engine: str, friction: float, spin: float, tangential: float
+) -> None:
+    """A ball of 2 kg and radius 20 meets the top wall with 300 px/s along it and 100 px/s towards it.
+
+    It slides with 0.2 of the impulse of 400 kg px/s, or else a third of 2 x 300 kg px/s stops its slip. With a spin of
+    -30 rad/s it slips backwards, at -300 px/s.
+    """
+    scene = scene_of(
+        f"radius = 20\nmass = 2\nfriction = {friction}\nposition = [100, 100]\nvelocity = [300, -100]\nspin = {spin}",
+        size="[800, 600]\nfriction = 1",
+        more="seconds = 1",
     )
-    run, ledger = ledger_of(scene, "pymunk")
-    assert run.energy[-1] < run.energy[0]
-    assert ledger["friction"].energy == pytest.approx(run.energy[-1] - run.energy[0])
+    run, ledger = ledger_of(scene, engine)
+    slip = 300 + 20 * spin
+    assert ledger["friction"].energy == pytest.approx(-(tangential * slip - tangential**2 / (2 * 2 / 3)), rel=1e-12)
+    assert ledger["friction"].energy == pytest.approx(run.energy[-1] - run.energy[0], rel=1e-12)
+    turned = spin - 2 * tangential / (2 * 20)
+    assert ledger["spin"].energy == pytest.approx(2 * 20**2 / 4 * (turned**2 - spin**2), rel=1e-9)
+    assert not {"friction_small", "friction_large", "velocity"} & set(ledger)
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse", "exact"])
+def test_a_ball_that_slides_and_then_rolls_is_braked_by_rightful_friction_alone(engine: str) -> None:
+    """From 90 px/s it rolls at 60: of 90²/2, friction takes a third, and a third of what is left is spin."""
+    scene = scene_of(
+        "radius = 10\nposition = [50, 590]\nvelocity = [90, 0]\nfriction = 0.5\nelasticity = 0",
+        size="[800, 600]\nfriction = 0.4",
+        more="gravity = [0, 600]\nseconds = 1",
+    )
+    _, ledger = ledger_of(scene, engine)
+    assert ledger["friction"].energy == pytest.approx(-(90**2) / 6, rel=0.01)
+    assert ledger["spin"].energy == pytest.approx(60**2 / 4, rel=0.01)
+    assert not {"friction_small", "friction_large", "velocity", "untold"} & set(ledger)
 
 
 def test_gravity_integrated_in_steps_is_entered() -> None:
@@ -235,9 +267,11 @@ def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
         "radius = 15\nposition = [200, 285]\nelasticity = 0.5", size="[400, 300]", more="gravity = [0, 900]"
     )
     ledger = Ledger(scene, together=False)
-    contacts = np.array([(k / 60, 0, -4, (0, 1), j, 0) for k, j in ((1, 15), (2, 215))], CONTACT)
-    velocity = np.array([(0, 0), (0, 0), (0, -200)], float)[:, None]
-    ledger.add(np.full((3, 1, 2), (200.0, 285.0)), velocity, contacts, np.full(3, -1), np.zeros((3, 2)))
+    contacts = np.array([(k / 60, 0, -4, (0, 1), j, 0, 0, 0) for k, j in ((1, 15), (2, 215))], CONTACT)
+    states = States.empty(3, 1)
+    states.position[:] = 200, 285
+    states.velocity[:] = np.array([(0, 0), (0, 0), (0, -200)])[:, None]
+    ledger.add(states, contacts, np.full(3, -1), np.zeros((3, 2)))
     [large] = [entry for entry in ledger.entries() if entry.cause == Cause.LARGE]
     assert large.energy == pytest.approx((200**2 - 7.5**2) / 2)
 
