@@ -237,7 +237,6 @@ class _CheckedEngine:
 class _CheckedBlockEngine(_CheckedEngine):
     """A checked engine that can do many steps in one call."""
 
-        self._ends[float(state.time)] = self._steps / self._rate
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         theirs = States.empty(steps, self._balls)
         theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
