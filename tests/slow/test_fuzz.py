@@ -60,8 +60,8 @@ WILD = st.recursive(
 def within(node: Document, root: Document) -> Strategy:
     """Draw a value that a node of the JSON Schema `root` allows."""
     node = resolved(node, root)
-    if "anyOf" in node:
-        return st.one_of([within(kind, root) for kind in node["anyOf"] if kind != {"type": "null"}])
+    if kinds := node.get("anyOf", node.get("oneOf")):
+        return st.one_of([within(kind, root) for kind in kinds if kind != {"type": "null"}])
     if "const" in node:
         return st.just(node["const"])
     if node["type"] == "object":
