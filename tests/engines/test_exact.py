@@ -353,6 +353,15 @@ def test_full_row_under_a_heap_comes_to_rest_at_bounded_cost() -> None:
     assert state.position[:, 1].max() < 190 + 1e-9
 
 
+def test_a_full_row_whose_contacts_have_no_end_is_an_error_and_no_endless_loop() -> None:
+    """Five balls fill the floor, and others fall between two that have parted."""
+    row = "[[balls]]\nradius = 10\nelasticity = 0.7\ngrid = [5, 1]\nspacing = 20\nposition = [10, 190]\n"
+    heap = "[[balls]]\nradius = 10\nelasticity = 0.7\ncount = 7\ninside = [[0, 20], [100, 150]]\n"
+    engine = engine_of(box_of(row, heap, head="gravity = [0, 900]", size=(100, 200)))
+    with pytest.raises(SandboxError, match=r"^exact: contacts without end at 0\.29\d* s, between balls that fill the"):
+        play(engine, 60)
+
+
 def test_balls_that_overlap_collide_if_they_approach_and_not_if_they_part() -> None:
     overlapping = [ball([300, 300], [v, 0]) + ball([315, 300]) for v in (50, -50)]
     approaching, parting = (contacts_of(box_of(pair), 1) for pair in overlapping)

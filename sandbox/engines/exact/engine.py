@@ -22,6 +22,8 @@ from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
+MAX_CONTACTS_AT_ONCE: Final = 2_000_000  # between discs under gravity; more have no end
+AT_ONCE: Final = 1e-9  # s
 LOG_ROWS: Final = 64  # of a new engine's log, besides MAX_SUPPORTS for each ball
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 
@@ -43,6 +45,7 @@ class ExactEngine:
         self._log = _log(LOG_ROWS + self._max_reports)
         self._contacts = ContactLog()
         self.collisions = 0
+        self._instant = 0.0, 0  # a time (s), and the collisions before it
         start(self._world)
         self._islands.begin()
 
@@ -63,6 +66,7 @@ class ExactEngine:
             done += more
             self._steps += more
             self.collisions += collisions
+            self._check_contacts_end()
             count = int(log.filled[0])
             if count:
                 self._contacts.add(log.row[:count].copy())
@@ -75,6 +79,17 @@ class ExactEngine:
                 )
             if len(log.row) - count < self._max_reports:
                 self._log = _log(2 * len(log.row))
+
+    def _check_contacts_end(self) -> None:
+        """Raise SandboxError if discs that fill the room between walls have contacts without end at one time."""
+        time = float(self._world.queue.node[0]["time"])
+        if time > self._instant[0] + AT_ONCE or not self._world.has_gravity:
+            self._instant = time, self.collisions
+        elif self.collisions - self._instant[1] > MAX_CONTACTS_AT_ONCE:
+            raise SandboxError(
+                f"exact: contacts without end at {time:.4g} s, between balls that fill the room between walls to the "
+                "last bit; give them some room, or leave exact out with --engines pymunk,impulse"
+            )
 
     @property
     def _now(self) -> float:
