@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
-from sandbox.state import Bodies, Contacts, Floats, State, States
+from sandbox.state import Bodies, Contacts, Floats, Integers, State, States
 
 
 def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
@@ -106,16 +106,17 @@ def tangent(normal: Floats) -> Floats:
     return np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
 
 
-def slips(contacts: Contacts, velocity: Floats, spin: Floats, radius: Floats) -> Floats:
+def slips(contacts: Contacts, row: Integers, velocity: Floats, spin: Floats, radius: Floats) -> Floats:
     """Return how fast the first body's rim slips past the second's in each contact, along the tangent: (k,) px/s.
 
-    velocity, spin: (k, n, 2) px/s and (k, n) rad/s, of all balls at each contact; radius: (n,) px. A wall is at rest.
+    row: (k,), of the states in which the contacts slip; velocity, spin: (rows, n, 2) px/s and (rows, n) rad/s; radius:
+    (n,) px. A wall is at rest.
     """
-    rows, first, second = np.arange(len(contacts)), contacts["first"], contacts["second"]
+    first, second = contacts["first"], contacts["second"]
     along, between = tangent(contacts["normal"]), second >= 0
-    slip = dot(velocity[rows, first], along) + radius[first] * spin[rows, first]
-    rows, second, along = rows[between], second[between], along[between]
-    slip[between] += radius[second] * spin[rows, second] - dot(velocity[rows, second], along)
+    slip = dot(velocity[row, first], along) + radius[first] * spin[row, first]
+    row, second, along = row[between], second[between], along[between]
+    slip[between] += radius[second] * spin[row, second] - dot(velocity[row, second], along)
     return slip
 
 

@@ -48,10 +48,7 @@ FINDING: Final = np.dtype(
     [
         ("cause", "i8"),  # of the contact's largest error; ROUNDING if it has none
         ("momentum_error", "f8"),  # kg px/s between the momentum that it moved and what it should have moved
-        (
-            "displacement_error",
-            "f8",
-        ),  # px from where it put a ball to where that should be, the larger of both
+        ("displacement_error", "f8"),  # px from where it put a ball to where that should be, the larger of both
         ("approach", "f8"),  # px/s along the normal as found, negative if the two separate
         ("approach_after", "f8"),  # px/s
         ("expected_impulse", "f8"),  # kg px/s
@@ -395,7 +392,7 @@ def attribute_besides(
 ) -> tuple[int, float]:
     """Find the cause of the larger error in what a contact changed besides its impulse: of velocities or of spins.
 
-    Returns the cause, or ROUNDING if there is none, and the size, kg px/s.
+    Returns the cause and the size (kg px/s) of that error: ROUNDING and 0 if the contact changed nothing else.
     """
     cause, error = attribute_velocity(constants, block, k, contact, unexplained)
     of_spin, spin_error = attribute_spin(constants, block, k, contact, unexplained)
@@ -763,13 +760,7 @@ def attribute_single(
     """Attribute what a contact that was resolved by itself did to energy and momentum."""
     finding = block.findings[k]
     e, per_i, per_j, reach = _pair_constants(constants, contact)
-    mu, u, impulse, nx, ny = (
-        1 / (per_i + per_j),
-        finding.approach,
-        contact.impulse,
-        contact.normal[0],
-        contact.normal[1],
-    )
+    mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
     otherwise, other_error = attribute_besides(constants, block, k, contact, unexplained)
     lx, ly, finding.depth = _check_geometry(constants, block, k, contact, unexplained, reach)
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
@@ -789,7 +780,8 @@ def attribute_single(
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     at_rest = _is_at_rest(constants, contact, finding)
     cause = _cause_of_impulse(constants, contact, finding, uncertain, unowned, otherwise, at_rest)
-    impulse_error, turning = abs(impulse - expected), expected * math.hypot(nx - lx, ny - ly)
+    impulse_error = abs(impulse - expected)
+    turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
     timing = Cause.ROUNDING if timing_error <= NEGLIGIBLE * at_touch else Cause.LATE if delay > 0 else Cause.EARLY
     block.timing[k] = timing
@@ -815,16 +807,34 @@ def attribute_single(
     # The largest is the contact's cause; together they are the momentum that it moved wrongly.
     if turning > NEGLIGIBLE * at_touch:
         enter(block, Cause.NORMAL, 0.0, turning, 0.0)
-    right = at_touch
-    if finding.turned > 0 and otherwise == Cause.ROUNDING:
-        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
-        right = (1 + e) * mu * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
-    moved_wrongly = math.hypot(impulse * nx - right * tx, impulse * ny - right * ty)
+    moved_wrongly = _moved_wrongly(contact, finding, (lx, ly), touch, (1 + e) * mu, otherwise)
     finding.momentum_error = max(moved_wrongly, friction_error, other_error, timing_error if is_mistimed else 0.0)
     errors = impulse_error, timing_error, turning if turning > NEGLIGIBLE * at_touch else -1.0, friction_error
     finding.cause = _cause_of_largest(errors, (cause, timing, Cause.NORMAL, by_friction))
     if other_error > max(impulse_error / 10, timing_error, turning, friction_error):  # the impulse was not as reported
         finding.cause = otherwise
+
+
+@kernel
+def _moved_wrongly(
+    contact: Record,
+    finding: Record,
+    line: tuple[float, float],
+    touch: tuple[float, float, float],
+    mass: float,
+    otherwise: int,
+) -> float:
+    """Return how far the momentum that a contact moved along its normal is from what it should be, kg px/s.
+
+    line: the normal as found; touch: the normal at first touch, and the impulse along it; mass: (1 + e) times the
+    reduced mass, kg.
+    """
+    (lx, ly), (tx, ty, right) = line, touch
+    if finding.turned > 0 and otherwise == Cause.ROUNDING:
+        along_x = (finding.before[0, 0] - finding.before[1, 0]) * lx
+        right = mass * max(along_x + (finding.before[0, 1] - finding.before[1, 1]) * ly, 0.0)
+    x, y = contact.impulse * contact.normal[0] - right * tx, contact.impulse * contact.normal[1] - right * ty
+    return math.hypot(x, y)
 
 
 @kernel

@@ -353,8 +353,8 @@ class _Matches:
     def _error_of_reference(self, place: Place) -> Error | None:
         """Return the reference's error in its contact at a place, or else the first before it.
 
-        Returns None if its contact puts the balls less wrongly than the engine's own, or if no cause is known: what is
-        not understood convicts nobody.
+        Returns None if its contact displaces the balls less wrongly than the engine's own, or if the cause of its error
+        is unknown: such an error is no evidence against the reference.
         """
         error = self._first_error(self.reference, place)
         if place.reference >= 0:

@@ -176,7 +176,10 @@ class _TieSearch:
             self._compared = round(time[-1] * self._rate)
 
     def tie(self, contacts: Contacts) -> Tie | None:
-        """Return the tie at which the twin parts, if that is the reason. contacts: of the original, some once more."""
+        """Return the tie at which the twin parts, if that is the reason.
+
+        contacts: of the original; those of earlier calls may be among them.
+        """
         if self.parted is None:
             return None
         hits = self._hits(contacts)

@@ -193,7 +193,8 @@ class _CheckedEngine:
         self._walls = len(ARENA_WALLS) + len(scene.walls)
         self._rate = scene.rate
         self._steps = 0
-        self._ends: dict[float, float] = {}  # of steps, by the engine's clock and by ours, s
+        # Of steps since contacts were last read, by the engine's clock and by ours, s; None until they are.
+        self._ends: dict[float, float] | None = None
 
     def step(self) -> None:
         self._engine.step()
@@ -201,7 +202,8 @@ class _CheckedEngine:
 
     def state(self) -> State:
         state = self._engine.state()
-        self._ends[float(state.time)] = self._steps / self._rate
+        if self._ends is not None:
+            self._ends[float(state.time)] = self._steps / self._rate
         checked = {what: np.array(getattr(state, what), dtype=np.float64) for what in States._fields}
         for what, numbers in checked.items():
             shape = (self._balls, 2)[: 2 if what in ("position", "velocity") else 1]
@@ -222,7 +224,7 @@ class _CheckedEngine:
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")
-        contacts, self._ends = _in_order(contacts, self._ends), {}
+        contacts, self._ends = _in_order(contacts, self._ends or {}), {}
         return contacts
 
     def _check_finite(self, what: str, numbers: Floats) -> None:

@@ -149,9 +149,8 @@ class Box2DEngine:
             found[solved] = impulses(*pressing, changes, self._balls.mass, lever[solved])
             solved &= found[:, 0] > least
         contacts["impulse"], contacts["tangential"] = found.T
-        falling = np.broadcast_to(before.velocity + self._gravity / self._rate, (len(first), *before.velocity.shape))
-        turning = np.broadcast_to(before.spin, (len(first), len(before.spin)))
-        contacts["slip"] = slips(contacts, falling, turning, self._balls.radius)
+        falling, row = before.velocity + self._gravity / self._rate, np.zeros(len(first), np.int64)
+        contacts["slip"] = slips(contacts, row, falling[None], before.spin[None], self._balls.radius)
         self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:

@@ -2,7 +2,26 @@
 
 import numpy as np
 
+from sandbox.compiled import Record, kernel
 from sandbox.state import Contacts, no_contacts
+
+
+@kernel
+def write_row(
+    row: Record,
+    time: float,
+    first: int,
+    second: int,
+    nx: float,
+    ny: float,
+    impulse: float,
+    depth: float,
+    tangential: float,
+    slip: float,
+) -> None:
+    """Write a contact, whose fields are those of CONTACT, into a row."""
+    row["time"], row["first"], row["second"], row["impulse"], row["depth"] = time, first, second, impulse, depth
+    row["normal"][0], row["normal"][1], row["tangential"], row["slip"] = nx, ny, tangential, slip
 
 
 class ContactLog:

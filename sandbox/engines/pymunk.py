@@ -152,9 +152,9 @@ class PymunkEngine:
 
     def _slip(self, contacts: Contacts, call: Integers) -> Floats:
         """Return the slip of each contact before its call of `Space.step` solved it, px/s: (k,)."""
-        before = _parts(self._read()[call])
+        before = _parts(self._read())
         velocity = before.velocity + np.multiply(self.space.gravity, self._dt)
-        return slips(contacts, velocity, before.spin, self._radius)
+        return slips(contacts, call, velocity, before.spin, self._radius)
 
     def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
         """Return the part of each total impulse that an earlier contact left and that was not applied: (k, 2) kg px/s.

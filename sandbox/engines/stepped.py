@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import kernel
-from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.contact_log import ContactLog, write_row
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State, States
@@ -46,9 +46,7 @@ def log_contact(
 ) -> int:
     """Write a contact into row `count` of a log if it has that row; return the number of contacts so far."""
     if count < len(log):
-        row = log[count]
-        row["time"], row["first"], row["second"], row["impulse"], row["depth"] = time, first, second, impulse, depth
-        row["normal"][0], row["normal"][1], row["tangential"], row["slip"] = nx, ny, tangential, slip
+        write_row(log[count], time, first, second, nx, ny, impulse, depth, tangential, slip)
     return count + 1
 
 

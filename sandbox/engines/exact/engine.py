@@ -10,10 +10,9 @@ from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
-from sandbox.engines.exact.islands import Islands, no_islands
+from sandbox.engines.exact.islands import Islands, max_reports, no_islands
 from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
-from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
 from sandbox.errors import SandboxError
@@ -24,7 +23,7 @@ from sandbox.state import CONTACT, Contacts, Floats, State, States
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
 MAX_CONTACTS_AT_ONCE: Final = 2_000_000  # between discs under gravity; more have no end
 AT_ONCE: Final = 1e-9  # s
-LOG_ROWS: Final = 64  # of a new engine's log, besides MAX_SUPPORTS for each ball
+LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 
 
@@ -41,7 +40,7 @@ class ExactEngine:
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         self._row = States.empty(1, len(scene.bodies))  # for `step`
         self._islands = Islands(self._world)
-        self._max_reports = MAX_SUPPORTS * len(scene.bodies) + len(self._world.rest.support)
+        self._max_reports = max_reports(self._world)
         self._log = _log(LOG_ROWS + self._max_reports)
         self._contacts = ContactLog()
         self.collisions = 0
@@ -52,7 +51,7 @@ class ExactEngine:
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
 
-        Raises SandboxError if contacts are recorded and exceed MAX_LOGGED_CONTACTS.
+        Raises SandboxError if contacts have no end, or if they are recorded and exceed MAX_LOGGED_CONTACTS.
         """
         self.advance(1, *self._row)
 

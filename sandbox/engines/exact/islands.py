@@ -160,11 +160,6 @@ class Islands:
         self._wakes = 0  # less one for each regular examination since
         self._last_keys, self._last_force = np.array([NONE]), np.zeros(1)  # of columns, sorted
 
-    @property
-    def count(self) -> int:
-        """The number of discs that are part of an island."""
-        return sum(len(island.heap.disc) for island in self._islands)
-
     def begin_reports(self) -> None:
         """Forget what islands were given while nothing was reported."""
         self._world.rest.support["impulse"] = self._world.rest.support["tangential"] = 0.0

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from sandbox.compiled import kernel
+from sandbox.engines.contact_log import write_row
 from sandbox.state import Contacts, Integers
 
 
@@ -32,8 +33,5 @@ def write(
 ) -> None:
     """Add a contact, whose fields are those of CONTACT, if contacts are recorded."""
     if log.collects:
-        row = log.row[log.filled[0]]
-        row.time, row.first, row.second = time, first, second
-        row.normal[0], row.normal[1], row.impulse, row.depth = nx, ny, impulse, depth
-        row.tangential, row.slip = tangential, slip
+        write_row(log.row[log.filled[0]], time, first, second, nx, ny, impulse, depth, tangential, slip)
         log.filled[0] += 1
