@@ -115,6 +115,23 @@ class Bodies:
         return self.mass * self.radius**2 / 2
 
 
+class Damping(NamedTuple):
+    """How an engine slows balls down in flight: velocities and spins, at the end of each substep, before gravity pulls.
+
+    per_second: the share of them that is left after a second; substeps: in each step.
+    """
+
+    per_second: float = 1.0
+    substeps: int = 1
+
+    def left_after(self, seconds: float) -> float:
+        """Return the share that is left after a time."""
+        return float(self.per_second**seconds)
+
+
+NO_DAMPING: Final = Damping()
+
+
 def no_contacts() -> Contacts:
     """Return an empty array of contacts."""
     return np.empty(0, CONTACT)

@@ -38,9 +38,10 @@ class Cause(IntEnum):
     UNCONVERGED = 17, "solver not converged"
     MISSED = 18, "contact missed"
     GRAVITY = 19, "inexact gravity"
-    UNTOLD = 20, "velocity changed without a reported contact"
-    ROUNDING = 21, "rounding"
-    UNKNOWN = 22, "unknown"
+    DAMPING = 20, "damping"
+    UNTOLD = 21, "velocity changed without a reported contact"
+    ROUNDING = 22, "rounding"
+    UNKNOWN = 23, "unknown"
 
     @property
     def key(self) -> str:

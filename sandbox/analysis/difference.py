@@ -26,11 +26,13 @@ from sandbox.analysis.explain import (
     UNCONVERGED,
     WRONG_REFERENCE,
     explain,
+    explain_damping,
     explain_flight,
     explain_gravity,
     explain_passage,
 )
 from sandbox.analysis.ledger import (
+    DAMPED,
     PUSHED_OUT,
     PUT_ELSEWHERE,
     SPIN_CHANGED,
@@ -107,7 +109,7 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
 class Record(NamedTuple):
     """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
 
-    clamps_early: whether the engine is known to limit friction by the impulse without restitution.
+    clamps_early: whether the engine is known to limit friction by the impulse without restitution; name: the engine's.
     """
 
     contacts: Contacts
@@ -115,6 +117,7 @@ class Record(NamedTuple):
     missed: Sequence[Passage]
     flights: Flights
     clamps_early: bool = False
+    name: str = "The engine"
 
 
 class Place(NamedTuple):
@@ -242,7 +245,9 @@ class _Matches:
         differing = tuple(self.difference(self._displacement_at(k), self._reason_of(k)) for k in contacts)
         errors = [
             error
-            for error in _errors_in_flight(self.scene, self.own, dict.fromkeys(range(len(self.scene.bodies)), np.inf))
+            for error in _errors_in_flight(
+                self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
+            )
             if error.time <= self.until + 1 / self.scene.rate and not (differing and differing[0].time <= error.time)
         ]
         return (self._flight(min(errors)), *differing) if errors else differing
@@ -280,8 +285,9 @@ class _Matches:
         first, second = self._bodies(place)
         time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
         until, contacts = _influence(record.contacts, [first, second], time)
-        errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
-        return min(errors, default=None)
+        other = self.reference if record is self.own else self.own
+        in_flight = _errors_in_flight(self.scene, record, other, until)
+        return min([*_errors_of_contacts(self.scene, record, contacts), *in_flight], default=None)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
@@ -469,7 +475,7 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
     for k in numbers:
         contact, finding = record.contacts[k], record.findings[k]
         cause, first = Cause(finding["cause"]), int(contact["first"])
-        if cause in (Cause.ROUNDING, Cause.GRAVITY):
+        if cause in (Cause.ROUNDING, Cause.GRAVITY, Cause.DAMPING):
             continue
         speed = finding["momentum_error"] / bodies.mass[first]
         fastest = np.abs(finding["before"]).max() + (bodies.radius[first] * np.abs(finding["spin_before"])).max()
@@ -479,9 +485,9 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
             yield Error(not of_velocity, float(contact["time"]), first, k, reason)
 
 
-def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> Iterator[Error]:
-    """Find the errors of some balls in flight, each up to a time (s), and of gravity."""
-    flights = record.flights
+def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[int, float]) -> Iterator[Error]:
+    """Find the errors of some balls in flight, each up to a time (s), of gravity, and damping that another has not."""
+    flights, of_other = record.flights, other.flights.damping
     for ball, time in until.items():
         for kind, cause in _IN_FLIGHT.items():
             step = int(flights.step[ball, kind])
@@ -492,6 +498,10 @@ def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> 
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
             yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
+        damped = int(flights.step[ball, DAMPED])
+        if damped and (damped - 1) / scene.rate < time and flights.damping != of_other:
+            reason = Reason(Cause.DAMPING, explain_damping(flights.damping, other.name, of_other))
+            yield Error(False, damped / scene.rate, ball, -1, reason)
 
 
 def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:

@@ -43,6 +43,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
         Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at what was parting.",
         Cause.UNCONVERGED: UNCONVERGED,
+        Cause.DAMPING: "Restitution was of the speed before the step's damping.",
         Cause.GRAVITY: "Gravity pulled for a whole step, though the ball met the wall within it.",
     }.get(cause, f"{cause.label.capitalize()}.")
 
@@ -74,6 +75,12 @@ def explain_gravity(scene: Scene, flights: Flights) -> str:
     off = math.hypot(*flights.off_parabola)
     side = "beyond" if flights.off_parabola[0] * gx + flights.off_parabola[1] * gy > 0 else "short of"
     return f"Gravity is integrated in steps: each ends {off:.3g} px {side} the parabola."
+
+
+def explain_damping(damping: float, other: str, of_other: float) -> str:
+    """Explain damping that another engine has not: the shares of a velocity that both leave after a second."""
+    left = f"Space.damping = {damping:g} leaves {_percent(damping)} of the velocity each second"
+    return f"Damping: {left}. {other} has {'none' if of_other == 1 else f'{of_other:g}'}."
 
 
 def explain_passage(scene: Scene, passage: Passage) -> str:

@@ -159,11 +159,11 @@ class TheoryRow:
 
 
 def obeys_laws(scene: Scene) -> bool:
-    """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls."""
+    """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls alone."""
     bodies = scene.bodies
     alike = np.ptp(bodies.radius) == 0 and np.ptp(bodies.mass) == 0
     elastic = bool(np.all(bodies.elasticity == 1)) and scene.arena.elasticity == 1
-    alone = not scene.walls and not any(scene.gravity) and not bodies.friction.any()
+    alone = scene.arena.walls and not scene.walls and not any(scene.gravity) and not bodies.friction.any()
     return bool(len(bodies) > 1 and alike and elastic and alone)
 
 

@@ -39,7 +39,7 @@ class Figures:
     pair_contacts: int
     wall_contacts: int
     max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre is outside the arena at the end
+    escaped: int  # balls whose centre is outside the arena's walls at the end
     expected: int  # of the scene's expectations, the number that fall into the run and can be judged
     met: int  # the number of those that the engine meets
     skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
@@ -49,7 +49,7 @@ class Figures:
 
 def keeps_energy(scene: Scene) -> bool:
     """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
-    factors = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls), *scene.bodies.elasticity]
+    factors = [*(wall.elasticity for wall in scene.surfaces), *scene.bodies.elasticity]
     return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
 
 
@@ -111,11 +111,11 @@ class Measurement:
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(scene, together=runner.together, infers=runner.infers_impulses)
+        self._ledger = Ledger(scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._momentum = np.empty((steps + 1, 2))
-        self._pull_momentum = np.zeros((steps + 1, 2))  # kg px/s, given by the mouse in the step that led to each state
+        self._given = np.zeros((steps + 1, 2))  # kg px/s, by mouse and damping in the step that led to each state
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._centre = np.divide(scene.arena.size, 2)
@@ -158,7 +158,7 @@ class Measurement:
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
         if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
             self._apart = float((first + apart.argmax()) / scene.rate)
-        if position.min() < 0 or (position > scene.arena.size).any():
+        if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
             self._note_escapes(outside(position, scene.arena.size), first)
         self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
         if self._obeys_laws:
@@ -190,10 +190,11 @@ class Measurement:
             contacts = contacts[np.argsort(contacts["time"], kind="stable")]
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
-        torques = self._ledger.add(states, self._contacts[-1], pulled, self.pull[:rows])
+        torques, damped = self._ledger.add(states, self._contacts[-1], pulled, self.pull[:rows])
         self._torques[self._entered : self._entered + rows - 1] = torques
+        self._given[self._entered + 1 : self._entered + rows] = damped
         steps = self._entered + np.flatnonzero(pulled >= 0)
-        self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
+        self._given[steps] += self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pull[:] = 0.0
@@ -213,6 +214,7 @@ class Measurement:
             self._ledger.missed,
             self._ledger.flights,
             self.runner.clamps_friction_early,
+            self.runner.name,
         )
 
     def run(
@@ -253,7 +255,7 @@ class Measurement:
             pair_contacts=len(contacts) - len(at_wall),
             wall_contacts=len(at_wall),
             max_overlap=self._ledger.max_overlap,
-            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)),
+            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)) if scene.arena.walls else 0,
             expected=sum(not one.skipped for one in scores),
             met=sum(one.passed for one in scores if not one.skipped),
             skipped=sum(bool(one.skipped) for one in scores),
@@ -301,12 +303,12 @@ class Measurement:
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
 
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
-        """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
+        """Return the momentum that no reported impulse of a wall, gravity, mouse or damping gave: (steps,) kg px/s.
 
         In a step with any contact at a wall nothing counts if the engine reports no impulses.
         """
         scene = self._scene
-        unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
+        unexplained = np.diff(self._momentum, axis=0) - self._given[1:]
         unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
         step = self._rows_of(at_wall)
         normal = at_wall["normal"]

@@ -119,6 +119,7 @@ def verdict(comparison: Comparison) -> str:
         _trust,
         _errors_of_reference,
         _energy,
+        _damping,
         _passages,
         _escapes,
         _statistics,
@@ -230,6 +231,7 @@ def _errors_of_reference(comparison: Comparison) -> str:
     """
     run = comparison.runs[comparison.against]
     start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
+    error -= sum(entry.energy for entry in _of_damping(run))  # a setting, of which the verdict has a sentence
     largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
     if abs(error) <= MAX_OWN_ERROR * abs(start) or largest > abs(start):
         return ""
@@ -269,6 +271,24 @@ def _energy(comparison: Comparison) -> str:
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
         f"{100 * abs(share):.3g} % of the start's energy {than}{through}."
     ).strip()
+
+
+def _damping(comparison: Comparison) -> str:
+    """Say how much of the energy damping takes in each engine, and how to turn it off."""
+    taken = []
+    for name, run in comparison.runs.items():
+        energy, start = sum(entry.energy for entry in _of_damping(run)), abs(float(run.energy[0]))
+        if abs(energy) > NEGLIGIBLE_ENERGY * start:
+            taken.append((f"{-100 * energy / start:.3g} % of the energy" if start else "Energy", name))
+    if not taken:
+        return ""
+    (share, name), *others = taken
+    also = "".join(f", {share} in {name}" for share, name in others)
+    return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
+
+
+def _of_damping(run: Run) -> list[Entry]:
+    return [entry for entry in run.figures.ledger if entry.cause == Cause.DAMPING]
 
 
 def _energy_error(run: Run) -> float:
@@ -312,7 +332,7 @@ def _elasticities(comparison: Comparison) -> set[float]:
     """Return the elasticities of all contacts of a scene."""
     scene = comparison.scene
     balls = np.unique(scene.bodies.elasticity).tolist()
-    others = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls)]
+    others = [wall.elasticity for wall in scene.surfaces]
     others += balls if len(scene.bodies) > 1 else []
     return {round(ball * other, 12) for ball in balls for other in others}
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from sandbox.errors import Refused, SandboxError, suggestion
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import CONTACT, Contacts, Floats, State, States
+from sandbox.scene.model import Scene
+from sandbox.state import CONTACT, NO_DAMPING, Contacts, Floats, State, States
 
 ENTRY_POINTS: Final = "sandbox.engines"
 _BUILT_IN: Final = {
@@ -49,6 +49,8 @@ class Engine(Protocol):
 
     A solver that limits friction by the impulse without restitution sets `clamps_friction_early = True`: the sentence
     on a contact with just that much friction says why it is too little.
+
+    A solver that damps velocities and spins in flight, as Pymunk does if a scene asks for it, has that as `damping`.
 
     An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
     engine to find out, which takes a second for many balls.
@@ -186,11 +188,12 @@ class _CheckedEngine:
         self.together = getattr(engine, "together", False)
         self.infers_impulses = getattr(engine, "infers_impulses", False)
         self.clamps_friction_early = getattr(engine, "clamps_friction_early", False)
+        self.damping = getattr(engine, "damping", NO_DAMPING)
         self.kick = engine.kick
         self._name = name
         self._engine = engine
         self._balls = len(scene.bodies)
-        self._walls = len(ARENA_WALLS) + len(scene.walls)
+        self._walls = ~np.array(scene.wall_numbers, np.int64)  # as contacts have them
         self._rate = scene.rate
         self._steps = 0
         # Of steps since contacts were last read, by the engine's clock and by ours, s; None until they are.
@@ -219,8 +222,10 @@ class _CheckedEngine:
                 f"{self._name}: its contacts must be an array of sandbox.state.CONTACT, got {contacts!r:.40}"
             )
         first, second = contacts["first"], contacts["second"]
-        if not np.all((first >= 0) & (first < self._balls) & (second >= -self._walls) & (second < self._balls)):
-            raise SandboxError(f"{self._name}: its contacts must name the {self._balls} balls and {self._walls} walls")
+        known = np.isin(second, self._walls) | ((second >= 0) & (second < self._balls))
+        if not np.all((first >= 0) & (first < self._balls) & known):
+            balls, walls = self._balls, len(self._walls)
+            raise SandboxError(f"{self._name}: its contacts must name the {balls} balls and {walls} walls")
         numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
         if not all(np.isfinite(each).all() for each in numbers):
             raise SandboxError(f"{self._name}: its contacts must have finite numbers")

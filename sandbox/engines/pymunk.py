@@ -11,7 +11,7 @@ from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, Integers, State, States
+from sandbox.state import CONTACT, Contacts, Damping, Floats, Integers, State, States
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
 # crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
@@ -38,12 +38,13 @@ class PymunkEngine:
     def __init__(self, scene: Scene, initial: State) -> None:
         self.space = pymunk.Space()
         self.space.gravity = scene.gravity
-        for setting in ("iterations", "collision_slop", "collision_bias", "collision_persistence"):
+        for setting in ("iterations", "collision_slop", "collision_bias", "collision_persistence", "damping"):
             value = getattr(scene.pymunk, setting)
             if value is not None:
                 setattr(self.space, setting, value)
         self._substeps = scene.pymunk.substeps
         self._dt = 1 / scene.rate / self._substeps
+        self.damping = Damping(self.space.damping, self._substeps)
         self._rate = scene.rate
         self._steps = 0
         self._radius = scene.bodies.radius
@@ -53,7 +54,7 @@ class PymunkEngine:
         ids = np.array([body.id for body in self.space.bodies], np.uintp)
         order = np.argsort(ids)
         self._ids = ids[order]
-        self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in range(len(segments)))])[order]
+        self._numbers = np.array([*range(len(self._bodies)), *(~wall for wall in scene.wall_numbers)])[order]
         a, b, radius = (np.array([getattr(wall, key) for wall in segments]) for key in ("a", "b", "radius"))
         self._segments = Segments(a, b, radius)
         self._states, self._arbiters = Buffer(), Buffer()
@@ -152,9 +153,9 @@ class PymunkEngine:
 
     def _slip(self, contacts: Contacts, call: Integers) -> Floats:
         """Return the slip of each contact before its call of `Space.step` solved it, px/s: (k,)."""
-        before = _parts(self._read())
-        velocity = before.velocity + np.multiply(self.space.gravity, self._dt)
-        return slips(contacts, call, velocity, before.spin, self._radius)
+        before, left = _parts(self._read()), self.damping.left_after(self._dt)
+        velocity = left * before.velocity + np.multiply(self.space.gravity, self._dt)
+        return slips(contacts, call, velocity, left * before.spin, self._radius)
 
     def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
         """Return the part of each total impulse that an earlier contact left and that was not applied: (k, 2) kg px/s.
@@ -211,10 +212,10 @@ def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk
 
 
 def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
-    """Add the arena's walls (left, top, right, bottom) and the scene's own, each on a static body of its own."""
+    """Add the walls that stand, each on a static body of its own; return the segments of all, see `wall_numbers`."""
     (width, height), far = scene.arena.size, WALL_HALF_THICKNESS
     arena = scene.arena
-    ends = [
+    ends = [  # left, top, right, bottom
         ((-far, -far), (-far, height + far)),
         ((-far, -far), (width + far, -far)),
         ((width + far, -far), (width + far, height + far)),
@@ -222,11 +223,12 @@ def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
     ]
     walls = [(a, b, far, arena.elasticity, arena.friction) for a, b in ends]
     walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
-    added = []
-    for a, b, radius, elasticity, friction in walls:
+    segments = []
+    for number, (a, b, radius, elasticity, friction) in enumerate(walls):
         body = pymunk.Body(body_type=pymunk.Body.STATIC)
         segment = pymunk.Segment(body, a, b, radius)
         segment.elasticity, segment.friction = elasticity, friction
-        space.add(body, segment)
-        added.append(segment)
-    return added
+        if number in scene.wall_numbers:
+            space.add(body, segment)
+        segments.append(segment)
+    return segments

@@ -16,7 +16,7 @@ from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, State, States
+from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
@@ -54,6 +54,11 @@ class Runner:
     def clamps_friction_early(self) -> bool:
         """Whether the engine is known to limit friction by the impulse without restitution."""
         return getattr(self.engine, "clamps_friction_early", False)
+
+    @property
+    def damping(self) -> Damping:
+        """How the engine damps velocities and spins in flight."""
+        return getattr(self.engine, "damping", NO_DAMPING)
 
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""

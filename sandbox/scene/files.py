@@ -106,6 +106,8 @@ def _dumped(scene: Scene, state: State) -> str:
 
 def _overlap(scene: Scene, state: State) -> float:
     """Return the largest depth of a ball in a wall of the arena, px, rounded up; 0 if no ball is in a wall."""
+    if not scene.arena.walls:
+        return 0.0
     radius, size = scene.bodies.radius[:, None], np.array(scene.arena.size)
     depth = np.maximum(radius - state.position, state.position + radius - size)
     return 0.0 if (depth <= DECIMAL_ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000

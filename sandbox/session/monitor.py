@@ -132,7 +132,9 @@ class _FollowedEngine:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
         self._scene = lockstep.scene
-        self._ledger = Ledger(lockstep.scene, together=runner.together, infers=runner.infers_impulses)
+        self._ledger = Ledger(
+            lockstep.scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping
+        )
         self._contacts = [no_contacts()]
         self._begin_block(runner.state())
 
