@@ -160,10 +160,10 @@ def check_scheduler(address: str) -> None:
     if not host or not port:
         raise SandboxError(f"{option}: must have a host and a port up to 65535, as in tcp://host:8786")
     refusals: list[OSError] = []
-    attempt = Thread(target=_connect, args=(host, port, refusals), daemon=True)  # a look-up has no timeout of its own
-    attempt.start()
-    attempt.join(CONNECT_TIMEOUT)
-    if attempt.is_alive() or refusals:
+    probe = Thread(target=_connect, args=(host, port, refusals), daemon=True)  # a look-up has no timeout of its own
+    probe.start()
+    probe.join(CONNECT_TIMEOUT)
+    if probe.is_alive() or refusals:
         why = refusals[0].strerror if refusals else f"no answer within {CONNECT_TIMEOUT:g} s"
         raise SandboxError(f"{option}: no scheduler answers: {why}")
 
