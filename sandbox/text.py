@@ -2,8 +2,10 @@
 
 import csv
 import io
+import json
 import unicodedata
 from collections.abc import Iterable, Sequence
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:  # slow to import
@@ -33,21 +35,36 @@ def printable(text: str) -> str:
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
-def csv_text(lines: Iterable[Sequence[object]]) -> str:
-    r"""Return a table as CSV; None is an empty cell. Text that a spreadsheet might evaluate gets an apostrophe.
+class CsvDialect(StrEnum):
+    """How a table is written as CSV. With a decimal comma, as in much of Europe, cells are separated by semicolons."""
 
-    >>> csv_text([["=1+1", -2.0, None]])
-    "'=1+1,-2.0,\n"
+    DECIMAL_POINT = "decimal-point"
+    DECIMAL_COMMA = "decimal-comma"
+
+
+def csv_text(lines: Iterable[Sequence[object]], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+    r"""Return a table as CSV; None is an empty cell, and a list is JSON.
+
+    Text that a spreadsheet might evaluate gets an apostrophe.
+
+    >>> csv_text([["=1+1", -2.0, None, [1.5]]])
+    "'=1+1,-2.0,,[1.5]\n"
+    >>> csv_text([["a;b", -2.5]], CsvDialect.DECIMAL_COMMA)
+    '"a;b";-2,5\n'
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([_safe_cell(cell) for cell in line] for line in lines)
+    comma = dialect is CsvDialect.DECIMAL_COMMA
+    writer = csv.writer(text, lineterminator="\n", delimiter=";" if comma else ",")
+    writer.writerows([_cell(cell, comma) for cell in line] for line in lines)
     return text.getvalue()
 
 
-def _safe_cell(cell: object) -> object:
-    if not isinstance(cell, str):
-        return cell
-    return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
+def _cell(cell: object, decimal_comma: bool) -> object:
+    if isinstance(cell, str):
+        return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
+    if isinstance(cell, list | tuple):
+        return json.dumps(cell)
+    return str(cell).replace(".", ",") if decimal_comma and isinstance(cell, float) else cell
 
 
 def console(*, stderr: bool = False) -> "Console":

@@ -23,7 +23,7 @@ MODULES: Final = {
 }
 PLAIN: Final = ("bench.plain", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
 LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy and numba are imported everywhere
-    "pydantic": ("scene", "run", "view"),
+    "pydantic": ("scene", "run", "analysis.documents", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
     "PIL": ("scene", "view"),

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
 from sandbox.engines import TUNED, settings_in, with_settings
@@ -63,19 +64,21 @@ class Trial:
             return f"until {self.apart:.2f} s"
         return "to the end" if self.until is None else f"at least until {self.until:.2f} s"
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self, advised: bool) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return {
-            "changes": self.changes,
-            "passages": self.passages,
-            "escapes": self.escapes,
-            "apart": self.apart,
-            "gap": self.gap,
-            "theory": self.theory,
-            "energy_error": self.energy_error,
-            "astray": self.astray,
-            "gap_rms": self.gap_rms,
-        }
+        figures = TrialFigures(
+            changes=self.changes,
+            passages=self.passages,
+            escapes=self.escapes,
+            apart=self.apart,
+            gap=self.gap,
+            theory=self.theory,
+            energy_error=self.energy_error,
+            astray=self.astray,
+            gap_rms=self.gap_rms,
+            advised=advised,
+        )
+        return asdict(figures)
 
 
 class Rank(NamedTuple):
@@ -328,6 +331,6 @@ def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
         return {}
     best = advised(trials)
     return {
-        "advice": [trial.as_json() | {"advised": trial is best} for trial in trials],
+        "advice": [trial.as_json(advised=trial is best) for trial in trials],
         "recommendation": recommend(trials),
     }

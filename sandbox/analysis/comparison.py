@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 
 from sandbox.analysis.difference import Record
+from sandbox.analysis.documents import Conditions, figure_columns
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
@@ -17,11 +18,20 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, States
-from sandbox.text import csv_text
+from sandbox.text import CsvDialect, csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
+
+
+@dataclass(frozen=True)
+class LimitCheck:
+    """A figure of an engine, compared with a limit. exceeded: by how much and since when, empty if it is not."""
+
+    engine: str
+    figure: str
+    exceeded: str
 
 
 @dataclass(frozen=True)
@@ -66,36 +76,42 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return {
-            "scene": self.scene.name,
-            "seed": self.scene.seed,
-            "rate": self.scene.rate,
-            "since": self.since,
-            "seconds": float(self.time[-1]),
-            "against": self.against,
-            "horizon": self.horizon,
-            "undecided": self.undecided,
-            "unresolved": self.unresolved,
-            "engines": {name: _as_json(run) for name, run in self.runs.items()},
-        }
+        return asdict(self.conditions) | {"engines": {name: _as_json(run) for name, run in self.runs.items()}}
 
-    def as_csv(self) -> str:
-        """Return what `--csv` writes: a row for each engine, nested figures under dotted names."""
-        document = self.as_json()
-        common = {key: value for key, value in document.items() if key != "engines"}
-        rows = [{"engine": name} | common | flatten(figures) for name, figures in document["engines"].items()]
-        columns = list(dict.fromkeys(key for row in rows for key in row))
-        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
+    @property
+    def conditions(self) -> Conditions:
+        """What all engines share, as JSON and CSV have it."""
+        return Conditions(
+            scene=self.scene.name,
+            seed=self.scene.seed,
+            rate=self.scene.rate,
+            since=self.since,
+            seconds=float(self.time[-1]),
+            against=self.against,
+            horizon=self.horizon,
+            undecided=self.undecided,
+            unresolved=self.unresolved,
+        )
+
+    def as_csv(self, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+        """Return what `--csv` writes: a row for each engine, nested figures under dotted names.
+
+        The columns are the same for all engines and scenes.
+        """
+        common = asdict(self.conditions)
+        columns = ("engine", *common, *figure_columns())
+        rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
+        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)], dialect)
 
     def _repr_html_(self) -> str | None:
         """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
         show = type(self).notebook_html
         return show(self) if show else None
 
-    def exceeded_limits(
+    def check_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[str]:
-        """Report each limit that an engine exceeds: by how much, and since when.
+    ) -> Iterator[LimitCheck]:
+        """Compare each engine with each limit that is not None: by how much it exceeds it, and since when.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
@@ -115,12 +131,14 @@ class Comparison:
                 if np.isnan(values[1:]).all():
                     why = f"{self.against} means nothing from the start" if run.energy[0] else "its energy starts at 0"
                     raise SandboxError(f"{name}: there is no {what} to compare with the limit of {limit:g}: {why}")
+                message = ""
                 if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
-                    yield (
+                    message = (
                         f"{name}: {what} {np.nanmax(values):.6g}{unit} exceeds the limit of {limit:g}{unit}, "
                         f"first at {since:.3f} s"
                     )
+                yield LimitCheck(name, what, message)
 
 
 def _as_json(run: Run) -> dict[str, Any]:

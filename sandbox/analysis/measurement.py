@@ -16,7 +16,7 @@ from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
-from sandbox.quantity import angular_momentum, energy, length, momentum, outside, tangent
+from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
 from sandbox.scene.model import Expect, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, State, States
@@ -68,6 +68,7 @@ class Run:
 
     energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
     its start, give or take a step, NaN where the reference's energy means nothing; momentum: (steps + 1, 2) kg px/s;
+    angular_momentum: (steps + 1,) kg px²/s, about the arena's centre; centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: in order of time; differences: from the reference, until the
@@ -80,6 +81,8 @@ class Run:
     energy: Floats
     energy_gap: Floats
     momentum: Floats
+    angular_momentum: Floats
+    centre_of_mass: Floats
     gap_rms: Floats
     gap_max: Floats
     gap_of_ball: Floats
@@ -116,6 +119,7 @@ class Measurement:
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._momentum = np.empty((steps + 1, 2))
         self._given = np.zeros((steps + 1, 2))  # kg px/s, by mouse and damping in the step that led to each state
+        self._centre_of_mass = np.empty((steps + 1, 2))  # px
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._centre = np.divide(scene.arena.size, 2)
@@ -147,6 +151,7 @@ class Measurement:
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
         self._momentum[steps] = momentum(velocity, bodies.mass)
+        self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
         speed = length(velocity)
         self._lengths[steps] = np.einsum("tn,n->t", speed, bodies.mass)
         about_centre = states._replace(position=position - self._centre)
@@ -267,6 +272,8 @@ class Measurement:
             energy=total_energy,
             energy_gap=energy_gap,
             momentum=self._momentum,
+            angular_momentum=self._angular_momentum,
+            centre_of_mass=self._centre_of_mass,
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,

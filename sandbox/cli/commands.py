@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -19,11 +20,13 @@ from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_fi
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
+    CsvDialectOption,
     Engines,
     EnginesToCompare,
     EnginesToScore,
     Inputs,
     JsonFile,
+    JunitFile,
     Layers,
     Parts,
     Rate,
@@ -48,7 +51,7 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import console, printable
+from sandbox.text import CsvDialect, console, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
@@ -167,6 +170,13 @@ def compare(
     inputs: Inputs = None,
     json_file: JsonFile = None,
     csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
+    series: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write energy, gap and more at every step as CSV.")
+    ] = None,
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
+    plot: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw energy and gap over time as a .png or .svg file.")
+    ] = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")] = None,
     max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
     max_drift: Annotated[
@@ -178,6 +188,7 @@ def compare(
             min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."
         ),
     ] = None,
+    junit: JunitFile = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
@@ -185,11 +196,28 @@ def compare(
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
     from sandbox.analysis.advice import as_json as advice_as_json
+    from sandbox.analysis.junit import limits_as_junit
+    from sandbox.analysis.series import write_series
     from sandbox.cli.tables import print_advice, print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
-    check_outputs({"--json": json_file, "--csv": csv_file, "--report": report}, [scene, inputs])
+    if plot:
+        from sandbox.view.plot import check_plot, save_plot
+
+        check_plot(plot)
+    limits = {"max_gap": max_gap, "max_drift": max_drift, "max_energy_error": max_energy_error}
+    if junit is not None and all(limit is None for limit in limits.values()):
+        raise SandboxError("--junit: reports limits; set one, such as --max-energy-error 1e-6")
+    outputs = {
+        "--json": json_file,
+        "--csv": csv_file,
+        "--series": series,
+        "--plot": plot,
+        "--report": report,
+        "--junit": junit,
+    }
+    check_outputs(outputs, [scene, inputs])
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
@@ -198,15 +226,22 @@ def compare(
     if json_file:
         _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
-        _write(comparison.as_csv(), csv_file)
+        _write(comparison.as_csv(csv_dialect), csv_file)
+    if series:
+        write_series(comparison, series, csv_dialect)
+    if plot:
+        save_plot(comparison, plot)
     if report:
         from sandbox.report.comparison import page
 
         _write(page(comparison, trials), report)
-    if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
+    if not {*outputs.values()} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
+    checks = list(comparison.check_limits(**limits))
+    if junit:
+        _write(limits_as_junit(chosen.name, checks), junit)
+    if exceeded := [check.exceeded for check in checks if check.exceeded]:
         print("\n".join(exceeded), file=sys.stderr)
         raise typer.Exit(1)
 
@@ -221,6 +256,7 @@ def trace(
     rate: Rate = None,
     inputs: Inputs = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="A .npz, .csv or extended .xyz file; - prints CSV.")] = "-",
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer, write_trace
@@ -228,12 +264,12 @@ def trace(
     if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
-    trace_writer(out)  # rejects an unknown ending before anything runs
+    trace_writer(out, csv_dialect)  # rejects an unknown ending before anything runs
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
-    write_trace(trajectory, out)
+    write_trace(trajectory, out, csv_dialect)
 
 
 @app.command()
@@ -246,7 +282,7 @@ def verify(
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
-    junit: Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML.")] = None,
+    junit: JunitFile = None,
 ) -> None:
     """Score engines against what scenes expect.
 
@@ -299,6 +335,7 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="Write the table as CSV; - prints it.")] = "-",
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
     workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
@@ -313,11 +350,13 @@ def sweep(
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
     from sandbox.sweep import in_order, open_journal, plan, write
-    from sandbox.sweep.workers import core_count
+    from sandbox.sweep.workers import check_scheduler, core_count
 
-    if workers and scheduler:
+    if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
     check_outputs({"--out": out, "--report": report}, [scene])
+    if scheduler is not None:
+        check_scheduler(scheduler)
     show_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     planned = plan(
@@ -335,7 +374,7 @@ def sweep(
             from sandbox.report.sweep import page
 
             _write(page(planned, rows), report)
-        write(planned, rows, out)
+        write(planned, rows, out, csv_dialect)
     if failures:
         raise typer.Exit(1)
 
@@ -421,12 +460,33 @@ def bench(
         raise typer.Exit(1)
 
 
+class Document(StrEnum):
+    """What has a JSON Schema: scene files, and what two commands write with --json."""
+
+    SCENE = "scene"
+    COMPARE = "compare"
+    VERIFY = "verify"
+
+
 @app.command(name="schema")
-def print_schema() -> None:
-    """Print the JSON Schema of scene files."""
+def print_schema(
+    document: Annotated[
+        Document, typer.Argument(help="Scene files, or what compare or verify writes with --json.")
+    ] = Document.SCENE,
+) -> None:
+    """Print the JSON Schema of scene files, or of what compare or verify writes with --json."""
+    from sandbox.analysis.documents import comparison_schema, json_schema
+    from sandbox.analysis.verify import Scores
     from sandbox.scene.files import schema
 
-    print(_json(schema()), end="")
+    match document:
+        case Document.SCENE:
+            found = schema()
+        case Document.COMPARE:
+            found = comparison_schema()
+        case Document.VERIFY:
+            found = json_schema(Scores)
+    print(_json(found), end="")
 
 
 def _json(value: object) -> str:

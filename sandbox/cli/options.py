@@ -9,7 +9,7 @@ from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
 import typer
 
 from sandbox.errors import SandboxError, suggestion
-from sandbox.text import printable
+from sandbox.text import CsvDialect, printable
 from sandbox.view.layers import Layer
 
 T = TypeVar("T")
@@ -61,6 +61,13 @@ def parse_names(text: str) -> Sequence[str]:
     return names
 
 
+def parse_engines(text: str) -> Sequence[str]:
+    """Parse "pymunk,exact". The message for an empty text says how to run the default engines."""
+    if not text.strip(" ,"):
+        raise OptionError(f"{text!r}: must name an engine, as in pymunk,exact; leave the option out for the default")
+    return parse_names(text)
+
+
 def parse_layers(text: str) -> Sequence[Layer]:
     """Parse "charts,trails"; an empty text shows none."""
     names = parse_names(text) if text else []
@@ -92,8 +99,8 @@ def parse_seeds(text: str) -> range:
 
 def parse_rates(text: str) -> Sequence[int]:
     """Parse "60,240"."""
-    if not re.fullmatch(r"\d{1,9}(,\d{1,9})*", text):
-        raise OptionError(f"{text}: must be whole numbers separated by commas, such as 60,240")
+    if not re.fullmatch(r"[1-9]\d{0,8}(,[1-9]\d{0,8})*", text):
+        raise OptionError(f"{text!r}: must be whole numbers from 1 on, separated by commas, such as 60,240")
     return [int(rate) for rate in text.split(",")]
 
 
@@ -144,23 +151,25 @@ SceneArgument = Annotated[
     str,
     typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
 ]
-_NAMES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_names}
+_ENGINES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_engines}
 Engines = Annotated[
     Sequence[str] | None,
     typer.Option(
-        **_NAMES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
+        **_ENGINES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
     ),
 ]
 EnginesToCompare = Annotated[
     Sequence[str] | None,
     typer.Option(
-        **_NAMES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
+        **_ENGINES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
     ),
 ]
 EnginesToScore = Annotated[
-    Sequence[str] | None, typer.Option(**_NAMES, help="Engines. Default: all.", autocompletion=complete_engine)
+    Sequence[str] | None, typer.Option(**_ENGINES, help="Engines. Default: all.", autocompletion=complete_engine)
 ]
-Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
+Parts = Annotated[
+    Sequence[str] | None, typer.Option(metavar="A,B,...", parser=parse_names, help="Parts to measure. Default: all.")
+]
 Against = Annotated[
     str | None,
     typer.Option(
@@ -175,6 +184,11 @@ Inputs = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
 ]
 JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
+CsvDialectOption = Annotated[
+    CsvDialect,
+    typer.Option("--csv-dialect", help="How CSV is written; decimal-comma separates cells by semicolons."),
+]
+JunitFile = Annotated[str | None, typer.Option("--junit", metavar="FILE", help="Write the results as JUnit XML.")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
 Layers = Annotated[
     Sequence[Layer],

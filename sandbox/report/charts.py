@@ -15,12 +15,11 @@ from bokeh.transform import dodge
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.series import contacts_by, energies, thinned
 from sandbox.quantity import length
 from sandbox.scene.fields import PALETTE
 from sandbox.state import Floats
 
-MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
 LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
@@ -116,30 +115,6 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
         key: numbers.setdefault(value, f"model-{len(numbers)}") if key == "id" else _renumbered(value, numbers)
         for key, value in node.items()
     }
-
-
-def thinned(values: Floats, most: int = MAX_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return about `most` indices of a series: its ends, and the lowest and the highest value of each interval."""
-    if len(values) <= most:
-        return np.arange(len(values))
-    size = -(-2 * len(values) // most)
-    intervals = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
-    starts = np.arange(len(intervals)) * size
-    chosen = np.concatenate([[0], starts + intervals.argmin(axis=1), starts + intervals.argmax(axis=1)])
-    return np.unique(np.append(np.minimum(chosen, len(values) - 1), len(values) - 1))
-
-
-def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: % of the start, or kg px²/s² if that was 0."""
-    runs = comparison.runs
-    if all(run.energy[0] for run in runs.values()):
-        return {name: 100 * run.energy / run.energy[0] for name, run in runs.items()}, "%"
-    return {name: run.energy for name, run in runs.items()}, "kg px²/s²"
-
-
-def contacts_by(time: Floats, run: Run) -> Floats:
-    """Return the number of a run's contacts up to each time."""
-    return np.searchsorted(run.contacts["time"], time + 1e-9, side="right").astype(float)
 
 
 def _styles(comparison: Comparison) -> dict[str, Style]:

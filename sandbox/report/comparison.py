@@ -20,8 +20,9 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import Run
+from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
-from sandbox.report.charts import as_document, charts, contacts_by, energies
+from sandbox.report.charts import as_document, charts
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import IO, Final
 
@@ -15,8 +16,10 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, Integers, States
+from sandbox.text import CsvDialect, csv_text
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
+CSV_COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin")
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
 
 
@@ -110,22 +113,25 @@ def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
     return contacts
 
 
-def write_trace(trajectory: Trajectory, path: str | Path) -> None:
+def write_trace(trajectory: Trajectory, path: str | Path, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
     """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; to standard output as CSV.
 
     Raises SandboxError for another ending, or if the file cannot be written.
     """
-    write = trace_writer(path)
+    write = trace_writer(path, dialect)
     with whole_file(path) as file:
         write(trajectory, file)
 
 
-def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
-    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending."""
+def trace_writer(path: str | Path, dialect: CsvDialect) -> Callable[[Trajectory, IO[bytes]], None]:
+    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending.
+
+    dialect: of CSV.
+    """
     ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
-    return _WRITERS[ending]
+    return partial(_write_csv, dialect=dialect) if ending == ".csv" else _WRITERS[ending]
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
@@ -133,10 +139,10 @@ def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
     np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
 
 
-def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
-    file.write(b"time,ball,x,y,vx,vy,radius,mass,angle,spin\n")
+def _write_csv(trajectory: Trajectory, file: IO[bytes], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
+    file.write(csv_text([CSV_COLUMNS], dialect).encode())
     for time, balls in _frames(trajectory):
-        file.writelines(f"{time!r},{ball},{','.join(map(repr, numbers))}\n".encode() for ball, numbers in balls)
+        file.write(csv_text(([time, ball, *numbers] for ball, numbers in balls), dialect).encode())
 
 
 def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:

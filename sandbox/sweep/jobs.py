@@ -4,7 +4,7 @@ import json
 import platform
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from itertools import product
@@ -13,8 +13,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
+from sandbox.analysis.documents import figure_columns
 from sandbox.analysis.gas import speed_law
-from sandbox.analysis.measurement import Figures, Run
+from sandbox.analysis.measurement import Run
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TEXTBOOK_ENGINES, TUNED, create
 from sandbox.engines.article import pow_variant
@@ -47,7 +48,7 @@ class Job(NamedTuple):
 
 COLUMNS: Final = (
     *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved"),
-    *(field.name for field in fields(Figures)),
+    *figure_columns(),
     *(*LIBRARIES, "python", "pow", "wall_s"),
 )
 
@@ -175,19 +176,6 @@ def count_speeds(comparison: Comparison, run: Run) -> list[int]:
     shares = speed_law(speed, whole, len(mass))
     counts, _ = np.histogram(shares, SPEED_CLASSES, (0, 1))
     return [int(count) for count in counts]
-
-
-def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
-    """Return the columns and lines of the CSV. A value that is a table gets a column for each of its keys."""
-    inner = sorted({name for row in rows for name in row if "." in name})
-    columns = [
-        name for column in COLUMNS for name in [one for one in inner if one.startswith(f"{column}.")] or [column]
-    ]
-    return columns, [[_cell(row.get(name)) for name in columns] for row in rows]
-
-
-def _cell(value: Any) -> object:
-    return json.dumps(value) if isinstance(value, list | tuple) else value
 
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:

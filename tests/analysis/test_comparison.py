@@ -5,6 +5,7 @@ import io
 import math
 from dataclasses import replace
 from importlib.metadata import EntryPoint
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from conftest import scene_of
 import sandbox.engines
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
+from sandbox.analysis.junit import limits_as_junit
 from sandbox.engines import Engine, advance, can_run, registry
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.errors import SandboxError
@@ -22,6 +24,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, States
+from sandbox.text import CsvDialect
 
 FIGURES = {
     "energy_ratio", "energy_drift", "energy_error", "momentum_drift", "angular_momentum_drift", "gap_rms", "gap_max",
@@ -350,24 +353,28 @@ def test_json_and_csv_hold_the_same_figures() -> None:
     assert rows[2]["first_difference.time"] == ""
 
 
+def exceeded(comparison: Comparison, **limits: float) -> list[str]:
+    return [check.exceeded for check in comparison.check_limits(**limits) if check.exceeded]
+
+
 def test_an_exceeded_limit_is_reported_with_its_value_and_time() -> None:
     comparison = compare(load("article"), ["pymunk", "article"])
-    [gap, drift] = comparison.exceeded_limits(max_gap=100, max_drift=0.1)
+    [gap, drift] = exceeded(comparison, max_gap=100, max_drift=0.1)
     run = comparison.runs["pymunk"]
     since = comparison.time[int(np.argmax(run.gap_max > 100))]
     assert gap == f"pymunk: gap {run.gap_max.max():.6g} px exceeds the limit of 100 px, first at {since:.3f} s"
     assert drift.startswith("article: drift 0.584135 exceeds the limit of 0.1, first at ")
-    assert list(comparison.exceeded_limits(max_gap=1000, max_drift=0.9)) == []
-    [error] = comparison.exceeded_limits(max_energy_error=0.5)
+    assert exceeded(comparison, max_gap=1000, max_drift=0.9) == []
+    [error] = exceeded(comparison, max_energy_error=0.5)
     assert comparison.against == "article"
     assert error.startswith("pymunk: energy error 0.584135 exceeds the limit of 0.5, first at ")
-    assert list(comparison.exceeded_limits()) == []
+    assert exceeded(comparison) == []
 
 
 def test_a_limit_exceeded_only_in_between_is_exceeded() -> None:
     comparison = compare(load("head-on").changed(seconds=2 / 60), ["pymunk", "exact"])
     run = replace(comparison.runs["pymunk"], gap_max=np.array([0.0, 5.0, 1.0]), energy=np.array([4.0, 2.0, 4.0]))
-    reports = list(replace(comparison, runs={"pymunk": run}).exceeded_limits(max_gap=2.0, max_drift=0.25))
+    reports = exceeded(replace(comparison, runs={"pymunk": run}), max_gap=2.0, max_drift=0.25)
     assert reports == [
         "pymunk: gap 5 px exceeds the limit of 2 px, first at 0.017 s",
         "pymunk: drift 0.5 exceeds the limit of 0.25, first at 0.017 s",
@@ -379,16 +386,89 @@ def test_a_limit_exceeded_only_in_between_is_exceeded() -> None:
 def test_a_limit_on_an_engine_that_is_measured_against_nothing_is_an_error(engine: str, limit: str) -> None:
     comparison = compare(load("head-on").changed(seconds=0.1), [engine])
     with pytest.raises(SandboxError, match=rf"^only {engine} took part, so it has no gap and no energy error to limit"):
-        list(comparison.exceeded_limits(**{limit: 1.0}))
-    assert list(comparison.exceeded_limits(max_drift=0.1)) == []
+        exceeded(comparison, **{limit: 1.0})
+    assert exceeded(comparison, max_drift=0.1) == []
+
+
+def test_junit_has_a_test_case_for_each_engine_and_limit() -> None:
+    comparison = compare(load("head-on").changed(seconds=2.0), ["pymunk", "article", "exact"])
+    checks = list(comparison.check_limits(max_gap=1000.0, max_energy_error=0.1))
+    suite = ElementTree.fromstring(limits_as_junit(comparison.scene.name, checks))[0]
+    cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
+    assert cases == {
+        ("pymunk", "head-on: gap"): [],
+        ("pymunk", "head-on: energy error"): [],
+        ("article", "head-on: gap"): [],
+        ("article", "head-on: energy error"): ["failure"],
+        ("exact", "head-on: gap"): [],
+        ("exact", "head-on: energy error"): [],
+    }
+    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "1", "0", "0"]
+    [failure] = suite.iter("failure")
+    assert failure.get("message", "").startswith("article: energy error 0.499928 exceeds the limit of 0.1, first at ")
+
+
+def test_losses_that_the_scene_asks_for_are_no_energy_error() -> None:
+    """Both balls bounce with an elasticity of 0.5; the energy drifts by most of it, the error does not."""
+    scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [300, 0]", more="seconds = 3")
+    comparison = compare(scene, ["impulse", "exact"])
+    assert [report.split(" ")[0] for report in exceeded(comparison, max_drift=0.5)] == ["impulse:", "exact:"]
+    assert exceeded(comparison, max_energy_error=1e-6) == []
+
+
+HEADER = [
+    *("engine", "scene", "seed", "rate", "since", "seconds", "against", "horizon", "undecided", "unresolved"),
+    *("energy_ratio", "energy_drift", "energy_error", "momentum_drift", "angular_momentum_drift", "gap_rms", "gap_max"),
+    *("pair_contacts", "wall_contacts", "max_overlap", "escaped", "expected", "met", "skipped"),
+    *(f"first_difference.{key}" for key in ("kind", "time", "first", "second", "cause", "because", "in_reference")),
+    *(f"first_difference.{key}" for key in ("before", "after", "should_before", "should_after")),
+    *(f"first_difference.{key}" for key in ("spin_before", "spin_after", "should_spin_before", "should_spin_after")),
+    *(
+        f"ledger.{cause.key}.{key}"
+        for cause in Cause
+        for key in ("contacts", "energy", "momentum", "displacement", "share")
+    ),
+    *(
+        f"theory.{figure}.{key}"
+        for figure in (
+            *("distance of speeds from their law", "wall pressure, kg/s²", "compressibility", "contacts per second"),
+        )
+        for key in ("measured", "expected", "because")
+    ),
+]
+
+
+@pytest.mark.parametrize(("scene", "engines"), [("gas-100", ["pymunk", "exact"]), ("head-on", ["exact"])])
+def test_the_columns_of_csv_are_the_same_for_all_scenes_and_engines(scene: str, engines: list[str]) -> None:
+    comparison = compare(load(scene).changed(seconds=0.5), engines)
+    rows = csv.DictReader(io.StringIO(comparison.as_csv()))
+    assert rows.fieldnames == HEADER
+    for row, (name, figures) in zip(rows, comparison.as_json()["engines"].items(), strict=True):
+        assert row["engine"] == name
+        filled = {key for key, value in row.items() if value}
+        assert {key.split(".")[1] for key in filled if key.startswith("ledger.")} == set(figures["ledger"])
+        theory = {key.split(".")[1] for key in filled if key.startswith("theory.")}
+        assert theory == set(figures.get("theory", ()))
+        assert bool(theory) == (scene == "gas-100")
+
+
+def test_a_decimal_comma_comes_with_semicolons() -> None:
+    comparison = compare(load("oblique").changed(seconds=1.5), ["pymunk", "exact"])
+    point = list(csv.reader(io.StringIO(comparison.as_csv())))
+    comma = list(csv.reader(io.StringIO(comparison.as_csv(CsvDialect.DECIMAL_COMMA)), delimiter=";"))
+    assert comma[0] == point[0]
+    numbers = [point[0].index(key) for key in ("energy_ratio", "gap_max", "first_difference.time")]
+    assert [comma[1][place] for place in numbers] == [point[1][place].replace(".", ",") for place in numbers]
+    because = point[0].index("first_difference.because")
+    assert comma[1][because] == point[1][because] != ""
 
 
 def test_a_limit_on_a_fraction_of_no_energy_is_an_error() -> None:
     comparison = compare(scene_of("radius = 20\npositions = [[100, 100], [200, 200]]", more="seconds = 0.1"))
     for limit, what in (("max_drift", "drift"), ("max_energy_error", "energy error")):
         with pytest.raises(SandboxError, match=rf"^pymunk: there is no {what} to compare .*: its energy starts at 0$"):
-            list(comparison.exceeded_limits(**{limit: 0.1}))
-    assert list(comparison.exceeded_limits(max_gap=1e-9)) == []
+            exceeded(comparison, **{limit: 0.1})
+    assert exceeded(comparison, max_gap=1e-9) == []
 
 
 def test_a_limit_on_an_energy_that_nobody_knows_is_an_error() -> None:
@@ -402,7 +482,7 @@ def test_a_limit_on_an_energy_that_nobody_knows_is_an_error() -> None:
     assert comparison.trusted_until is not None
     assert comparison.trusted_until < 1 / 60
     with pytest.raises(SandboxError, match=r"exact means nothing from the start$"):
-        list(comparison.exceeded_limits(max_energy_error=0.1))
+        exceeded(comparison, max_energy_error=0.1)
 
 
 def test_an_edit_to_come_decides_which_engines_run_by_default() -> None:

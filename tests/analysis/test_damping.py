@@ -1,6 +1,7 @@
 """Pymunk's damping in the ledger: a ball alone keeps d^t of its velocity, and d^2t of its energy, after t seconds."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -12,7 +13,7 @@ from sandbox.scene.model import Scene
 OWN = (Cause.DAMPING, Cause.LATE, Cause.PUSHED, Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.ROUNDING)
 
 
-def ball(**changes: object) -> Scene:
+def ball(**changes: Any) -> Scene:
     settings = {"damping": 0.9} | changes.pop("pymunk", {})
     group = {"radius": 10, "position": (400, 300), "velocity": (60, -80), "spin": 3.0}
     return Scene(**{"arena": {"size": (800, 600)}, "balls": [group], "seconds": 2, "pymunk": settings} | changes)

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import sandbox.report.notebook  # noqa: F401  (makes comparisons show as reports in notebooks)
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.report.charts import thinned
+from sandbox.analysis.series import thinned
 from sandbox.report.comparison import fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.fields import rgb

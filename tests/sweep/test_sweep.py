@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
@@ -35,7 +36,6 @@ from sandbox.sweep.jobs import (
     run_job,
     run_shared,
     scene_of_job,
-    table,
 )
 from sandbox.sweep.journal import journal_path
 from sandbox.sweep.workers import attempt, groups, run_locally
@@ -122,18 +122,18 @@ def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
     assert plan(rough, [0], [60], ["pymunk"]).against == compare(rough.changed(seconds=0.1)).against
 
 
-def test_keys_of_tables_get_columns_and_unknown_values_stay_empty() -> None:
+def test_a_table_always_has_the_same_columns_and_unknown_values_stay_empty() -> None:
     rows: list[Row] = [
         {"seed": 1},
-        {"seed": 2, "first_difference.time": 0.5, "first_difference.cause": "late", "ledger.a": [1]},
+        {"seed": 2, "first_difference.cause": "late", "first_difference.before": [[1.5, 2]], "of a later version": 1},
     ]
-    columns, lines = table(rows)
-    place = columns.index("first_difference.cause")
-    assert columns[place : place + 3] == ["first_difference.cause", "first_difference.time", "ledger.a"]
-    assert "first_difference" not in columns
-    assert [line[place : place + 3] for line in lines] == [[None, None, None], ["late", 0.5, "[1]"]]
-    assert ",late,0.5,[1],," in as_csv(rows)
-    assert columns[-1] == "wall_s"
+    read = list(csv.DictReader(io.StringIO(as_csv(rows))))
+    assert list(read[0]) == csv.DictReader(io.StringIO(as_csv([]))).fieldnames
+    assert [row["first_difference.cause"] for row in read] == ["", "late"]
+    assert [row["first_difference.before"] for row in read] == ["", "[[1.5, 2]]"]
+    assert read[0]["ledger.late.energy"] == read[0]["theory.compressibility.measured"] == ""
+    assert "of a later version" not in read[0]
+    assert [list(read[0])[place] for place in (0, -1)] == ["scene", "wall_s"]
 
 
 def test_speeds_are_counted_in_equally_likely_classes() -> None:
@@ -295,7 +295,7 @@ def test_a_journal_torn_in_its_first_line_starts_anew() -> None:
         journal_path("f.csv").write_bytes(whole[:length])
         with open_journal(small(), "f.csv") as kept:
             assert kept.rows == []
-        assert journal_path("f.csv").read_bytes() == whole
+            assert journal_path("f.csv").read_bytes() == whole
 
 
 def make_one_row() -> None:
@@ -408,6 +408,57 @@ def test_a_cluster_whose_workers_have_both_variants_of_pow_is_refused(
         assert len({row["pow"] for row in kept.rows}) == 1
 
 
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [
+        ("foo", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("foo:bar", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://127.0.0.1:99999", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://[::1", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://no-such-host.invalid:8786", "no scheduler answers: "),
+        ("tcp://127.0.0.1:1", "no scheduler answers: Connection refused"),
+    ],
+)
+def test_an_address_without_a_scheduler_is_one_message_and_leaves_no_journal(
+    command: Command, address: str, why: str
+) -> None:
+    code, out, err = command("sweep", "article", "--out", "f.csv", "--scheduler", address)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"--scheduler '{address}': {why}")
+    assert err.count("\n") == 1
+    assert list(Path().iterdir()) == []
+
+
+def test_a_host_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A look-up of a name may hang for longer than any timeout of a connection."""
+    from sandbox.sweep import workers
+
+    hangs, ended = threading.Event(), threading.Event()
+
+    def connect(*_: object) -> None:
+        hangs.wait()
+        ended.set()
+        raise TimeoutError
+
+    monkeypatch.setattr(workers, "CONNECT_TIMEOUT", 0.01)
+    monkeypatch.setattr("socket.create_connection", connect)
+    with pytest.raises(SandboxError, match=r"^--scheduler 'tcp://host:8786': no scheduler answers: no answer within"):
+        workers.check_scheduler("tcp://host:8786")
+    hangs.set()
+    ended.wait()
+
+
+def test_a_sweep_that_ends_without_a_row_leaves_no_journal() -> None:
+    def interrupted() -> None:
+        with open_journal(small(), "f.csv"):
+            raise SandboxError("the cluster is gone")
+
+    with pytest.raises(SandboxError):
+        interrupted()
+    assert not journal_path("f.csv").exists()
+
+
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, [scheduler, *_] = cluster
     sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
@@ -476,6 +527,7 @@ def test_an_exception_in_a_job_is_its_outcome() -> None:
 
 
 def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
+    make_one_row()
     with open_journal(small(), "f.csv"), pytest.raises(SandboxError, match="is in use by another sweep"):  # noqa: SIM117
         with open_journal(small(), "f.csv"):
             pass
@@ -499,8 +551,7 @@ def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
             ("article", "--seeds", "0:1000000", "--engines", "pymunk,article"),
             "a sweep of 2,000,000 rows is larger",
         ),
-        (("article", "--rates", "60,,"), "--rates 60,,: must be whole numbers separated by commas"),
-        (("article", "--rates", "0"), "rate must be at least 1, got 0"),
+        (("article", "--rates", "60,,"), "--rates '60,,': must be whole numbers from 1 on, separated by commas"),
         (("article", "--set", "substeps"), "--set substeps: must be a setting of Pymunk and its values"),
         (("article", "--set", "subteps=1"), f"pymunk.subteps {NO_KEY}; did you mean substeps?"),
         (("article", "--set", "substeps=0"), "pymunk.substeps must be at least 1, got 0"),
