@@ -30,7 +30,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "llvmlite": ("compiled",),
     "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
     "pyb2d3": ("engines.box2d",),
-    "distributed": ("sweep.workers",),
+    "distributed": ("sweeps.workers",),
     "bokeh": ("report",),
     "jinja2": ("report",),
     "pygame": ("view", "bench.window"),

@@ -312,8 +312,8 @@ def sweep(
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
-    from sandbox.sweep import in_order, open_journal, plan, write
-    from sandbox.sweep.workers import core_count
+    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps.workers import core_count
 
     if workers and scheduler:
         raise SandboxError("--workers and --scheduler exclude each other")

@@ -18,7 +18,7 @@ from typing import Any, Final, cast
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
-from sandbox.sweep.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
+from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
