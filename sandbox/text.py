@@ -3,7 +3,7 @@
 import csv
 import io
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:  # slow to import
@@ -11,6 +11,7 @@ if TYPE_CHECKING:  # slow to import
 
 DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
+VERBATIM: Final = {"highlight": False, "markup": False, "emoji": False}  # of a Rich console: [red] and :smile: stay
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -54,7 +55,21 @@ def console(*, stderr: bool = False) -> "Console":
     """Return a Rich console that prints [red] and :smile: verbatim."""
     from rich.console import Console  # noqa: PLC0415
 
-    terminal = Console(stderr=stderr, highlight=False, markup=False, emoji=False)
+    terminal = Console(stderr=stderr, **VERBATIM)
     if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
         terminal.width = DEFAULT_WIDTH
     return terminal
+
+
+def text_of(show: "Callable[[Console], object]", width: int) -> str:
+    """Return what a function prints on a console so many columns wide, without colours."""
+    from rich.console import Console  # noqa: PLC0415
+
+    text = io.StringIO()
+    show(Console(file=text, width=width, color_system=None, force_terminal=False, force_jupyter=False, **VERBATIM))
+    return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: 1 ball, 2 balls."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

@@ -26,6 +26,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "pydantic": ("scene", "run", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
+    "pandas": ("run.trajectory",),
     "PIL": ("scene", "view"),
     "llvmlite": ("compiled",),
     "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
@@ -35,7 +36,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "jinja2": ("report",),
     "pygame": ("view", "bench.window"),
     "av": ("view",),
-    "rich": ("cli", "text"),
+    "rich": ("cli", "report", "text"),
     "typer": ("cli",),
 }
 

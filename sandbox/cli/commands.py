@@ -48,7 +48,7 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import console, printable
+from sandbox.text import console, counted, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
@@ -185,7 +185,8 @@ def compare(
     FILE may be -, for standard output. Exit code 1: a limit was exceeded.
     """
     from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.cli.tables import print_advice, print_comparison
+    from sandbox.cli.tables import print_advice
+    from sandbox.report.tables import print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
@@ -204,7 +205,7 @@ def compare(
 
         _write(page(comparison, trials), report)
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
-        print_comparison(comparison)
+        print_comparison(comparison, console())
         print_advice(trials)
     if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
         print("\n".join(exceeded), file=sys.stderr)
@@ -255,8 +256,8 @@ def verify(
     """
     from sandbox.analysis.verify import all_passed, as_json, as_junit
     from sandbox.analysis.verify import verify as score_engines
-    from sandbox.cli.tables import Scoreboard, print_misses, print_tally
     from sandbox.engines import registry
+    from sandbox.report.tables import Scoreboard, print_misses, print_tally
     from sandbox.scene.files import bundled, load
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
@@ -268,7 +269,7 @@ def verify(
     names = engines or list(registry())
     rows = score_engines(scored, names)
     printed = not {json_file, junit} & {*STANDARD_OUTPUT}
-    scoreboard = Scoreboard([scene.name for scene in scored], names) if printed else None
+    scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
     for scene, row in rows:
         board[scene] = row
@@ -282,9 +283,9 @@ def verify(
     if junit:
         _write(as_junit(board), junit)
     if printed:
-        print_misses(board)
+        print_misses(board, console())
         print()
-        print_tally(board)
+        print_tally(board, console())
     if not all_passed(board, engines):
         raise typer.Exit(1)
 
@@ -351,7 +352,6 @@ def check(
 
     Warnings point out what may be unintended: overlaps, and balls too fast for the time step.
     """
-    from sandbox.cli.tables import counted
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
@@ -439,12 +439,12 @@ def _write(text: str, file: str) -> None:
 
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
-    from sandbox.cli.tables import print_comparison
+    from sandbox.report.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})
     comparison = compare_with_bar(scene, names, None, inputs)
-    print_comparison(comparison)
+    print_comparison(comparison, console())
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
