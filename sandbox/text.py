@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Final
@@ -11,7 +12,6 @@ if TYPE_CHECKING:  # slow to import
 
 DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
-VERBATIM: Final = {"highlight": False, "markup": False, "emoji": False}  # of a Rich console: [red] and :smile: stay
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -45,6 +45,11 @@ def csv_text(lines: Iterable[Sequence[object]]) -> str:
     return text.getvalue()
 
 
+def json_text(value: object) -> str:
+    """Return a value as JSON, as every file has it."""
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+
+
 def _safe_cell(cell: object) -> object:
     if not isinstance(cell, str):
         return cell
@@ -55,7 +60,7 @@ def console(*, stderr: bool = False) -> "Console":
     """Return a Rich console that prints [red] and :smile: verbatim."""
     from rich.console import Console  # noqa: PLC0415
 
-    terminal = Console(stderr=stderr, **VERBATIM)
+    terminal = Console(stderr=stderr, highlight=False, markup=False, emoji=False)
     if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
         terminal.width = DEFAULT_WIDTH
     return terminal
@@ -66,7 +71,17 @@ def text_of(show: "Callable[[Console], object]", width: int) -> str:
     from rich.console import Console  # noqa: PLC0415
 
     text = io.StringIO()
-    show(Console(file=text, width=width, color_system=None, force_terminal=False, force_jupyter=False, **VERBATIM))
+    verbatim = Console(
+        file=text,
+        width=width,
+        color_system=None,
+        force_terminal=False,
+        force_jupyter=False,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
+    show(verbatim)
     return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -41,8 +41,6 @@ class Comparison:
     trust: Trust
     stride: int
     inputs: tuple[Input, ...]
-
-    notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
 
     @property
     def horizon(self) -> float | None:
@@ -86,11 +84,6 @@ class Comparison:
         rows = [{"engine": name} | common | flatten(figures) for name, figures in document["engines"].items()]
         columns = list(dict.fromkeys(key for row in rows for key in row))
         return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
-
-    def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
-        show = type(self).notebook_html
-        return show(self) if show else None
 
     def exceeded_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None

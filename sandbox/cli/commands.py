@@ -3,7 +3,6 @@
 Slow imports happen inside the commands that need them.
 """
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -48,7 +47,7 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import console, counted, printable
+from sandbox.text import console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
@@ -197,7 +196,7 @@ def compare(
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
+        _write(json_text(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
         _write(comparison.as_csv(), csv_file)
     if report:
@@ -258,14 +257,11 @@ def verify(
     from sandbox.analysis.verify import verify as score_engines
     from sandbox.engines import registry
     from sandbox.report.tables import Scoreboard, print_misses, print_tally
-    from sandbox.scene.files import bundled, load
+    from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     show_compiling()
-    chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
-    scored = [scene for scene in chosen if scene.expect]
-    if not scored:
-        raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
+    scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
     rows = score_engines(scored, names)
     printed = not {json_file, junit} & {*STANDARD_OUTPUT}
@@ -279,7 +275,7 @@ def verify(
             if result.details:
                 print(result.details, end="", file=sys.stderr)
     if json_file:
-        _write(_json(as_json(board)), json_file)
+        _write(json_text(as_json(board)), json_file)
     if junit:
         _write(as_junit(board), junit)
     if printed:
@@ -414,7 +410,7 @@ def bench(
         if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
-        _write(_json([vars(figure) for figure in found]), json_file)
+        _write(json_text([vars(figure) for figure in found]), json_file)
     if against and json_file not in STANDARD_OUTPUT:
         print_worse(found, earlier)
     if worse(found, earlier):
@@ -426,11 +422,7 @@ def print_schema() -> None:
     """Print the JSON Schema of scene files."""
     from sandbox.scene.files import schema
 
-    print(_json(schema()), end="")
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+    print(json_text(schema()), end="")
 
 
 def _write(text: str, file: str) -> None:

@@ -150,6 +150,16 @@ class Scoreboard:
             self._terminal.print(line, soft_wrap=True)
 
 
+def print_scores(board: Board, terminal: Console) -> None:
+    """Print all scores, what was missed, and in how many scenes each engine met all expectations."""
+    scoreboard = Scoreboard(list(board), list(next(iter(board.values()))), terminal)
+    for scene, row in board.items():
+        scoreboard.print_row(scene, row)
+    print_misses(board, terminal)
+    terminal.print()
+    print_tally(board, terminal)
+
+
 def _cell(result: Result) -> str:
     if result.outcome in (Outcome.MET, Outcome.MISSED):
         return f"{result.worst.error:.1e} {result.outcome.value}"

@@ -16,6 +16,7 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, Integers, States
+from sandbox.text import counted
 
 if TYPE_CHECKING:
     import pandas
@@ -25,14 +26,15 @@ MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
 COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """The run of a scene in one engine, at the start and after every step.
 
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
     mass: (n,) kg; size: width and height of the arena, px; angle: (steps + 1, n) rad; spin: (steps + 1, n) rad/s;
-    contacts: (k,) CONTACT, by time; energy: (steps + 1,) kg px²/s², of flight, spin and gravity. The n balls are the scene's and then the added ones, in order; the position,
-    velocity, angle and spin of a ball are NaN before it is added and after it is deleted.
+    contacts: (k,) CONTACT, by time; energy: (steps + 1,) kg px²/s², of flight, spin and gravity. The n balls are the
+    scene's and then the added ones, in order; the position, velocity, angle and spin of a ball are NaN before it is
+    added and after it is deleted.
     """
 
     time: Floats
@@ -46,10 +48,16 @@ class Trajectory:
     contacts: Contacts
     energy: Floats
 
+    def __repr__(self) -> str:
+        steps, balls = self.angle.shape
+        ran = f"{counted(balls, 'ball')}, {counted(steps - 1, 'step')} to {self.time[-1]:g} s"
+        return f"<Trajectory: {ran}, {counted(len(self.contacts), 'contact')}>"
+
     @property
     def momentum(self) -> Floats:
         """The momentum of all balls: (steps + 1, 2) kg px/s."""
-        return np.nansum(self.velocity * self.mass[:, None], axis=1)
+        total: Floats = np.nansum(self.velocity * self.mass[:, None], axis=1)
+        return total
 
     def to_dataframe(self) -> "pandas.DataFrame":
         """Return a pandas table with a row for each ball and step, and the columns of a trace as CSV.

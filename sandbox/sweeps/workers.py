@@ -52,6 +52,30 @@ def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
         yield list(group)
 
 
+def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[Outcome]:
+    """Run jobs one after another in this process."""
+    runner = _JobRunner(sweep.scene, sweep.against)
+    for job in jobs:
+        yield runner.run(job)
+
+
+class _JobRunner:
+    """Runs jobs one after another, and keeps the last reference for jobs that share it."""
+
+    def __init__(self, scene: Scene, against: str) -> None:
+        self._scene, self._against = scene, against
+        self._last: Job | None = None
+        self._shared: Shared | None = None
+
+    def run(self, job: Job) -> Outcome:
+        """Run a job as `attempt` does."""
+        reference = reference_job(self._against, job)
+        if reference != self._last:
+            self._last, self._shared = reference, None  # one reference at a time in memory
+            self._shared = run_shared(self._scene, reference)
+        return attempt(self._scene, self._against, job, self._shared)
+
+
 def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
     """Run jobs in `count` processes. A process that dies is replaced, and its job is run again."""
     todo, deaths = deque(map(deque, groups(sweep, jobs))), Counter[Job]()
@@ -131,16 +155,11 @@ class Worker:
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed. The last reference is kept for jobs that share it."""
-    last: Job | None = None
-    shared: Shared | None = None
+    """Run jobs until the other end of the connection is closed."""
+    runner = _JobRunner(scene, against)
     with suppress(EOFError, OSError):
         while True:
-            job: Job = connection.recv()
-            if reference_job(against, job) != last:
-                last, shared = reference_job(against, job), None  # one reference at a time in memory
-                shared = run_shared(scene, last)
-            connection.send(attempt(scene, against, job, shared))
+            connection.send(runner.run(connection.recv()))
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:

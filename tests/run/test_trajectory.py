@@ -129,7 +129,7 @@ def test_a_table_has_what_the_csv_has(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setitem(sys.modules, "pandas", pandas)
     write_trace(awkward(), tmp_path / "trace.csv")
     written = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
-    columns: dict[str, Floats] = awkward().to_dataframe()  # type: ignore[assignment]
+    columns: dict[str, Floats] = awkward().to_dataframe()
     assert tuple(columns) == written.dtype.names
     for name, values in columns.items():
         assert values.tolist() == written[name].tolist()
