@@ -111,7 +111,7 @@ def reason(error: Refused) -> str:
 WRONG = (
     ("sandbox.laod('article')", 'Module has no attribute "laod"'),
     ("sandbox.load(3)", 'Argument 1 to "load" has incompatible type "int"'),
-    ("sandbox.simulate(sandbox.load('article'))", 'Missing positional argument "engine" in call to "simulate"'),
+    ("sandbox.simulate(sandbox.load('article'))", 'No overload variant of "simulate" matches argument type "Scene"'),
     ("sandbox.compare(sandbox.load('article')).gap", '"Comparison" has no attribute "gap"'),
     ("sandbox.Scene(arena=3, balls=[])", 'Argument "arena" to "Scene" has incompatible type "int"'),
     ("sandbox.Scene(arena={}, balls=[], sped=3)", 'Unexpected keyword argument "sped" for "Scene"'),

@@ -48,9 +48,10 @@ def test_seconds_seed_and_rate_are_those_of_the_scene_changed() -> None:
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
-    compared = sandbox.compare("article", "exact", seed=np.int64(3), rate=np.int32(30), seconds=np.float64(0.5))
+    numbers: dict[str, Any] = {"seed": np.int64(3), "rate": np.int32(30), "seconds": np.float64(0.5)}
+    compared = sandbox.compare("article", "exact", **numbers)
     assert (compared.scene.seed, compared.scene.rate, len(compared.time)) == (3, 30, 16)
-    table = sandbox.sweep("article", "exact", seeds=np.arange(2), seconds=0.1)  # type: ignore[arg-type]
+    table = sandbox.sweep("article", "exact", seeds=np.arange(2), seconds=0.1)
     assert [row["seed"] for row in table] == [0, 1]
 
 
