@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
@@ -67,6 +67,11 @@ def _cell(cell: object, decimal_comma: bool) -> object:
     return str(cell).replace(".", ",") if decimal_comma and isinstance(cell, float) else cell
 
 
+def json_text(value: object) -> str:
+    """Return a value as JSON, as every file has it."""
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+
+
 def console(*, stderr: bool = False) -> "Console":
     """Return a Rich console that prints [red] and :smile: verbatim."""
     from rich.console import Console  # noqa: PLC0415
@@ -75,3 +80,27 @@ def console(*, stderr: bool = False) -> "Console":
     if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
         terminal.width = DEFAULT_WIDTH
     return terminal
+
+
+def text_of(show: "Callable[[Console], object]", width: int) -> str:
+    """Return what a function prints on a console so many columns wide, without colours."""
+    from rich.console import Console  # noqa: PLC0415
+
+    text = io.StringIO()
+    verbatim = Console(
+        file=text,
+        width=width,
+        color_system=None,
+        force_terminal=False,
+        force_jupyter=False,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
+    show(verbatim)
+    return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: 1 ball, 2 balls."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

@@ -13,8 +13,8 @@ from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import load_inputs
 from sandbox.scene.files import load
-from sandbox.sweep import as_csv, in_order, plan
-from sandbox.sweep.jobs import run_job
+from sandbox.sweeps import as_csv, in_order, plan
+from sandbox.sweeps.jobs import run_job
 from sandbox.text import csv_text
 
 pytestmark = pytest.mark.usefixtures("working_folder")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -52,8 +52,6 @@ class Comparison:
     stride: int
     inputs: tuple[Input, ...]
 
-    notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
-
     @property
     def horizon(self) -> float | None:
         """When rounding errors have grown to a ball's radius, s; None if they do not within the run."""
@@ -102,11 +100,6 @@ class Comparison:
         columns = ("engine", *common, *figure_columns())
         rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
         return csv_text([columns, *([row.get(key) for key in columns] for row in rows)], dialect)
-
-    def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
-        show = type(self).notebook_html
-        return show(self) if show else None
 
     def check_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None

@@ -62,7 +62,7 @@ class Escape(NamedTuple):
     furthest: float  # px from the arena
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """What one engine did, over time.
 
@@ -95,6 +95,11 @@ class Run:
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
     final: State
+
+    def __repr__(self) -> str:
+        return (
+            f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
+        )
 
 
 class Measurement:

@@ -3,7 +3,6 @@
 Slow imports happen inside the commands that need them.
 """
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -51,7 +50,7 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import CsvDialect, console, printable
+from sandbox.text import CsvDialect, console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
@@ -198,7 +197,8 @@ def compare(
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.junit import limits_as_junit
     from sandbox.analysis.series import write_series
-    from sandbox.cli.tables import print_advice, print_comparison
+    from sandbox.cli.tables import print_advice
+    from sandbox.report.tables import print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
@@ -224,7 +224,7 @@ def compare(
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
+        _write(json_text(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
         _write(comparison.as_csv(csv_dialect), csv_file)
     if series:
@@ -236,7 +236,7 @@ def compare(
 
         _write(page(comparison, trials), report)
     if not {*outputs.values()} & {*STANDARD_OUTPUT}:
-        print_comparison(comparison)
+        print_comparison(comparison, console())
         print_advice(trials)
     checks = list(comparison.check_limits(**limits))
     if junit:
@@ -291,20 +291,17 @@ def verify(
     """
     from sandbox.analysis.verify import all_passed, as_json, as_junit
     from sandbox.analysis.verify import verify as score_engines
-    from sandbox.cli.tables import Scoreboard, print_misses, print_tally
     from sandbox.engines import registry
-    from sandbox.scene.files import bundled, load
+    from sandbox.report.tables import Scoreboard, print_misses, print_tally
+    from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     show_compiling()
-    chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
-    scored = [scene for scene in chosen if scene.expect]
-    if not scored:
-        raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
+    scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
     rows = score_engines(scored, names)
     printed = not {json_file, junit} & {*STANDARD_OUTPUT}
-    scoreboard = Scoreboard([scene.name for scene in scored], names) if printed else None
+    scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
     for scene, row in rows:
         board[scene] = row
@@ -314,13 +311,13 @@ def verify(
             if result.details:
                 print(result.details, end="", file=sys.stderr)
     if json_file:
-        _write(_json(as_json(board)), json_file)
+        _write(json_text(as_json(board)), json_file)
     if junit:
         _write(as_junit(board), junit)
     if printed:
-        print_misses(board)
+        print_misses(board, console())
         print()
-        print_tally(board)
+        print_tally(board, console())
     if not all_passed(board, engines):
         raise typer.Exit(1)
 
@@ -349,8 +346,8 @@ def sweep(
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
-    from sandbox.sweep import in_order, open_journal, plan, write
-    from sandbox.sweep.workers import check_scheduler, core_count
+    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps.workers import check_scheduler, core_count
 
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
@@ -390,7 +387,6 @@ def check(
 
     Warnings point out what may be unintended: overlaps, and balls too fast for the time step.
     """
-    from sandbox.cli.tables import counted
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
@@ -453,7 +449,7 @@ def bench(
         if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
-        _write(_json([vars(figure) for figure in found]), json_file)
+        _write(json_text([vars(figure) for figure in found]), json_file)
     if against and json_file not in STANDARD_OUTPUT:
         print_worse(found, earlier)
     if worse(found, earlier):
@@ -486,11 +482,7 @@ def print_schema(
             found = comparison_schema()
         case Document.VERIFY:
             found = json_schema(Scores)
-    print(_json(found), end="")
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+    print(json_text(found), end="")
 
 
 def _write(text: str, file: str) -> None:
@@ -499,12 +491,12 @@ def _write(text: str, file: str) -> None:
 
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
-    from sandbox.cli.tables import print_comparison
+    from sandbox.report.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})
     comparison = compare_with_bar(scene, names, None, inputs)
-    print_comparison(comparison)
+    print_comparison(comparison, console())
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")

@@ -18,7 +18,7 @@ from bokeh.resources import INLINE
 
 from sandbox.report.charts import Style, style_of
 from sandbox.scene.fields import PALETTE
-from sandbox.sweep.jobs import SPEED_CLASSES, Row, Sweep
+from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep
 
 WIDTH: Final = 1150  # px
 CHART_OPTIONS: Final[dict[str, Any]] = {"width": WIDTH, "height": 420, "toolbar_location": None}

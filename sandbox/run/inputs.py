@@ -16,7 +16,8 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, get_args
 
@@ -97,14 +98,29 @@ def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
 
 def load_inputs(path: Path, scene: Scene) -> list[Input]:
     """Read a file of inputs to replay on a scene. Raises SandboxError with every error in it: `file:line: ...`."""
+    name = printable(str(path))
+    lines = enumerate(read_text(path, MAX_INPUTS_BYTES).split("\n"), 1)
+    entries = ((f"{name}:{number}", partial(_parse, line)) for number, line in lines if line.strip())
+    return _checked(entries, scene, name)
+
+
+def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
+    """Return inputs to replay on a scene: models of this module, or objects as in a file.
+
+    Raises SandboxError with every error: `inputs[3]: ...`.
+    """
+    entries = ((f"inputs[{number}]", partial(_read, one)) for number, one in enumerate(given))
+    return _checked(entries, scene, "inputs")
+
+
+def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, source: str) -> list[Input]:
+    """Return the inputs that functions read, each with its place in messages. Raises SandboxError with every error."""
     inputs: list[Input] = []
     found: list[str] = []
-    edits, name = 0, printable(str(path))
-    for number, line in enumerate(read_text(path, MAX_INPUTS_BYTES).split("\n"), 1):
-        if not line.strip():
-            continue
+    edits = 0
+    for place, read in entries:
         try:
-            given = _parse(line)
+            given = read()
             if inputs and given.step < inputs[-1].step:
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
@@ -113,22 +129,25 @@ def load_inputs(path: Path, scene: Scene) -> list[Input]:
                 check_ball(given.ball, scene)
             edits += isinstance(given, Edit)
             if edits > MAX_EDITS:
-                found.append(f"{name}:{number}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
+                found.append(f"{place}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
                 break
             if isinstance(given, Start | Edit):
                 scene = given.change_scene(scene)
             inputs.append(given)
         except SandboxError as error:
-            found += [f"{name}:{number}: {what}" for what in str(error).split("\n")]
+            found += [f"{place}: {what}" for what in str(error).split("\n")]
             if len(found) > MAX_REPORTED_ERRORS:
                 break
     if found:
-        raise first_errors(found, name)
+        raise first_errors(found, source)
     return inputs
 
 
 def _parse(line: str) -> Input:
-    document = _document(line)
+    return _read(_document(line))
+
+
+def _read(document: object) -> Input:
     try:
         return _READER.validate_python(document)
     except ValidationError as error:

@@ -14,7 +14,7 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, suggestion
+from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
@@ -35,11 +35,13 @@ def bundled(folder: str = "") -> dict[str, Path]:
     return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in found}
 
 
-def load(scene: str | Path) -> Scene:
+def load(scene: str | os.PathLike[str]) -> Scene:
     """Read a scene from a TOML file, or a bundled scene by its name, such as "article" or "truths/corner".
 
     Raises SandboxError if there is no such scene, or with every error in the file: a line each, `file:line: key ...`.
     """
+    if not isinstance(scene, str | os.PathLike):
+        raise SandboxError(f"a scene must be the name of a bundled scene or a file, got {shown(scene)}")
     path = Path(scene)
     if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises if the name is too long)
         name = path.as_posix()

@@ -30,9 +30,9 @@ from sandbox.run.trajectory import simulate, write_trace
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweep import in_order, open_journal, plan, write
-from sandbox.sweep.jobs import run_job
-from sandbox.sweep.journal import journal_path
+from sandbox.sweeps import in_order, open_journal, plan, write
+from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps.journal import journal_path
 from sandbox.view.picture import save_picture
 from sandbox.view.plot import save_plot
 from sandbox.view.video import VIDEO_FORMATS, Video

@@ -21,7 +21,7 @@ from urllib.parse import urlsplit
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
-from sandbox.sweep.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
+from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
@@ -53,6 +53,30 @@ def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
     """Yield the jobs that follow one another and share their reference."""
     for _, group in groupby(jobs, partial(reference_job, sweep.against)):
         yield list(group)
+
+
+def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[Outcome]:
+    """Run jobs one after another in this process."""
+    runner = _JobRunner(sweep.scene, sweep.against)
+    for job in jobs:
+        yield runner.run(job)
+
+
+class _JobRunner:
+    """Runs jobs one after another, and keeps the last reference for jobs that share it."""
+
+    def __init__(self, scene: Scene, against: str) -> None:
+        self._scene, self._against = scene, against
+        self._last: Job | None = None
+        self._shared: Shared | None = None
+
+    def run(self, job: Job) -> Outcome:
+        """Run a job as `attempt` does."""
+        reference = reference_job(self._against, job)
+        if reference != self._last:
+            self._last, self._shared = reference, None  # one reference at a time in memory
+            self._shared = run_shared(self._scene, reference)
+        return attempt(self._scene, self._against, job, self._shared)
 
 
 def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
@@ -134,16 +158,11 @@ class Worker:
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed. The last reference is kept for jobs that share it."""
-    last: Job | None = None
-    shared: Shared | None = None
+    """Run jobs until the other end of the connection is closed."""
+    runner = _JobRunner(scene, against)
     with suppress(EOFError, OSError):
         while True:
-            job: Job = connection.recv()
-            if reference_job(against, job) != last:
-                last, shared = reference_job(against, job), None  # one reference at a time in memory
-                shared = run_shared(scene, last)
-            connection.send(attempt(scene, against, job, shared))
+            connection.send(runner.run(connection.recv()))
 
 
 def check_scheduler(address: str) -> None:

@@ -6,9 +6,9 @@ A row does not depend on where or when it runs: here, on a cluster, or after the
 from collections.abc import Iterator, Sequence
 
 from sandbox.files import is_replaceable, whole_file
-from sandbox.sweep.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
-from sandbox.sweep.journal import Journal, journal_path, open_journal
-from sandbox.sweep.workers import Outcome, run_locally, run_on_dask
+from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
+from sandbox.sweeps.journal import Journal, journal_path, open_journal
+from sandbox.sweeps.workers import Outcome, run_locally, run_on_dask
 from sandbox.text import CsvDialect, csv_text
 
 __all__ = [

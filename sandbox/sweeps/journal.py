@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from sandbox.errors import SandboxError
 from sandbox.files import is_replaceable, write_errors
-from sandbox.sweep.jobs import Row, Sweep, is_row, job_of
+from sandbox.sweeps.jobs import Row, Sweep, is_row, job_of
 
 
 class Journal:

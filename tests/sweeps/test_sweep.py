@@ -27,8 +27,8 @@ from sandbox.report.sweep import page
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import State
-from sandbox.sweep import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
-from sandbox.sweep.jobs import (
+from sandbox.sweeps import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
+from sandbox.sweeps.jobs import (
     SPEED_CLASSES,
     Job,
     count_speeds,
@@ -37,8 +37,8 @@ from sandbox.sweep.jobs import (
     run_shared,
     scene_of_job,
 )
-from sandbox.sweep.journal import journal_path
-from sandbox.sweep.workers import attempt, groups, run_locally
+from sandbox.sweeps.journal import journal_path
+from sandbox.sweeps.workers import attempt, groups, run_locally
 
 ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
 TUNED = (*ARGUMENTS, "--set", "substeps=1,2")
@@ -195,7 +195,7 @@ def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch:
     scene = load("article").changed(seconds=1.0)
     assert run_shared(load("bouncing"), Job(0, 60, "article")) is None
     assert run_shared(scene, Job(0, 60, "exact")) is not None
-    monkeypatch.setattr("sandbox.sweep.jobs.MAX_REFERENCE_BYTES", 61 * 3 * 16 - 1)
+    monkeypatch.setattr("sandbox.sweeps.jobs.MAX_REFERENCE_BYTES", 61 * 3 * 16 - 1)
     assert run_shared(scene, Job(0, 60, "exact")) is None
     outcome = attempt(scene, "exact", Job(0, 60, "pymunk"), None)
     assert outcome.row is not None
@@ -432,7 +432,7 @@ def test_an_address_without_a_scheduler_is_one_message_and_leaves_no_journal(
 
 def test_a_host_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """A look-up of a name may hang for longer than any timeout of a connection."""
-    from sandbox.sweep import workers
+    from sandbox.sweeps import workers
 
     hangs, ended = threading.Event(), threading.Event()
 
