@@ -41,6 +41,8 @@ class Cause(IntEnum):
     UNTOLD = 20, "velocity changed without a reported contact"
     ROUNDING = 21, "rounding"
     UNKNOWN = 22, "unknown"
+    SILENT = 23, "no contacts reported"
+    SOFT = 24, "contacts that last several steps"
 
     @property
     def key(self) -> str:

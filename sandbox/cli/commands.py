@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from sandbox import __version__
-from sandbox.cli.exit import exit_codes
+from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_file
 from sandbox.cli.options import (
     DEFAULT_SIZE,
@@ -52,6 +52,7 @@ from sandbox.text import console, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
+    from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
@@ -182,7 +183,7 @@ def compare(
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
-    FILE may be -, for standard output. Exit code 1: a limit was exceeded.
+    FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.cli.tables import print_advice, print_comparison
@@ -206,8 +207,11 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
+    exceeded = list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error))
+    if exceeded:
         print("\n".join(exceeded), file=sys.stderr)
+    _report_failures(comparison)
+    if exceeded:
         raise typer.Exit(1)
 
 
@@ -438,6 +442,14 @@ def _write(text: str, file: str) -> None:
         opened.write(text.encode())
 
 
+def _report_failures(comparison: "Comparison") -> None:
+    """Print the errors of engines that failed, and exit with code 2 if there are any."""
+    for error in comparison.failed.values():
+        print_error(error)
+    if comparison.failed:
+        raise typer.Exit(2)
+
+
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.cli.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
@@ -448,3 +460,4 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     print_comparison(comparison)
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
+    _report_failures(comparison)

@@ -38,6 +38,7 @@ KINDS: Final = {
     Kind.EXTRA: "extra",
     Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
+    Kind.STATES: "by states",
 }
 KEYS: Final = (
     ("Space", "play or pause"),

@@ -1,13 +1,14 @@
 """The trajectory of a scene in one engine, and its files."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
 import numpy as np
 
+from sandbox.engines import Source
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
 from sandbox.run.edits import AddBall
@@ -43,7 +44,7 @@ class Trajectory:
 
 def simulate(
     scene: Scene,
-    engine: str,
+    engine: Source | Mapping[str, Source],
     *,
     seconds: float | None = None,
     steps: int | None = None,
@@ -51,7 +52,8 @@ def simulate(
 ) -> Trajectory:
     """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
 
-    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state includes the edits of its step.
+    engine: its name, such as "pymunk", or a class or a function; or a mapping from another name to one of these;
+    inputs: recorded inputs to replay. Each state includes the edits of its step.
     Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
     engine cannot run the scene.
     """
@@ -66,8 +68,10 @@ def simulate(
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
-    lockstep = Lockstep(scene, [engine], inputs)
-    runner = lockstep.engines[engine]
+    lockstep = Lockstep(scene, engine, inputs)
+    if len(lockstep.engines) != 1:
+        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
+    [runner] = lockstep.engines.values()
     states = States.empty(steps + 1, balls)
     for part in states:
         part[:] = np.nan
