@@ -23,6 +23,14 @@ Factory = Callable[..., Any]  # a class or function of (scene, initial), or a fu
 
 ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
+FLAGS: Final = (  # attributes of a checked engine that say how to judge it, and what it can do
+    "together",
+    "infers_impulses",
+    "clamps_friction_early",
+    "soft",
+    "reports_contacts",
+    "can_be_dragged",
+)
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
 STEP: Final = "step(position, velocity, dt, scene)"
 

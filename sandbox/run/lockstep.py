@@ -8,7 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines import Engine, Engines, advance, create, named
+from sandbox.engines import Engine, Engines, Source, advance, create, named
+from sandbox.engines.checked import CheckedEngine
+from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused
 from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
@@ -108,20 +110,26 @@ class Runner:
         return contacts
 
 
+def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> Engine:
+    engine = create(source, scene, state, name)
+    return StoppingEngine(engine) if stops and isinstance(engine, CheckedEngine) else engine
+
+
 class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
+    stops: whether an engine that fails stops there, and does not raise EngineError.
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
     inputs ask.
     """
 
-    def __init__(self, scene: Scene, engines: Engines, inputs: Sequence[Input] = ()) -> None:
+    def __init__(self, scene: Scene, engines: Engines, inputs: Sequence[Input] = (), *, stops: bool = False) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
         self.builds: dict[str, Build] = {
-            name: partial(create, source, name=name) for name, source in named(engines).items()
+            name: partial(_build, name, source, stops) for name, source in named(engines).items()
         }
         self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.hidden: list[Runner] = []  # run along, but excluded from results
