@@ -170,7 +170,7 @@ def _start(comparison: Comparison) -> str:
 
 def _failures(comparison: Comparison) -> str:
     """Say which engines failed, and when."""
-    return " ".join(f"{name} failed at {error.time:.3g} s." for name, error in comparison.failed.items())
+    return " ".join(f"{name} failed at {error.time:.3f} s." for name, error in comparison.failed.items())
 
 
 def _unjudged(comparison: Comparison) -> str:

@@ -47,7 +47,7 @@ def print_comparison(comparison: Comparison) -> None:
     for name in (*comparison.runs, *comparison.failed):
         table.add_column(name, justify="right", overflow="fold")
     if comparison.failed:
-        failures = (f"failed at {error.time:.3g} s" for error in comparison.failed.values())
+        failures = (f"failed at {error.time:.3f} s" for error in comparison.failed.values())
         table.add_row("", *([""] * len(comparison.runs)), *failures)
     for label, *values in comparison_rows(comparison):
         table.add_row(label, *values)

@@ -93,7 +93,8 @@ def _errors_of(name: str, time: float) -> Iterator[None]:
     except Exception as error:
         if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
             raise
-        raise EngineError(name, f"raised {type(error).__name__}: {error}", time, _own_traceback(error)) from error
+        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        raise EngineError(name, f"raised {what}", time, _own_traceback(error)) from error
 
 
 def _own_traceback(error: Exception) -> str:

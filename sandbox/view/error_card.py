@@ -27,7 +27,7 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
 def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError) -> None:
     """Draw in the place of an arena why its engine failed, and when."""
     height = layout.text_height
-    text = f"failed at {error.time:.3g} s, and stands still: {error}"
+    text = f"failed at {error.time:.3f} s, and stands still: {error}"
     lines = _wrapped(text, place.width - 4 * height, height)[:MAX_LINES]
     card(surface, [[line] for line in lines], place.topleft, height, place)
 

@@ -355,7 +355,7 @@ def test_an_engine_that_fails_costs_its_column_and_exit_code_2(working_folder: P
     code, out, err = command("compare", "head-on", "--engines", "mine.py:step,impulse,exact", "--seconds", "2")
     assert code == 2
     assert "failed at" in out.partition("energy left")[0]
-    assert err.splitlines()[-1] == "mine.py:step: raised AssertionError: "
+    assert err.splitlines()[-1] == "mine.py:step: raised AssertionError"
     assert err.count("Traceback") == 1
     code, out, err = command("compare", "head-on", "--engines", "exact,mine.py:step", "--against", "mine.py:step")
     assert (code, out) == (2, "")  # the reference
