@@ -52,7 +52,6 @@ from sandbox.text import console, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
-    from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
@@ -207,12 +206,12 @@ def compare(
     if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
         print_comparison(comparison)
         print_advice(trials)
-    exceeded = list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error))
-    if exceeded:
+    for error in comparison.failed.values():
+        print_error(error)
+    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
         print("\n".join(exceeded), file=sys.stderr)
-    _report_failures(comparison)
-    if exceeded:
-        raise typer.Exit(1)
+    if comparison.failed or exceeded:
+        raise typer.Exit(2 if comparison.failed else 1)
 
 
 @app.command()
@@ -442,14 +441,6 @@ def _write(text: str, file: str) -> None:
         opened.write(text.encode())
 
 
-def _report_failures(comparison: "Comparison") -> None:
-    """Print the errors of engines that failed, and exit with code 2 if there are any."""
-    for error in comparison.failed.values():
-        print_error(error)
-    if comparison.failed:
-        raise typer.Exit(2)
-
-
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.cli.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
@@ -460,4 +451,5 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     print_comparison(comparison)
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
-    _report_failures(comparison)
+    for error in comparison.failed.values():
+        print_error(error)

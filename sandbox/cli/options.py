@@ -4,14 +4,16 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
+from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
 
 import typer
 
-from sandbox.engines.specs import Value, parse_value, split_values
 from sandbox.errors import SandboxError, suggestion
 from sandbox.text import printable
 from sandbox.view.layers import Layer
+
+if TYPE_CHECKING:
+    from sandbox.engines.specs import Value
 
 T = TypeVar("T")
 
@@ -43,7 +45,7 @@ class Setting(NamedTuple):
     """A setting of Pymunk or a key of the scene, and the values to run it with."""
 
     key: str
-    values: Sequence[Value]
+    values: "Sequence[Value]"
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -104,6 +106,8 @@ def parse_setting(text: str) -> Setting:
     >>> parse_setting("collision_bias=0.5,1")
     Setting(key='collision_bias', values=[0.5, 1])
     """
+    from sandbox.engines.specs import parse_value, split_values
+
     key, _, values = text.partition("=")
     try:
         return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
@@ -114,7 +118,7 @@ def parse_setting(text: str) -> Setting:
         ) from None
 
 
-def settings_by_key(settings: Sequence[Setting]) -> dict[str, Sequence[Value]]:
+def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]":
     """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
     keys = [setting.key for setting in settings]
     for key in keys:

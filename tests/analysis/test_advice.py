@@ -314,8 +314,8 @@ def test_the_table_fits_the_terminal_or_becomes_lines(
     print_advice(trials)
     wide = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert wide[1:5] == [
-        "pymunk with       passages   paths agree  RMS gap  energy error",
-        "no change                0  until 1.00 s    50 px      1.00e-03",
+        "pymunk with     passages   paths agree  RMS gap  energy error",
+        "no change              0  until 1.00 s    50 px      1.00e-03",
         "substeps=4,            1  until 1.00 s    50 px      1.00e-03",
         "iterations=200",
     ]

@@ -125,8 +125,8 @@ def test_a_file_runs_again_only_if_it_has_changed(loop: str, working_folder: Pat
 def test_a_file_imports_those_beside_it(loop: str, working_folder: Path) -> None:
     (working_folder / "mine.py").write_text("from loop import step")
     scene = load("head-on")
-    runs = [simulate(scene, one, steps=60).position for one in ("mine.py:step", loop)]
-    assert np.array_equal(*runs)
+    mine, original = (simulate(scene, one, steps=60).position for one in ("mine.py:step", loop))
+    assert np.array_equal(mine, original)
 
 
 @pytest.mark.parametrize(
