@@ -9,6 +9,7 @@ group `sandbox.engines`:
 `sandbox.engines.specs` describes how else an engine is named. From Python, a class or a function is one too.
 """
 
+import traceback
 from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -138,6 +139,11 @@ def _load(name: str) -> Callable[..., Any]:
         return cast("Callable[..., Any]", engines[name].load())
     except (ImportError, AttributeError) as error:
         raise EngineError(name, f"{engines[name].value} cannot be loaded: {error}") from error
+    except Exception as error:
+        if name in _BUILT_IN:
+            raise
+        what = f"{engines[name].value} cannot be loaded: {type(error).__name__}: {error}"
+        raise EngineError(name, what, details=traceback.format_exc()) from error
 
 
 def create(source: Source, scene: Scene, initial: State, name: str | None = None) -> Engine:

@@ -113,6 +113,25 @@ def test_an_installed_package_adds_an_engine(tmp_path: Path, monkeypatch: pytest
     assert np.array_equal(ran.position, simulate(scene, "article", steps=10).position)
 
 
+def test_an_installed_engine_with_the_name_of_a_built_in_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, exact="mine:Mine")
+    message = "mine:Mine: is installed under the name of a built-in engine, exact"
+    with pytest.raises(SandboxError, match=f"^{message}$"):
+        registry()
+
+
+def test_an_installed_package_that_raises_an_exception_is_one_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, mine="raises_when_imported:Mine")
+    (tmp_path / "raises_when_imported.py").write_text("1 / 0")
+    message = "mine: raises_when_imported:Mine cannot be loaded: ZeroDivisionError: division by zero"
+    with pytest.raises(SandboxError, match=f"^{message}$"):
+        simulate(load("article"), "mine", steps=1)
+
+
 class Broken(ArticleEngine):
     """The article's rule with an invalid state or contact from a step on; the subclass's name says which."""
 
