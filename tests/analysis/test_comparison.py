@@ -336,7 +336,7 @@ def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0))
     document = comparison.as_json()
     trust = ["horizon", "undecided", "unresolved"]
-    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines"]
+    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines", "failed"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
     rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
