@@ -24,8 +24,9 @@ Value = float | Sequence[float]
 def file_and_name(spec: str) -> tuple[Path, str] | None:
     """Return the file of an engine and its name in there, None if a spec is of none.
 
-    >>> file_and_name("my loops/mine.py:step"), file_and_name("pymunk")
-    ((PosixPath('my loops/mine.py'), 'step'), None)
+    >>> file, name = file_and_name("my loops/mine.py:step")
+    >>> file.name, name, file_and_name("pymunk")
+    ('mine.py', 'step', None)
     """
     found = _IN_FILE.fullmatch(spec)
     return (Path(found[1]), found[2]) if found else None
