@@ -13,6 +13,7 @@ from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
 from sandbox.engines import TUNED, settings_in, with_settings
+from sandbox.engines.specs import format_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, clock_of
@@ -54,8 +55,8 @@ class Trial:
 
     @property
     def settings(self) -> str:
-        """The changes as a scene writes them."""
-        return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
+        """The changes, as in the name of an engine with settings."""
+        return format_settings(self.changes) or "no change"
 
     @property
     def agrees(self) -> str:

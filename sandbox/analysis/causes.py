@@ -42,6 +42,8 @@ class Cause(IntEnum):
     UNTOLD = 21, "velocity changed without a reported contact"
     ROUNDING = 22, "rounding"
     UNKNOWN = 23, "unknown"
+    SILENT = 24, "no contacts reported"
+    SOFT = 25, "contacts that last several steps"
 
     @property
     def key(self) -> str:

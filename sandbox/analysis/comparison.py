@@ -1,18 +1,18 @@
 """Engines in lockstep, compared: how far each is from the reference, since when, and why."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
 
 from sandbox.analysis.difference import Record
-from sandbox.analysis.documents import Conditions, figure_columns
+from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
-from sandbox.engines import default_engines
-from sandbox.errors import SandboxError, suggestion
+from sandbox.engines import Engines, default_engines, named
+from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
@@ -40,7 +40,7 @@ class Comparison:
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
     there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
-    runs' paths; inputs: replayed into all engines.
+    runs' paths; inputs: replayed into all engines; failed: engines that have no run, because they failed.
     """
 
     scene: Scene
@@ -51,6 +51,7 @@ class Comparison:
     trust: Trust
     stride: int
     inputs: tuple[Input, ...]
+    failed: Mapping[str, EngineError] = field(default_factory=dict)
 
     @property
     def horizon(self) -> float | None:
@@ -74,7 +75,10 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return asdict(self.conditions) | {"engines": {name: _as_json(run) for name, run in self.runs.items()}}
+        return asdict(self.conditions) | {
+            "engines": {name: _as_json(run) for name, run in self.runs.items()},
+            "failed": {name: asdict(Failure(error.time, str(error))) for name, error in self.failed.items()},
+        }
 
     @property
     def conditions(self) -> Conditions:
@@ -162,7 +166,7 @@ def flatten(figures: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def compare(
     scene: Scene,
-    engines: Sequence[str] | None = None,
+    engines: Engines | None = None,
     *,
     against: str | None = None,
     inputs: Sequence[Input] = (),
@@ -170,22 +174,44 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
+    engines: specs, classes or functions, or a mapping from names to these, as `sandbox.engines.named` reads them; by
+    default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
     with its edits), and "exact"; against: the engine that the others are measured against, by default "exact" if it
     takes part, else the last; inputs: recorded inputs to
     replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
     covers what follows the last edit.
-    Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
+    An engine that is not built in and fails has no run, but an EngineError in `failed`.
+    Raises SandboxError if an engine is unknown, Refused if one cannot run the scene, EngineError if the reference
+    fails.
     """
-    if isinstance(engines, str):
-        raise SandboxError(f"engines must be a list of names, got {engines!r}")
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
-    names = list(engines) if engines else _default_names(scene, [one for one in inputs if one.step < steps])
-    against = against or reference_of(names)
-    if against not in names:
-        hint = suggestion(against, names)
+    sources = named(engines or _default_names(scene, [one for one in inputs if one.step < steps]))
+    against = against or reference_of(list(sources))
+    if against not in sources:
+        hint = suggestion(against, sources)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
-    lockstep = Lockstep(scene, names, inputs)
+    failed: dict[str, EngineError] = {}
+    while True:
+        try:
+            return replace(_compare(scene, sources, against, steps, inputs, progress), failed=failed)
+        except EngineError as error:
+            if error.engine == against:
+                raise
+            failed[error.engine] = error
+            del sources[error.engine]
+
+
+def _compare(
+    scene: Scene,
+    engines: Engines,
+    against: str,
+    steps: int,
+    inputs: Sequence[Input],
+    progress: Callable[[float], object] | None,
+) -> Comparison:
+    """Run a scene in several engines for some steps. Raises EngineError as soon as one fails."""
+    lockstep = Lockstep(scene, engines, inputs)
+    names = list(lockstep.engines)
     segment = _Segment(lockstep, names, against, steps)
     while lockstep.steps < steps:
         lockstep.apply_due()

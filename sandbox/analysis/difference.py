@@ -21,6 +21,7 @@ import numpy as np
 from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
+    BY_STATES,
     DISORDERED,
     NO_CAUSE,
     UNCONVERGED,
@@ -70,16 +71,17 @@ class Kind(StrEnum):
     EXTRA = "extra"
     ORDER = "order"
     FLIGHT = "flight"
+    STATES = "states"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact in which an engine and the reference differ; or a ball's flight, if no contact shows it."""
+    """A contact in which an engine and the reference differ; or a ball's flight or states, if no contact shows it."""
 
     kind: Kind
     time: float  # s, in the engine; in the reference if it is missing
     first: int  # ball
-    second: int | None  # ball, or ~wall; None of a flight
+    second: int | None  # ball, or ~wall; None of a flight or of states
     cause: Cause
     because: str  # a sentence
     in_reference: bool  # whether the error is the reference's
@@ -109,7 +111,8 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
 class Record(NamedTuple):
     """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
 
-    clamps_early: whether the engine is known to limit friction by the impulse without restitution; name: the engine's.
+    clamps_early: whether the engine is known to limit friction by the impulse without restitution; name: the engine's;
+    unjudged: why its contacts cannot be judged one by one, if so.
     """
 
     contacts: Contacts
@@ -118,6 +121,7 @@ class Record(NamedTuple):
     flights: Flights
     clamps_early: bool = False
     name: str = "The engine"
+    unjudged: Cause | None = None
 
 
 class Place(NamedTuple):
@@ -146,6 +150,17 @@ class Error(NamedTuple):
     ball: int
     contact: int  # its number, or -1 if the error is in flight
     reason: Reason
+
+
+def difference_of_states(time: float, ball: int, own: Record, reference: Record) -> Difference:
+    """Return the difference that states show, where contacts cannot be judged: a ball is away from the reference's.
+
+    time: s, when it is first more than its radius away.
+    """
+    cause = reference.unjudged if own.unjudged is None else own.unjudged
+    assert cause is not None
+    reason = Reason(cause, BY_STATES, in_reference=own.unjudged is None)
+    return Difference(Kind.STATES, time, ball, None, *reason, None, None, None, None)
 
 
 def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:

@@ -36,6 +36,14 @@ class Conditions:
 
 
 @dataclass(frozen=True)
+class Failure:
+    """What JSON has of an engine that failed."""
+
+    time: float  # s
+    message: str
+
+
+@dataclass(frozen=True)
 class TrialFigures:
     """What JSON has of a trial of other settings; see `Trial` for their meaning."""
 
@@ -100,6 +108,7 @@ def json_schema(of: Any) -> dict[str, Any]:
 def comparison_schema() -> dict[str, Any]:
     """Return the JSON Schema of what `sandbox compare --json` writes."""
     advice = {"advice": list[TrialFigures], "recommendation": str}
-    comparison = _model("Comparison", _fields(Conditions) | {"engines": dict[str, _engine()]}, advice)  # type: ignore[misc]
+    engines = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
+    comparison = _model("Comparison", _fields(Conditions) | engines, advice)
     description = {"description": "What `sandbox compare --json` writes; docs/formats.md explains the keys."}
     return json_schema(comparison) | description

@@ -209,7 +209,7 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> I
         centre = np.average(state.position, axis=0, weights=mass)
         yield Deviation(Quantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
     if expect.overlap is not None:
-        yield Deviation(Quantity.OVERLAP, expect.overlap, _overlap(scene, state.position))
+        yield Deviation(Quantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
 
 
 def _vector(values: Floats) -> Vector:
@@ -221,7 +221,7 @@ def _energy(scene: Scene, state: State) -> float:
     return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))
 
 
-def _overlap(scene: Scene, position: Floats) -> float:
+def overlap_in(scene: Scene, position: Floats) -> float:
     """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
     radius = scene.bodies.radius
     return max(deepest_overlap(position, radius)[0], float((radius - wall_distance(scene, position)).max()))

@@ -17,6 +17,7 @@ DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
 NO_CAUSE: Final = "The evidence fits no single cause."
+BY_STATES: Final = "It is more than its radius from where the reference has it."
 CLAMPED_EARLY: Final = "It is clamped before restitution."
 FRACTIONS: Final = {0.25: "a quarter", 0.5: "half", 2: "twice that"}
 CLAMPED_WITHIN: Final = 1e-3  # of friction, far above what float32 rounds

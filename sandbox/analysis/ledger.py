@@ -593,12 +593,20 @@ class Ledger:
     """The ledger of one engine, kept block by block of steps.
 
     together, infers: whether the engine resolves all contacts of one time together, and whether its impulses are
-    inferred; damping: the engine's; max_overlap: px, of two balls at the end of any step; missed: passages without a
-    reported contact.
+    inferred; damping: the engine's; unjudged: the line of all that it changes, if its contacts cannot be judged;
+    max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
     """
 
-    def __init__(self, scene: Scene, *, together: bool, infers: bool = False, damping: Damping = NO_DAMPING) -> None:
-        self._scene, self._damping = scene, damping
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        together: bool,
+        infers: bool = False,
+        damping: Damping = NO_DAMPING,
+        unjudged: Cause | None = None,
+    ) -> None:
+        self._scene, self._damping, self._unjudged = scene, damping, unjudged
         bodies = scene.bodies
         gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
         self._constants = SceneConstants(
@@ -670,7 +678,7 @@ class Ledger:
         if not self._steps:
             at_wall = wall_distance(self._scene, position[0]) <= self._constants.radius * (1 + NEGLIGIBLE)
             self._touched[at_wall] = 0.0
-        if self._off_parabola is None:
+        if self._off_parabola is None and self._unjudged is None:
             self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
         block = Block(
@@ -715,7 +723,8 @@ class Ledger:
             turning = spin_energy(states.spin[[0, -1]], self._scene.bodies.moment)
             self._sums[0, Cause.SPIN] += turning[1] - turning[0]
         self._check_overlaps(position, velocity, contacts, step_of)
-        self._check_inner_walls(position, contacts, step_of, within)
+        if self._unjudged is None:
+            self._check_inner_walls(position, contacts, step_of, within)
         return torques, damped
 
     def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
@@ -780,7 +789,8 @@ class Ledger:
             position, velocity, self._constants.radius, reported[order], bounds, self._deepening
         )
         self.max_overlap = max(self.max_overlap, deepest)
-        self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
+        if self._unjudged is None:
+            self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
 
     def _check_inner_walls(self, position: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> None:
         """Find the balls that go through an inner wall without a reported contact."""
@@ -806,11 +816,20 @@ class Ledger:
 
     def entries(self) -> tuple[Entry, ...]:
         """Return a line for each cause that occurred, in the order of Cause."""
+        sums = self._sums if self._unjudged is None else _in_one_line(self._sums, self._unjudged)
         return tuple(
             Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
-            for cause, (energy, momentum, displacement, contacts) in zip(Cause, self._sums.T, strict=True)
+            for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
             if energy or contacts
         )
+
+
+def _in_one_line(sums: Floats, line: Cause) -> Floats:
+    """Return the sums of a ledger, (4, causes), with all that the engine changes in one line."""
+    changed, kept = np.zeros_like(sums), [Cause.SPIN, Cause.HAND, Cause.ROUNDING]
+    changed[:, kept] = sums[:, kept]
+    changed[:, line] = np.delete(sums, kept, axis=1).sum(axis=1)
+    return changed
 
 
 def steps_containing(time: Floats, rate: int) -> Integers:

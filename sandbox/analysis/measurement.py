@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.difference import Difference, Record, differences
-from sandbox.analysis.expectations import Score, score
+from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
+from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.reference import comparable_until
@@ -27,17 +27,17 @@ SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared 
 
 @dataclass(frozen=True)
 class Figures:
-    """One engine's figures; the names are those of JSON and CSV."""
+    """One engine's figures; the names are those of JSON and CSV. What an engine does not report is None."""
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
     energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
-    momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
-    angular_momentum_drift: float  # likewise of angular momentum about the arena's centre, of flight and spin
+    momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
+    angular_momentum_drift: float | None  # likewise of angular momentum about the arena's centre, of flight and spin
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
-    pair_contacts: int
-    wall_contacts: int
+    pair_contacts: int | None
+    wall_contacts: int | None
     max_overlap: float  # px, of two balls at the end of any step
     escaped: int  # balls whose centre is outside the arena's walls at the end
     expected: int  # of the scene's expectations, the number that fall into the run and can be judged
@@ -67,12 +67,14 @@ class Run:
     """What one engine did, over time.
 
     energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
-    its start, give or take a step, NaN where the reference's energy means nothing; momentum: (steps + 1, 2) kg px/s;
-    angular_momentum: (steps + 1,) kg px²/s, about the arena's centre; centre_of_mass: (steps + 1, 2) px;
+    its start, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part of
+    the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's centre;
+    centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: in order of time; differences: from the reference, until the
     two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
+    unjudged: why its contacts cannot be judged one by one, None if they can;
     scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
@@ -91,6 +93,7 @@ class Run:
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
     escape: Escape | None
+    unjudged: Cause | None
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
@@ -100,6 +103,13 @@ class Run:
         return (
             f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
         )
+
+
+def _why_unjudged(runner: Runner) -> Cause | None:
+    """Return why an engine's contacts cannot be judged one by one, None if they can."""
+    if not runner.reports_contacts:
+        return Cause.SILENT
+    return Cause.SOFT if runner.is_soft else None
 
 
 class Measurement:
@@ -119,9 +129,16 @@ class Measurement:
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping)
+        self._ledger = Ledger(
+            scene,
+            together=runner.together,
+            infers=runner.infers_impulses,
+            damping=runner.damping,
+            unjudged=_why_unjudged(runner),
+        )
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
+        self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
         self._momentum = np.empty((steps + 1, 2))
         self._given = np.zeros((steps + 1, 2))  # kg px/s, by mouse and damping in the step that led to each state
         self._centre_of_mass = np.empty((steps + 1, 2))  # px
@@ -132,7 +149,7 @@ class Measurement:
         self._torques = np.empty(steps)  # the change of it that walls, gravity and mouse explain
         self._levers = np.empty(steps + 1)  # the most that it can be at these speeds and spins, kg px²/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
-        self._apart: float | None = None  # s
+        self._apart: tuple[float, int] | None = None  # s, ball
         self._gap_of_ball = np.zeros(n)
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
@@ -155,6 +172,8 @@ class Measurement:
         steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
+        if self.runner.is_soft:
+            self._touching[steps] = [overlap_in(scene, one) > 0 for one in position]
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
         speed = length(velocity)
@@ -166,8 +185,9 @@ class Measurement:
         self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
         self._gap_max[steps] = gap.max(axis=1)
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
-        if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
-            self._apart = float((first + apart.argmax()) / scene.rate)
+        if self._apart is None and (apart := gap > bodies.radius).any():
+            step, ball = np.argwhere(apart)[0].tolist()
+            self._apart = (first + step) / scene.rate, ball
         if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
             self._note_escapes(outside(position, scene.arena.size), first)
         self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
@@ -225,6 +245,7 @@ class Measurement:
             self._ledger.flights,
             self.runner.clamps_friction_early,
             self.runner.name,
+            _why_unjudged(self.runner),
         )
 
     def run(
@@ -242,28 +263,32 @@ class Measurement:
         total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
         final = self._final
         trusted = math.inf if trusted_until is None else trusted_until
-        apart = self._apart if self._apart is not None and self._apart < trusted else None
+        away = self._apart if self._apart is not None and self._apart[0] < trusted else None
+        apart = away[0] if away else None
         until, known = comparable_until(trusted, final.time, scene.rate)
         until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
-        differing = differences(scene, record, reference, until, known) if reference else ()
+        differing: tuple[Difference, ...] = ()
+        if reference and record.unjudged is None and reference.unjudged is None:
+            differing = differences(scene, record, reference, until, known)
+        elif reference and away:
+            differing = (difference_of_states(*away, record, reference),)
         steps = slice(math.ceil(min(trusted, final.time) * scene.rate) + 1)
         if (gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all():
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
-        unexplained, turning = self._unexplained_momentum(at_wall), self._unexplained_angular_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
-            energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
+            energy_drift=float(np.abs(total_energy / start - 1)[~self._touching].max(initial=0.0)) if start else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
-            momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
-            angular_momentum_drift=float(turning.max(initial=0.0) / (self._levers.max() or 1.0)),
+            momentum_drift=self._momentum_drift(at_wall) if record.unjudged is None else None,
+            angular_momentum_drift=self._angular_momentum_drift(at_wall) if record.unjudged is None else None,
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
-            pair_contacts=len(contacts) - len(at_wall),
-            wall_contacts=len(at_wall),
+            pair_contacts=len(contacts) - len(at_wall) if self.runner.reports_contacts else None,
+            wall_contacts=len(at_wall) if self.runner.reports_contacts else None,
             max_overlap=self._ledger.max_overlap,
             escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)) if scene.arena.walls else 0,
             expected=sum(not one.skipped for one in scores),
@@ -287,6 +312,7 @@ class Measurement:
             differences=differing,
             missed=tuple(sorted(record.missed)),
             escape=self._escape(),
+            unjudged=record.unjudged,
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
@@ -305,6 +331,7 @@ class Measurement:
         above = np.maximum(self.energy - around.max(axis=0), 0.0)
         below = np.minimum(self.energy - around.min(axis=0), 0.0)
         gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
+        gap[1:][self._touching[1:]] = np.nan
         gap[1:][np.arange(1, len(gap)) >= until * self._scene.rate * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
@@ -313,6 +340,12 @@ class Measurement:
             return None
         furthest = self._furthest_outside
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
+
+    def _momentum_drift(self, at_wall: Contacts) -> float:
+        return float(self._unexplained_momentum(at_wall).max(initial=0.0) / (self._lengths.max() or 1.0))
+
+    def _angular_momentum_drift(self, at_wall: Contacts) -> float:
+        return float(self._unexplained_angular_momentum(at_wall).max(initial=0.0) / (self._levers.max() or 1.0))
 
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
         """Return the momentum that no reported impulse of a wall, gravity, mouse or damping gave: (steps,) kg px/s.
@@ -342,6 +375,6 @@ class Measurement:
         return np.clip(steps_containing(contacts["time"], self._scene.rate), 1, len(self._momentum) - 1) - 1
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
-        if not self._obeys_laws:
+        if not self._obeys_laws or self.record.unjudged is not None:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()

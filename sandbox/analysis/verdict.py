@@ -18,6 +18,12 @@ from sandbox.engines import TUNED
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
+NO_CAUSES: Final = (
+    Cause.SPIN,
+    Cause.ROUNDING,
+    Cause.SILENT,
+    Cause.SOFT,
+)  # lines that are no error that the ledger has found
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
 MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may have in error before the verdict says so
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
@@ -115,6 +121,8 @@ def verdict(comparison: Comparison) -> str:
     parts = (
         _alone,
         _start,
+        _failures,
+        _unjudged,
         _agreement,
         _trust,
         _errors_of_reference,
@@ -159,6 +167,28 @@ def _start(comparison: Comparison) -> str:
     gaps = ", ".join(f"{name} up to {gap:.4g} px" for name, gap in away.items())
     against = _reference(comparison)
     return f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
+
+
+def _failures(comparison: Comparison) -> str:
+    """Say which engines failed, and when."""
+    return " ".join(f"{name} failed at {error.time:.3f} s." for name, error in comparison.failed.items())
+
+
+def _unjudged(comparison: Comparison) -> str:
+    """Say which engines have contacts that cannot be judged one by one, and why."""
+    silent = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SILENT]
+    soft = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SOFT]
+    sentences = []
+    if silent:
+        sentences.append(
+            f"{' and '.join(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by states alone."
+        )
+    if soft:
+        sentences.append(
+            f"Contacts of {' and '.join(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
+            "energy while nothing overlaps."
+        )
+    return " ".join(sentences)
 
 
 def _agreement(comparison: Comparison) -> str:
@@ -244,7 +274,7 @@ def _errors_of_reference(comparison: Comparison) -> str:
 
 def _errors(run: Run) -> list[Entry]:
     """Return the lines of an engine's ledger that are its errors."""
-    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, Cause.SPIN, Cause.ROUNDING)]
+    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, *NO_CAUSES)]
 
 
 def _main_cause(run: Run, error: float) -> Cause | None:
@@ -379,7 +409,7 @@ def _statistics(comparison: Comparison) -> str:
     found, agree = [], []
     for name, run in comparison.runs.items():
         cools = (run.figures.energy_drift or 0.0) > MAX_COOLING  # then there is no equilibrium, and no theory
-        if cools or run.figures.pair_contacts < MIN_SAMPLE:
+        if cools or (run.figures.pair_contacts or 0) < MIN_SAMPLE:
             continue
         wrong = [(error, row) for row in run.theory if (error := _beyond_noise(comparison, run, row))]
         if wrong:
@@ -426,7 +456,7 @@ def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:
     if exact and exact is not run:
         off = max((abs(_error(one)) for one in exact.theory if one.figure == row.figure), default=off)
     error = _error(row)
-    return error if abs(error) > SAMPLING_ERRORS / math.sqrt(max(contacts, 1)) + off else 0.0
+    return error if abs(error) > SAMPLING_ERRORS / math.sqrt(max(contacts or 0, 1)) + off else 0.0
 
 
 def _error(row: TheoryRow) -> float:

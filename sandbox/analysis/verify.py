@@ -12,7 +12,7 @@ from sandbox.analysis.expectations import Miss, Score, finite, relative_error, s
 from sandbox.analysis.junit import Ending, TestCase, junit_xml
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import check_name
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import EngineError, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
@@ -203,6 +203,8 @@ def _result(scene: Scene, engine: str) -> Result:
         scores = tuple(_scores(scene, engine))
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
+    except EngineError as error:
+        return Result(Outcome.BROKE, message=str(error), details=error.details)
     except SandboxError as error:
         return Result(Outcome.BROKE, message=str(error))
     except Exception as error:  # whatever an engine raises ends its own column only

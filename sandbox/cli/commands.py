@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from sandbox import __version__
-from sandbox.cli.exit import exit_codes
+from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_file
 from sandbox.cli.options import (
     DEFAULT_SIZE,
@@ -54,6 +54,7 @@ from sandbox.text import CsvDialect, console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
+    from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
@@ -192,7 +193,7 @@ def compare(
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
-    FILE may be -, for standard output. Exit code 1: a limit was exceeded.
+    FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.junit import limits_as_junit
@@ -241,9 +242,17 @@ def compare(
     checks = list(comparison.check_limits(**limits))
     if junit:
         _write(limits_as_junit(chosen.name, checks), junit)
-    if exceeded := [check.exceeded for check in checks if check.exceeded]:
+    _exit_of(comparison, [check.exceeded for check in checks if check.exceeded])
+
+
+def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
+    """Print the engines that failed and the limits exceeded, if any, and end with their exit code."""
+    for error in comparison.failed.values():
+        print_error(error)
+    if exceeded:
         print("\n".join(exceeded), file=sys.stderr)
-        raise typer.Exit(1)
+    if comparison.failed or exceeded:
+        raise typer.Exit(2 if comparison.failed else 1)
 
 
 @app.command()
@@ -500,3 +509,5 @@ def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequ
     print_comparison(comparison, console())
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
+    for error in comparison.failed.values():
+        print_error(error)

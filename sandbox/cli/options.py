@@ -4,13 +4,16 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
+from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
 
 import typer
 
 from sandbox.errors import SandboxError, suggestion
 from sandbox.text import CsvDialect, printable
 from sandbox.view.layers import Layer
+
+if TYPE_CHECKING:
+    from sandbox.engines.specs import Value
 
 T = TypeVar("T")
 
@@ -39,10 +42,10 @@ DEFAULT_SIZE: Final = Size(1280, 720)
 
 
 class Setting(NamedTuple):
-    """A setting of Pymunk, and the values to run it with."""
+    """A setting of Pymunk or a key of the scene, and the values to run it with."""
 
     key: str
-    values: Sequence[float]
+    values: "Sequence[Value]"
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -110,14 +113,19 @@ def parse_setting(text: str) -> Setting:
     >>> parse_setting("collision_bias=0.5,1")
     Setting(key='collision_bias', values=[0.5, 1])
     """
+    from sandbox.engines.specs import parse_value, split_values
+
     key, _, values = text.partition("=")
     try:
-        return Setting(key, [int(value) if value.isdecimal() else float(value) for value in values.split(",")])
-    except ValueError:
-        raise OptionError(f"{text}: must be a setting of Pymunk and its values, such as substeps=1,4") from None
+        return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
+    except (ValueError, TypeError):
+        raise OptionError(
+            f"{text}: must be a setting of Pymunk or a key of the scene, and its values, such as substeps=1,4 or "
+            "gravity=[0, 0],[0, 900]"
+        ) from None
 
 
-def settings_by_key(settings: Sequence[Setting]) -> dict[str, Sequence[float]]:
+def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]":
     """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
     keys = [setting.key for setting in settings]
     for key in keys:
@@ -205,6 +213,6 @@ Settings = Annotated[
         "--set",
         metavar="KEY=V,V,...",
         parser=parse_setting,
-        help="Run Pymunk with each value of a setting; may be repeated.",
+        help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
     ),
 ]

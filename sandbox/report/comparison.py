@@ -40,6 +40,7 @@ KINDS: Final = {
     Kind.EXTRA: "extra",
     Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
+    Kind.STATES: "by states",
 }
 KEYS: Final = (
     ("Space", "play or pause"),

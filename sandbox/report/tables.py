@@ -24,6 +24,7 @@ _KINDS: Final = {
     Kind.EXTRA: "Extra contact. ",
     Kind.ORDER: "In another order. ",
     Kind.FLIGHT: "",
+    Kind.STATES: "",
 }
 
 
@@ -34,8 +35,11 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
     terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
     table.add_column("", overflow="fold")
-    for name in comparison.runs:
+    for name in (*comparison.runs, *comparison.failed):
         table.add_column(name, justify="right", overflow="fold")
+    if comparison.failed:
+        failures = (f"failed at {error.time:.3f} s" for error in comparison.failed.values())
+        table.add_row("", *([""] * len(comparison.runs)), *failures)
     for label, *values in comparison_rows(comparison):
         table.add_row(label, *values)
     terminal.print(table)
@@ -46,7 +50,7 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
             terminal.print(
                 f"\n{name}, {first.time:.3f} s, {pair_name(scene, first)}: {_KINDS[first.kind]}{first.because}"
             )
-            if first.kind != Kind.FLIGHT:
+            if first.second is not None:
                 terminal.print(_speeds(first, comparison.against))
                 if spins := _spins(first, comparison.against):
                     terminal.print(spins)
@@ -110,9 +114,10 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
         values = [f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else "-" for share in shares]
         if any(value != "-" for value in values):
             yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
-    for rows in zip(*(run.theory for run in runs if run.theory), strict=True):
-        yield [rows[0].figure, *(f"{row.measured:.4g}" for row in rows)]
-        yield [f"  expected ({rows[0].because})", *(f"{row.expected:.4g}" for row in rows)]
+    for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
+        of_runs = [run.theory[number] if run.theory else None for run in runs]
+        yield [row.figure, *(f"{one.measured:.4g}" if one else "-" for one in of_runs)]
+        yield [f"  expected ({row.because})", *(f"{one.expected:.4g}" if one else "-" for one in of_runs)]
 
 
 class Scoreboard:

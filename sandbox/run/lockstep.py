@@ -1,6 +1,6 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -8,10 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines import Engine, advance, create
+from sandbox.engines import Engine, Engines, Source, advance, create, named
+from sandbox.engines.checked import CheckedEngine
+from sandbox.engines.stopping import StoppingEngine
+from sandbox.errors import Refused
 from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
-from sandbox.run.inputs import Input
+from sandbox.run.inputs import Grab, Input
 from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -37,7 +40,7 @@ class Runner:
         self.engine = build(scene, state)
         self._clock = clock
         self._steps = steps
-        self._start = clock.time(steps)  # s, when the engine was built
+        self.start = clock.time(steps)  # s, when the engine was built
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
@@ -60,12 +63,27 @@ class Runner:
         """How the engine damps velocities and spins in flight."""
         return getattr(self.engine, "damping", NO_DAMPING)
 
+    @property
+    def reports_contacts(self) -> bool:
+        """Whether the engine reports contacts; if not, it reports states only."""
+        return getattr(self.engine, "reports_contacts", True)
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether the engine's contacts last several steps."""
+        return getattr(self.engine, "soft", False)
+
+    @property
+    def can_be_dragged(self) -> bool:
+        """Whether the mouse can drag the engine's balls."""
+        return getattr(self.engine, "can_be_dragged", True)
+
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
             engine.contacts()
-        self.engine, self._start = engine, self._clock.time(self._steps)
+        self.engine, self.start = engine, self._clock.time(self._steps)
 
     def step(self) -> None:
         """Advance by one step."""
@@ -93,22 +111,32 @@ class Runner:
 
     def _latest(self) -> Contacts:
         contacts = self.engine.contacts()
-        contacts["time"] += self._start
+        contacts["time"] += self.start
         return contacts
+
+
+def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> Engine:
+    engine = create(source, scene, state, name)
+    return StoppingEngine(engine) if stops and isinstance(engine, CheckedEngine) else engine
 
 
 class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
-    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene.
+    stops: whether an engine that fails stops there, and does not raise EngineError.
+    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
+    inputs ask.
     """
 
-    def __init__(self, scene: Scene, names: Iterable[str], inputs: Sequence[Input] = ()) -> None:
+    def __init__(self, scene: Scene, engines: Engines, inputs: Sequence[Input] = (), *, stops: bool = False) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
-        self.engines = {name: self.new_runner(name, self.initial) for name in names}
+        self.builds: dict[str, Build] = {
+            name: partial(_build, name, source, stops) for name, source in named(engines).items()
+        }
+        self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.hidden: list[Runner] = []  # run along, but excluded from results
         self.mouse = Mouse(scene)
         self.pulled: int | None = None  # the ball that the mouse pulled in the last step
@@ -119,10 +147,12 @@ class Lockstep:
         self._balls_ever = len(self.balls)
         self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
+        for given in inputs:
+            self._check_drag(given)
 
     def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
         """Build an engine that continues from a state at this step; by default the named one."""
-        return Runner(name, build or partial(create, name), self.scene, state, self.clock, self.steps)
+        return Runner(name, build or self.builds[name], self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -132,8 +162,10 @@ class Lockstep:
     def apply(self, given: Input) -> None:
         """Apply an input of the next step.
 
-        Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses.
+        Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses, and for a
+        drag that one refuses.
         """
+        self._check_drag(given)
         if isinstance(given, Edit):
             self._edit(given)
         self.given.append(given)
@@ -154,6 +186,12 @@ class Lockstep:
                 del self.balls[ball]
             case SetRate(rate=rate):
                 self.clock.change(self.steps, rate)
+
+    def _check_drag(self, given: Input) -> None:
+        if isinstance(given, Grab):
+            for name, runner in self.engines.items():
+                if not runner.can_be_dragged:
+                    raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
 
     def apply_due(self) -> None:
         """Apply the inputs of the next step."""

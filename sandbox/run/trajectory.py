@@ -1,7 +1,7 @@
 """The trajectory of a scene in one engine, and its files."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
+from sandbox.engines import Source
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
 from sandbox.quantity import energy
@@ -79,7 +80,7 @@ class Trajectory:
 
 def simulate(
     scene: Scene,
-    engine: str,
+    engine: Source | Mapping[str, Source],
     *,
     seconds: float | None = None,
     steps: int | None = None,
@@ -87,7 +88,8 @@ def simulate(
 ) -> Trajectory:
     """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
 
-    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state includes the edits of its step.
+    engine: its name, such as "pymunk", or a class or a function; or a mapping from another name to one of these;
+    inputs: recorded inputs to replay. Each state includes the edits of its step.
     Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
     engine cannot run the scene.
     """
@@ -102,8 +104,10 @@ def simulate(
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
-    lockstep = Lockstep(scene, [engine], inputs)
-    runner = lockstep.engines[engine]
+    lockstep = Lockstep(scene, engine, inputs)
+    if len(lockstep.engines) != 1:
+        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
+    [runner] = lockstep.engines.values()
     states = States.empty(steps + 1, balls)
     for part in states:
         part[:] = np.nan

@@ -16,7 +16,6 @@ from sandbox.text import printable
 
 AnyScene = Scene | str | os.PathLike[str]  # a scene, the name of a bundled one, or a file
 AnyInputs = Sequence[Input | Mapping[str, object]] | str | os.PathLike[str]  # or a file of them
-AnyEngines = str | Sequence[str] | Mapping[str, Any]  # one engine or several
 
 
 class Replay(NamedTuple):
@@ -61,12 +60,10 @@ def _plain(value: object) -> object:
     return int(value) if isinstance(value, np.integer) else value
 
 
-def engines_of(engines: AnyEngines | None) -> Any:
-    """Return one engine as a list of one, others as they are. Raises SandboxError if they are of another type."""
-    if engines is None or isinstance(engines, Mapping):
-        return engines
+def names_of(engines: str | Sequence[str] | None) -> Sequence[str] | None:
+    """Return the name of one engine as a list of one, others as they are. Raises SandboxError for any other value."""
     names = [engines] if isinstance(engines, str) else engines
-    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+    if names is not None and not (isinstance(names, Sequence) and all(isinstance(name, str) for name in names)):
         raise SandboxError(f"engines must be the name of one or a list of names, got {shown(engines)}")
     return names
 

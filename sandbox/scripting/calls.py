@@ -2,11 +2,12 @@
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, overload
+from typing import overload
 
 from sandbox.analysis import comparison
 from sandbox.analysis import verify as scoring
-from sandbox.engines import default_engines, registry
+from sandbox.engines import Engines, Source, default_engines, named, registry
+from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError, shown
 from sandbox.run import trajectory
 from sandbox.run.inputs import Input
@@ -14,10 +15,9 @@ from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
 from sandbox.scripting.arguments import (
-    AnyEngines,
     AnyInputs,
     AnyScene,
-    engines_of,
+    names_of,
     number,
     reference_of,
     replay,
@@ -34,7 +34,7 @@ from sandbox.sweeps.workers import run_here, run_locally
 
 def compare(
     scene: AnyScene,
-    engines: AnyEngines | None = None,
+    engines: Engines | None = None,
     *,
     against: str | None = None,
     seconds: float | None = None,
@@ -45,23 +45,25 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, and measure how far they are apart, since when, and why.
 
-    scene: a Scene, the name of a bundled scene, or a file; engines: names such as "pymunk", by default "pymunk", then
-    "article" (or "impulse" if the article's rule cannot run the scene with its edits), and "exact"; against: the engine
-    that the others are measured against, by default "exact" if it takes part, else the last; seconds, seed, rate: by
+    scene: a Scene, the name of a bundled scene, or a file; engines: one or several, each a name such as "pymunk", a
+    class or a function, or a mapping from names to these, as `sandbox.engines.named` reads them; by default "pymunk",
+    then "article" (or "impulse" if the article's rule cannot run the scene with its edits), and "exact". An engine of
+    your own that fails has no run, but an EngineError in `failed`; against: the engine that the others are measured
+    against, by default "exact" if it takes part, else the last; seconds, seed, rate: by
     default the scene's; inputs: recorded inputs to replay, or their file, which bring their own seed and rate;
     progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
     follows the last edit.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
-    names, reference = engines_of(engines), reference_of(against)
+    reference = reference_of(against)
     chosen, replayed = _replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
-    return Comparison.of(comparison.compare(chosen, names, against=reference, inputs=replayed, progress=progress))
+    return Comparison.of(comparison.compare(chosen, engines, against=reference, inputs=replayed, progress=progress))
 
 
 @overload
 def simulate(  # type: ignore[overload-overlap]
     scene: AnyScene,
-    engine: str,
+    engine: Source,
     *,
     seconds: float | None = ...,
     steps: int | None = ...,
@@ -72,7 +74,7 @@ def simulate(  # type: ignore[overload-overlap]
 @overload
 def simulate(
     scene: AnyScene,
-    engine: Sequence[str] | Mapping[str, Any],
+    engine: Iterable[Source] | Mapping[str, Source],
     *,
     seconds: float | None = ...,
     steps: int | None = ...,
@@ -82,7 +84,7 @@ def simulate(
 ) -> dict[str, Trajectory]: ...
 def simulate(
     scene: AnyScene,
-    engine: AnyEngines,
+    engine: Engines,
     *,
     seconds: float | None = None,
     steps: int | None = None,
@@ -96,17 +98,17 @@ def simulate(
     state includes the edits of its step.
     Raises SandboxError if an argument is wrong or the trajectory too large, Refused if an engine cannot run the scene.
     """
-    named = engines_of(engine)
-    if not named:
-        raise SandboxError(f"engine must be the name of one or a list of names, got {shown(engine)}")
+    sources = named(engine)
+    if not sources:
+        raise SandboxError(f"engine must name one or several, got {shown(engine)}")
     chosen, replayed = _replay(scene, inputs, seed=seed, rate=rate)
     seconds = None if seconds is None else number("seconds", seconds)
     steps = None if steps is None else whole_number("steps", steps)
     runs = {
-        name: trajectory.simulate(chosen, source, seconds=seconds, steps=steps, inputs=replayed)
-        for name, source in (named if isinstance(named, Mapping) else dict(zip(named, named, strict=True))).items()
+        name: trajectory.simulate(chosen, {name: source}, seconds=seconds, steps=steps, inputs=replayed)
+        for name, source in sources.items()
     }
-    return runs[engine] if isinstance(engine, str) else runs
+    return next(iter(runs.values())) if isinstance(engine, str) or callable(engine) else runs
 
 
 def _replay(scene: AnyScene, inputs: AnyInputs, **changes: object) -> tuple[Scene, list[Input]]:
@@ -117,14 +119,14 @@ def _replay(scene: AnyScene, inputs: AnyInputs, **changes: object) -> tuple[Scen
     return chosen, replayed
 
 
-def verify(scenes: AnyScene | Iterable[AnyScene] | None = None, engines: AnyEngines | None = None) -> Scores:
+def verify(scenes: AnyScene | Iterable[AnyScene] | None = None, engines: str | Sequence[str] | None = None) -> Scores:
     """Score engines against what scenes expect.
 
     scenes: one or several, by default all bundled scenes that expect something; engines: one name or several, by
     default all engines.
     Raises SandboxError if an argument is wrong, or nothing is expected.
     """
-    names = engines_of(engines) or list(registry())
+    names = names_of(engines) or list(registry())
     return Scores(dict(scoring.verify(scenes_to_score(scenes), names)))
 
 
@@ -139,11 +141,11 @@ def scenes_to_score(scenes: AnyScene | Iterable[AnyScene] | None = None) -> list
 
 def sweep(
     scene: AnyScene,
-    engines: AnyEngines | None = None,
+    engines: str | Sequence[str] | None = None,
     *,
     seeds: int | Iterable[int] | None = None,
     rates: int | Iterable[int] | None = None,
-    settings: Mapping[str, float | Iterable[float]] | None = None,
+    settings: Mapping[str, Value | Iterable[Value]] | None = None,
     against: str | None = None,
     seconds: float | None = None,
     workers: int = 1,
@@ -151,12 +153,12 @@ def sweep(
     """Run a scene with many seeds, rates, engines and settings of Pymunk, and return a table with a row for each.
 
     engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
-    settings: values of each setting, such as {"substeps": [1, 4]}; against: by default "exact"; workers: processes. If
-    there are several, a script must start its work under `if __name__ == "__main__":`, as `multiprocessing` requires.
+    settings: values of each setting of Pymunk or key of the scene, such as
+    {"substeps": [1, 4]}; against: by default "exact"; workers: processes. If there are several, a script must start its work under `if __name__ == "__main__":`, as `multiprocessing` requires.
     A run that fails loses its row only.
     Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
     """
-    names, reference = engines_of(engines), reference_of(against)
+    names, reference = names_of(engines), reference_of(against)
     chosen, _ = _replay(scene, (), seconds=seconds)
     planned = plan(
         chosen,
@@ -172,7 +174,11 @@ def sweep(
     return SweepTable(planned, in_order(planned, rows), [outcome for outcome in outcomes if outcome.failure])
 
 
-def _values_of(settings: Mapping[str, float | Iterable[float]] | None) -> dict[str, list[float]]:
+def _values_of(settings: Mapping[str, Value | Iterable[Value]] | None) -> dict[str, list[Value]]:
     if settings is not None and not isinstance(settings, Mapping):
         raise SandboxError(f"settings must be a dictionary of values, got {shown(settings)}")
-    return {key: [number(key, value) for value in several(key, values)] for key, values in (settings or {}).items()}
+    return {key: [_value(key, value) for value in several(key, values)] for key, values in (settings or {}).items()}
+
+
+def _value(key: str, value: object) -> Value:
+    return [number(key, one) for one in value] if isinstance(value, list | tuple) else number(key, value)

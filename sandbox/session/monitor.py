@@ -33,7 +33,8 @@ class Marks:
 class Monitor:
     """Follows the engines of a lockstep and marks what stands out.
 
-    An engine is followed until it differs, or for MAX_CONTACTS_COMPARED contacts.
+    An engine whose contacts can be judged one by one is followed until it differs, or for MAX_CONTACTS_COMPARED
+    contacts.
     """
 
     def begin(self, lockstep: Lockstep) -> None:
@@ -86,8 +87,9 @@ class Monitor:
         """Follow the engines that have not differed yet from the present step on."""
         lockstep = self._lockstep
         self._twins = Twins(lockstep, self._reference)
-        names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
-        followed = [*names, self._reference] if names else []
+        judged = [name for name, one in lockstep.engines.items() if one.reports_contacts and not one.is_soft]
+        names = [name for name in judged if name != self._reference and name not in self._differences]
+        followed = [*names, self._reference] if names and self._reference in judged else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
         self._steps = 0  # since the segment began
         self._last_contact = 0  # its step, counted likewise

@@ -4,9 +4,10 @@ No engine can be copied bit for bit while it runs (a Pymunk space has state that
 inputs: to continue from a step, the engines run again from the start with the same inputs, to the same bytes.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from sandbox.engines import Engines, named
 from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
@@ -30,18 +31,19 @@ class Session:
     """Engines in lockstep, at any step that they have reached.
 
     An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit, or a grab with
-    everything up to its release.
+    everything up to its release. An engine that is not built in and fails stops there; the others go on.
     """
 
     def __init__(
         self,
         scene: Scene,
-        names: Iterable[str],
+        engines: Engines,
         inputs: Sequence[Input] = (),
         observer: Observer | None = None,
     ) -> None:
         self.start = scene
-        self.names = list(names)
+        self._engines = named(engines)
+        self.names = list(self._engines)
         self.inputs = list(inputs)  # past and to come, by step
         self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the latest reached with these inputs
@@ -190,7 +192,7 @@ class Session:
         self._history.drop_from(self.step)
 
     def _begin(self) -> None:
-        self.lockstep = Lockstep(self.start, self.names)
+        self.lockstep = Lockstep(self.start, self._engines, stops=True)
         self._stale = False
         self._counts = dict.fromkeys(self.names, 0)
         for runner in self.lockstep.engines.values():

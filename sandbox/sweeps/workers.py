@@ -45,6 +45,8 @@ def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
     """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
         return Outcome(job, run_job(scene, against, job, shared))
+    except SandboxError as error:
+        return Outcome(job, failure=str(error))
     except Exception as error:
         return Outcome(job, failure=f"{type(error).__name__}: {error}")
 

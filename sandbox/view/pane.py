@@ -7,12 +7,14 @@ from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.engines.stopping import StoppingEngine
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.state import State
 from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.discs import LINE, Discs
+from sandbox.view.error_card import draw_failure_card
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
@@ -51,6 +53,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
+        self._failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
         if afresh or moment.scene is not self.scene:
@@ -102,6 +105,8 @@ class Pane:
                 draw(overlay)
         if self._held is not None:
             overlay.pull(self._held, self._target)
+        if self._failure:
+            draw_failure_card(surface, layout, layout.arenas[index], self._failure)
         self._draw_title(surface, layout, index)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:

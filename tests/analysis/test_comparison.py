@@ -33,6 +33,12 @@ FIGURES = {
 }  # fmt: skip
 
 
+def known(figure: float | None) -> float:
+    """Return a figure that the engine reports."""
+    assert figure is not None
+    return figure
+
+
 def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
     scene = load("article").changed(seconds=3.0)
     comparison = compare(scene, ["pymunk", "article"], against="article")
@@ -165,15 +171,15 @@ def test_energy_counts_gravity() -> None:
     run = compare(scene, ["pymunk"]).runs["pymunk"]
     assert run.energy[0] == pytest.approx(900 * 500)
     assert run.figures.energy_ratio == pytest.approx(1, abs=1e-3)  # what integrating gravity in steps leaves
-    assert run.figures.momentum_drift < 1e-12  # gravity explains the rest
+    assert known(run.figures.momentum_drift) < 1e-12  # gravity explains the rest
 
 
 def test_walls_and_the_mouse_account_for_momentum() -> None:
     scene = load("article").changed(seconds=5.0)
     inputs: list[Input] = [Grab(step=60, ball=0, at=(100, 100)), Release(step=120)]
     for run in compare(scene, ["pymunk", "article"], inputs=inputs).runs.values():
-        assert run.figures.wall_contacts > 0
-        assert run.figures.momentum_drift < 1e-13
+        assert known(run.figures.wall_contacts) > 0
+        assert known(run.figures.momentum_drift) < 1e-13
 
 
 class Pilfering(ImpulseEngine):
@@ -191,7 +197,7 @@ def test_momentum_that_a_wall_s_reported_impulse_does_not_account_for_is_unexpla
 ) -> None:
     """One bounce: the wall turns 1 kg at 240 px/s, which is 480 kg px/s, and reports 432: a fifth of 240 is missing."""
     scene = scene_of("radius = 20\nposition = [700, 300]\nvelocity = [240, 0]", more="seconds = 1")
-    assert compare(scene, ["impulse"]).runs["impulse"].figures.momentum_drift < 1e-15
+    assert known(compare(scene, ["impulse"]).runs["impulse"].figures.momentum_drift) < 1e-15
     monkeypatch.setattr("sandbox.engines.impulse.ImpulseEngine", Pilfering)
     figures = compare(scene, ["impulse"]).runs["impulse"].figures
     assert figures.wall_contacts == 1
@@ -205,7 +211,7 @@ def test_what_the_floor_carries_accounts_for_the_weight() -> None:
         more="gravity = [0, 900]\nseconds = 3",
     )
     for name, run in compare(scene, ["pymunk", "impulse", "exact"]).runs.items():
-        assert run.figures.momentum_drift < 1e-12, name
+        assert known(run.figures.momentum_drift) < 1e-12, name
 
 
 @pytest.mark.parametrize("gravity", [(0, 0), (0, 900)])
@@ -217,10 +223,10 @@ def test_friction_of_a_wall_explains_momentum_and_angular_momentum(gravity: tupl
         more=f"seconds = 1\ngravity = {list(gravity)}",
     )
     for name, run in compare(scene, ["pymunk", "impulse", "exact"]).runs.items():
-        assert run.figures.wall_contacts > 0
+        assert known(run.figures.wall_contacts) > 0
         assert run.momentum[-1, 0] < 90, name  # 100 without friction
-        assert run.figures.momentum_drift < 1e-12, name
-        assert run.figures.angular_momentum_drift < 1e-12, name
+        assert known(run.figures.momentum_drift) < 1e-12, name
+        assert known(run.figures.angular_momentum_drift) < 1e-12, name
 
 
 def test_angular_momentum_that_nothing_gave_is_unexplained(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -238,7 +244,7 @@ def test_angular_momentum_that_nothing_gave_is_unexplained(monkeypatch: pytest.M
         more="seconds = 0.6",
     )
     runs = compare(scene, ["faulty", "exact"]).runs
-    assert runs["exact"].figures.angular_momentum_drift < 1e-12
+    assert known(runs["exact"].figures.angular_momentum_drift) < 1e-12
     assert runs["faulty"].figures.angular_momentum_drift == pytest.approx(10 * 100 / 6 / (200 * math.hypot(100, 10)))
 
 
@@ -246,7 +252,7 @@ def test_angular_momentum_that_nothing_gave_is_unexplained(monkeypatch: pytest.M
 def test_an_engine_that_reports_no_impulses_is_not_accused_of_their_remainder() -> None:
     """Box2D's impulses are those that fit its changes of velocity best; in a dense gas nothing fits exactly."""
     scene = load("gas-dense").changed(seconds=2.0)
-    assert compare(scene, ["box2d"]).runs["box2d"].figures.momentum_drift < 1e-6
+    assert known(compare(scene, ["box2d"]).runs["box2d"].figures.momentum_drift) < 1e-6
 
 
 def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
@@ -296,7 +302,7 @@ def test_a_gas_is_compared_with_theory_and_three_balls_are_not() -> None:
     run = comparison.runs["impulse"]
     by_name = {row.figure: row for row in run.theory}
     pairs = by_name["contacts per second"]
-    assert pairs.measured == run.figures.pair_contacts / 20
+    assert pairs.measured == known(run.figures.pair_contacts) / 20
     assert pairs.measured == pytest.approx(pairs.expected, rel=0.05)
     pressure = by_name["wall pressure, kg/s²"]
     assert pressure.measured == pytest.approx(pressure.expected, rel=0.05)
@@ -333,7 +339,7 @@ def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0))
     document = comparison.as_json()
     trust = ["horizon", "undecided", "unresolved"]
-    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines"]
+    assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines", "failed"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
     rows = list(csv.DictReader(io.StringIO(comparison.as_csv())))
@@ -504,5 +510,4 @@ def test_the_default_reference_is_the_exact_engine_or_else_the_last() -> None:
         SandboxError, match=r"^cannot compare against 'artcle', which does not take part; did you mean article\?$"
     ):
         compare(scene, against="artcle")
-    with pytest.raises(SandboxError, match=r"^engines must be a list of names, got 'pymunk'$"):
-        compare(scene, "pymunk")
+    assert list(compare(scene, "pymunk").runs) == ["pymunk"]

@@ -60,8 +60,8 @@ def test_damping_under_gravity_is_not_gravity_s_error() -> None:
     lost = sum((left * v + gravity * h) ** 2 / 2 - (v + gravity * h) ** 2 / 2 for v in speeds[:-1])
     assert lines[Cause.DAMPING] == pytest.approx(lost, rel=1e-9)
     assert lines[Cause.GRAVITY] == pytest.approx(gravity * gravity * h * h / 2 * 120, rel=1e-6)
-    assert run.figures.momentum_drift < 1e-12
-    assert run.figures.angular_momentum_drift < 1e-12
+    assert (run.figures.momentum_drift or 0.0) < 1e-12
+    assert (run.figures.angular_momentum_drift or 0.0) < 1e-12
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5])
@@ -73,12 +73,12 @@ def test_damping_is_no_error_of_contacts(friction: float, substeps: int) -> None
     settings = {"damping": 0.6, "substeps": substeps, "collision_persistence": 1}
     run = compare(ball(arena=arena, balls=[group], pymunk=settings), ["pymunk", "exact"]).runs["pymunk"]
     lines = {entry.cause: entry.energy for entry in run.figures.ledger}
-    assert run.figures.pair_contacts > 5
-    assert run.figures.wall_contacts > 5
+    assert (run.figures.pair_contacts or 0) > 5
+    assert (run.figures.wall_contacts or 0) > 5
     assert set(lines) <= {*OWN}
     whole = math.fsum(energy for cause, energy in lines.items() if cause != Cause.SPIN)
     assert whole == pytest.approx(float(run.energy[-1] - run.energy[0]), rel=1e-9)
-    assert run.figures.momentum_drift < 1e-12
+    assert (run.figures.momentum_drift or 0.0) < 1e-12
 
 
 def test_the_first_difference_in_free_flight_is_damping_in_words() -> None:

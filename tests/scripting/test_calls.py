@@ -84,6 +84,7 @@ ANY: Any = sandbox  # so that mypy accepts wrong arguments
 KINDS = ", ".join(INPUT_KINDS)
 SCENE = "a scene must be the name of a bundled scene or a file, got"
 NAMES = "must be the name of one or a list of names, got"
+SOURCES = "must be names, classes or functions, got"
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "scene is a number": (lambda: ANY.compare(3), f"{SCENE} 3"),
     "scene is none": (lambda: ANY.simulate(None, "exact"), f"{SCENE} null"),
@@ -92,10 +93,13 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "no scene 'articel': neither a file nor a bundled scene; did you mean article?",
     ),
     "load a list": (lambda: ANY.load(["article"]), f'{SCENE} ["article"]'),
-    "engines are numbers": (lambda: ANY.compare("oblique", [1, 2]), f"engines {NAMES} [1, 2]"),
-    "engines are a number": (lambda: ANY.compare("oblique", 3), f"engines {NAMES} 3"),
-    "engine is none": (lambda: ANY.simulate("oblique", None), f"engine {NAMES} null"),
-    "no engine": (lambda: ANY.simulate("oblique", []), f"engine {NAMES} []"),
+    "engines are numbers": (
+        lambda: ANY.compare("oblique", [1, 2]),
+        "int: must be the name of an engine, a class or a function, got 1",
+    ),
+    "engines are a number": (lambda: ANY.compare("oblique", 3), f"engines {SOURCES} 3"),
+    "engine is none": (lambda: ANY.simulate("oblique", None), f"engines {SOURCES} null"),
+    "no engine": (lambda: ANY.simulate("oblique", []), "engine must name one or several, got []"),
     "no such engine": (lambda: ANY.simulate("oblique", "exakt"), "no engine 'exakt'; did you mean exact?"),
     "against is a number": (lambda: ANY.compare("oblique", against=3), "against must be the name of an engine, got 3"),
     "negative seconds": (lambda: ANY.compare("oblique", seconds=-1), "seconds must be greater than 0, got -1"),

@@ -108,13 +108,30 @@ def test_each_combination_of_pymunk_s_settings_has_its_job() -> None:
     jobs = plan(load("article"), [0], [60], ["article", "pymunk"], settings).jobs
     assert [job.settings for job in jobs] == [
         "",
-        "collision_slop=0.25 iterations=10 substeps=1",
-        "collision_slop=0.25 iterations=10 substeps=4",
-        "collision_slop=0.25 iterations=50 substeps=1",
-        "collision_slop=0.25 iterations=50 substeps=4",
+        "collision_slop=0.25, iterations=10, substeps=1",
+        "collision_slop=0.25, iterations=10, substeps=4",
+        "collision_slop=0.25, iterations=50, substeps=1",
+        "collision_slop=0.25, iterations=50, substeps=4",
     ]
     pymunk = scene_of_job(load("article"), jobs[2]).pymunk
     assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
+
+
+def test_keys_of_the_scene_are_set_for_every_engine_and_the_reference() -> None:
+    options = ["gravity=[0, 0],[0, 900]", "balls.0.radius=15", "elasticity=0.25", "substeps=2", "arena.friction=0.5"]
+    settings = settings_by_key([*map(parse_setting, options)])
+    engines = ["pymunk", "pymunk(iterations=3)", "impulse"]
+    jobs = plan(load("bouncing"), [0], [60], engines, settings).jobs
+    of_scene = "arena.friction=0.5, balls.0.radius=15, elasticity=0.25, gravity=[0, {}]"
+    assert [(job.engine, job.settings) for job in jobs] == [
+        (engine, of_scene.format(g) + ("" if engine == "impulse" else ", substeps=2"))
+        for engine in engines
+        for g in (0, 900)
+    ]
+    scene = scene_of_job(load("bouncing"), jobs[1])
+    assert (scene.gravity, scene.bodies.radius[0], scene.pymunk.substeps) == ((0, 900), 15, 2)
+    assert (scene.arena.friction, scene.arena.elasticity, scene.bodies.elasticity[1]) == (0.5, 0.5, 0.5)
+    assert reference_job("exact", jobs[1]).settings == of_scene.format(900)
 
 
 def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
@@ -502,7 +519,7 @@ def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -
     assert code == 1
     assert sorted(error.splitlines()) == [
         "3 of 5 rows are missing; the same command tries again",
-        "seed 1, rate 60, fragile: AssertionError: no ones",
+        "seed 1, rate 60, fragile: fragile: raised AssertionError: no ones",
         "seed 2, rate 60, fragile: its worker process died 3 times",
         "seed 3, rate 60, fragile: its worker process died 3 times",
     ]
@@ -523,7 +540,7 @@ def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
 def test_an_exception_in_a_job_is_its_outcome() -> None:
     outcome = attempt(load("bouncing"), "article", Job(0, 60, "pymunk"))
     assert outcome.row is None
-    assert outcome.failure.startswith("Refused: article: gravity and elasticity below 1 are not part of")
+    assert outcome.failure.startswith("article: gravity and elasticity below 1 are not part of")
 
 
 def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
@@ -552,12 +569,30 @@ def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
             "a sweep of 2,000,000 rows is larger",
         ),
         (("article", "--rates", "60,,"), "--rates '60,,': must be whole numbers from 1 on, separated by commas"),
-        (("article", "--set", "substeps"), "--set substeps: must be a setting of Pymunk and its values"),
-        (("article", "--set", "subteps=1"), f"pymunk.subteps {NO_KEY}; did you mean substeps?"),
+        (("article", "--rates", "0"), "--rates '0': must be whole numbers from 1 on, separated by commas"),
+        (
+            ("article", "--set", "substeps"),
+            "--set substeps: must be a setting of Pymunk or a key of the scene, and its values",
+        ),
+        (
+            ("article", "--set", "subteps=1"),
+            "--set subteps: is neither a setting of pymunk nor a key of the scene; did",
+        ),
+        (("article", "--set", "gravity=900"), "gravity must be a list in brackets, got 900"),
+        (("article", "--set", "gravity=[0, 900"), "--set gravity=[0, 900: must be a setting of Pymunk or a key of"),
+        (("article", "--set", "balls.3.radius=9"), "balls.3.radius: 3 must be a number from 0 to 0"),
+        (("article", "--set", "balls.0.radios=9"), f"balls[0].radios {NO_KEY}; did you mean radius?"),
+        (("article", "--set", "balls.0.radius=-9"), "balls[0].radius must be greater than 0, got -9"),
+        (("article", "--set", "elasticity=2"), "elasticity must be a number from 0 to 1, got 2"),
+        (("article", "--set", "rate=120"), "--set rate: --rates runs several of them"),
+        (
+            ("article", "--engines", "pymunk(substeps=2)", "--set", "substeps=1"),
+            "--set substeps: pymunk(substeps=2) has a value of its own; name it without",
+        ),
         (("article", "--set", "substeps=0"), "pymunk.substeps must be at least 1, got 0"),
         (
             ("article", "--engines", "article", "--set", "substeps=1"),
-            "--set changes settings of pymunk, which is not among",
+            "--set substeps changes a setting of pymunk, which is not among",
         ),
         (("article", "--engines", "pymnk"), "no engine 'pymnk'; did you mean pymunk?"),
         (("bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
