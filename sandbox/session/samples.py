@@ -112,8 +112,11 @@ class Samples:
         reference = states.get(self.reference)
         values = [change.get(name, np.nan) for name in self.engines]
         for name in self.engines:
-            known = reference is not None and name in states
-            values.append(float(length(states[name].position - reference.position).max()) if known else np.nan)
+            state = states.get(name)
+            if state is None or reference is None:
+                values.append(np.nan)
+            else:
+                values.append(float(length(state.position - reference.position).max()))
         impulse = {name: float(length(momentum(state.velocity, mass))) for name, state in states.items()}
         return [*values, *(impulse.get(name, np.nan) for name in self.engines)]
 

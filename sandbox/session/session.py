@@ -63,7 +63,7 @@ class Session:
         self._undone: list[list[Input]] = []
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
-        self.samples = Samples(dict.fromkeys([*self.names, self.reference]), self.reference, at_start)
+        self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start)
         self._apply_due()
         self._keep_moment()
 

@@ -6,7 +6,7 @@ changed. The latest sample is left out: the next step can change how it compares
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 import pygame
@@ -24,6 +24,7 @@ MAX_FIRST_SECONDS: Final = 60.0  # on the axis of time at the start of a run
 MIN_SECONDS: Final = 0.1  # on the axis of time, however far one zooms in
 MIN_PLOT: Final = 2.7  # heights of text; where there is less room, the last charts are left out
 MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
+Time = TypeVar("Time", float, Floats)  # s
 SENTENCES: Final = {  # what the ends of the reference's trust mean
     "horizon": "from here on, rounding decides the paths",
     "undecided": "simultaneous contacts, and no law says which comes first",
@@ -123,12 +124,12 @@ class Charts:
         spans = (panel.scale.span(*extent) for panel, extent in zip(self.panels, self._extent, strict=True))
         return Axes(start, seconds, tuple(spans))
 
-    def _x(self, plot: Rect, time: Floats) -> Floats:
+    def _x(self, plot: Rect, time: Time) -> Time:
         start, seconds = self._zoom or (0.0, self._seconds)
         return plot.x + (time - start) / seconds * (plot.width - 1)
 
     def _column(self, plot: Rect, time: float) -> int:
-        return round(float(self._x(plot, np.array(time))))
+        return round(self._x(plot, time))
 
     # Zooming in time
 

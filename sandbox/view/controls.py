@@ -150,9 +150,7 @@ CONTROLS = (
 HELP = (
     ("Left drag", "pull the nearest ball; if paused, set its velocity"),
     ("Drag in the charts", "go to that time; without charts, drag in the bar"),
-    ("Click on a mark", "go to its time"),
-    ("Wheel in the charts", "zoom in time; right drag shows a part, right click all"),
-    ("Mouse on a title", "show every engine's energy, and the time of a step"),
+    ("Wheel, right drag there", "zoom in time; right click shows all"),
     ("Mouse on a ball", "show position, velocity and energy in every engine"),
     *((control.key_names, control.does) for control in CONTROLS),
     ("Tab, Enter, arrows", "next item of the toolbar, press it, move a slider"),

@@ -117,7 +117,9 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     assert bool(layout.bar.height) != charts
     if charts:
         plot = window.view.charts.plots(layout.strip, layout.text_height)[0]
-        places = {at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.y + 9) for at in (0.5, 1, 9)}
+        places = {
+            at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
+        }
     else:
         bar = layout.bar
         places = {at: (bar.x + round(min(at / 2, 1) * bar.width), bar.centery) for at in (0.5, 1, 9)}
