@@ -149,8 +149,7 @@ CONTROLS = (
 )
 HELP = (
     ("Left drag", "pull the nearest ball; if paused, set its velocity"),
-    ("Drag in the charts", "go to that time; without charts, drag in the bar"),
-    ("Wheel, right drag there", "zoom in time; right click shows all"),
+    ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
     ("Mouse on a ball", "show position, velocity and energy in every engine"),
     *((control.key_names, control.does) for control in CONTROLS),
     ("Tab, Enter, arrows", "next item of the toolbar, press it, move a slider"),
