@@ -165,6 +165,8 @@ class _TieSearch:
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
         self._theirs = self._mine = runner.engine.contacts()  # of the twin and the original in that step
         self._compared = 0  # steps
+        self._searched = 0, 0  # contacts of both when a tie was searched for last
+        self._tie: Tie | None = None
 
     def compare(self, original: States, twin: States, time: Floats) -> None:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
@@ -186,7 +188,10 @@ class _TieSearch:
         if len(hits) and len(self._mine):
             hits = hits[hits["time"] > self._mine["time"][-1]]
         self._mine = np.concatenate([self._mine, hits])
-        tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+        if self._searched != (len(self._mine), len(self._theirs)):
+            self._searched = len(self._mine), len(self._theirs)
+            self._tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+        tie = self._tie
         return tie if tie and (self._compared > self.parted or not self._is_cut(tie.time)) else None
 
     def _is_cut(self, time: Floats | float) -> Bools:

@@ -16,8 +16,8 @@ from bokeh.transform import dodge
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.series import contacts_by, energies, thinned
+from sandbox.engines.colours import colours_of
 from sandbox.quantity import length
-from sandbox.scene.fields import PALETTE
 from sandbox.state import Floats
 
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
@@ -74,7 +74,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. No two share a dash and a marker; the reference's is black."""
+    """How an engine's lines and bars are drawn. No two share a dash and a marker."""
 
     color: str
     dash: str
@@ -82,9 +82,13 @@ class Style:
     hatch: str
 
 
-def style_of(index: int) -> Style:
-    """Return the style of an engine by its number, distinct in dash, marker and hatch as well as in colour."""
-    return Style(*(kind[index % len(kind)] for kind in (PALETTE, LINE_DASHES, MARKERS, HATCHES)))
+def styles_of(names: Sequence[str], reference: str | None = None) -> dict[str, Style]:
+    """Return each engine's style, distinct in dash, marker and hatch as well as in colour."""
+    colours, others = colours_of(names), [name for name in names if name != reference]
+    styles = {reference: Style(colours[reference], "solid", "x", "blank")} if reference else {}
+    for index, name in enumerate(others):
+        styles[name] = Style(colours[name], *(kind[index % len(kind)] for kind in (LINE_DASHES, MARKERS, HATCHES)))
+    return {name: styles[name] for name in names}
 
 
 def charts(comparison: Comparison) -> list[Chart]:
@@ -118,10 +122,7 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
 
 
 def _styles(comparison: Comparison) -> dict[str, Style]:
-    others = [name for name in comparison.runs if name != comparison.against]
-    styles = {comparison.against: Style("#000000", "solid", "x", "blank")}
-    styles |= {name: style_of(index) for index, name in enumerate(others)}
-    return {name: styles[name] for name in comparison.runs}
+    return styles_of([*comparison.runs], comparison.against)
 
 
 # Over time

@@ -11,7 +11,8 @@ import numpy as np
 from sandbox.engines import Engine, Engines, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
 from sandbox.engines.stopping import StoppingEngine
-from sandbox.errors import Refused
+from sandbox.errors import Refused, SandboxError
+from sandbox.quantity import dot, energy
 from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
 from sandbox.run.inputs import Grab, Input
@@ -22,6 +23,7 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
+AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 
@@ -41,6 +43,7 @@ class Runner:
         self._clock = clock
         self._steps = steps
         self.start = clock.time(steps)  # s, when the engine was built
+        self.step_seconds: float | None = None  # s that a step took lately, for information only
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
@@ -87,7 +90,11 @@ class Runner:
 
     def step(self) -> None:
         """Advance by one step."""
+        begun = perf_counter()
         self.engine.step()
+        taken = perf_counter() - begun
+        before = taken if self.step_seconds is None else self.step_seconds
+        self.step_seconds = before + (taken - before) / AVERAGED_STEPS
         self._steps += 1
 
     def advance(self, states: States) -> None:
@@ -123,12 +130,21 @@ def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -
 class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
-    stops: whether an engine that fails stops there, and does not raise EngineError.
+    stops: whether an engine that fails stops there, and does not raise EngineError; expendable: the engine without
+    which the others go on if it raises SandboxError in a step.
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
     inputs ask.
     """
 
-    def __init__(self, scene: Scene, engines: Engines, inputs: Sequence[Input] = (), *, stops: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        engines: Engines,
+        inputs: Sequence[Input] = (),
+        *,
+        stops: bool = False,
+        expendable: str | None = None,
+    ) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
@@ -141,6 +157,9 @@ class Lockstep:
         self.mouse = Mouse(scene)
         self.pulled: int | None = None  # the ball that the mouse pulled in the last step
         self.pulls: dict[str, Vector] = {}  # px/s that the pull added to the ball's velocity, by engine
+        self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse and edits have added to each energy
+        self.dropped = ""  # why the expendable engine runs no more
+        self._expendable = expendable
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.edited = False  # since the last step
@@ -174,9 +193,12 @@ class Lockstep:
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
+        before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
         self.scene = self.mouse.scene = scene
+        for name, after in self.energies(self.states()).items():
+            self.work[name] += after - before[name]
         self.edited = True
         match edit:
             case AddBall():
@@ -202,7 +224,15 @@ class Lockstep:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
         self._begin_step()
         for runner in self._runners:
-            runner.step()
+            is_expendable = runner.name == self._expendable
+            if is_expendable and self.dropped:  # a hidden copy of the engine that just failed
+                continue
+            try:
+                runner.step()
+            except SandboxError as error:
+                if not is_expendable:
+                    raise
+                self._drop(str(error))
         self.steps += 1
 
     def advance(self, arrays: Mapping[Runner, States]) -> int:
@@ -235,7 +265,16 @@ class Lockstep:
             state = runner.state()
             pull = self.mouse.pull(state.position[ball], state.velocity[ball])
             runner.kick(ball, pull)
-            self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
+            if runner.name not in self.pulls:  # a hidden engine may have the same name
+                self.pulls[runner.name] = pull
+                speed_up = dot(state.velocity[ball] + np.divide(pull, 2), np.asarray(pull))
+                self.work[runner.name] += float(self.scene.bodies.mass[ball] * speed_up)
+
+    def _drop(self, why: str) -> None:
+        """Go on without the expendable engine and its hidden copies."""
+        self.dropped = why
+        del self.engines[str(self._expendable)]
+        self.hidden[:] = [runner for runner in self.hidden if runner.name != self._expendable]
 
     @property
     def _runners(self) -> list[Runner]:
@@ -244,3 +283,10 @@ class Lockstep:
     def states(self) -> dict[str, State]:
         """Return the state of every engine that is not hidden."""
         return {name: runner.state() for name, runner in self.engines.items()}
+
+    def energies(self, states: Mapping[str, State]) -> dict[str, float]:
+        """Return the energy of each of some states, kg px²/s²."""
+        scene = self.scene
+        return {
+            name: float(energy(state, scene.bodies, scene.gravity, scene.arena.size)) for name, state in states.items()
+        }

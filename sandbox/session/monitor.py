@@ -8,7 +8,7 @@ import numpy as np
 
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
-from sandbox.analysis.reference import Trust, Twins, comparable_until, reference_of
+from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
 from sandbox.state import Contacts, State, States, no_contacts
@@ -23,11 +23,12 @@ class Marks:
     """Times in a run that stand out, s.
 
     trust: until when the reference means anything; differences: for each engine that has one, its first from the
-    reference.
+    reference; stopped: when the reference could go on no longer, and its message.
     """
 
     trust: Trust = field(default_factory=Trust)
     differences: Mapping[str, float] = field(default_factory=dict)
+    stopped: tuple[float, str] | None = None
 
 
 class Monitor:
@@ -37,11 +38,12 @@ class Monitor:
     contacts.
     """
 
-    def begin(self, lockstep: Lockstep) -> None:
-        """Follow engines that are at their first step."""
+    def begin(self, lockstep: Lockstep, reference: str) -> None:
+        """Follow engines that are at their first step. Without their reference, nothing stands out."""
         self._lockstep = lockstep
-        self._reference = reference_of(list(lockstep.engines))
+        self._reference = reference
         self._marked = Trust()
+        self._stopped: tuple[float, str] | None = None
         self._differences: dict[str, float] = {}
         self._compiled = False
         self._begin_segment()
@@ -49,10 +51,14 @@ class Monitor:
     @property
     def marks(self) -> Marks:
         """What has been found so far."""
-        return Marks(self._marked, dict(self._differences))
+        return Marks(self._marked, dict(self._differences), self._stopped)
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
+        if self._reference not in states:
+            if self._lockstep.dropped and not self._stopped:
+                self._stopped = self._lockstep.time, self._lockstep.dropped
+            return
         if self._lockstep.edited:
             self._begin_segment()
             return
@@ -86,6 +92,8 @@ class Monitor:
     def _begin_segment(self) -> None:
         """Follow the engines that have not differed yet from the present step on."""
         lockstep = self._lockstep
+        if self._reference not in lockstep.engines:
+            return
         self._twins = Twins(lockstep, self._reference)
         judged = [name for name, one in lockstep.engines.items() if one.reports_contacts and not one.is_soft]
         names = [name for name in judged if name != self._reference and name not in self._differences]

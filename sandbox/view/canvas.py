@@ -5,14 +5,12 @@ from collections.abc import Sequence
 from typing import Final, Protocol
 from xml.etree import ElementTree
 
-import numpy as np
 import pygame
 from pygame import Color, Surface
 
 from sandbox.analysis.junit import NOT_IN_XML
 from sandbox.state import Floats
-from sandbox.view.palette import Line
-from sandbox.view.primitives import dashes, drawable, lettering
+from sandbox.view.primitives import drawable, lettering
 
 TEXT_HEIGHT: Final = 14  # units of a plot
 PNG_SCALE: Final = 2  # px of a PNG for a unit
@@ -23,7 +21,7 @@ _ANCHORS: Final = {0.0: "start", 0.5: "middle", 1.0: "end"}
 class Canvas(Protocol):
     """A white rectangle, with x to the right and y down."""
 
-    def line(self, points: Floats, line: Line, width: float) -> None:
+    def line(self, points: Floats, colour: Color, width: float) -> None:
         """Draw a line through points. points: (n, 2)."""
         ...
 
@@ -48,14 +46,12 @@ class SvgCanvas:
         self._root.set("font-size", str(TEXT_HEIGHT))
         ElementTree.SubElement(self._root, "rect", width=width, height=height, fill="white")
 
-    def line(self, points: Floats, line: Line, width: float) -> None:
+    def line(self, points: Floats, colour: Color, width: float) -> None:
         """Draw a line through points."""
         path = " ".join(f"{x:.1f},{y:.1f}" for x, y in points.tolist())
-        drawn = ElementTree.SubElement(self._root, "polyline", points=path, fill="none", stroke=_hex(line.colour))
+        drawn = ElementTree.SubElement(self._root, "polyline", points=path, fill="none", stroke=_hex(colour))
         drawn.set("stroke-width", f"{width:g}")
         drawn.set("stroke-linejoin", "round")
-        if any(line.dash[1::2]):
-            drawn.set("stroke-dasharray", " ".join(f"{width * length:g}" for length in line.dash))
 
     def text(self, words: str, at: Sequence[float], colour: Color, align: float = 0.0) -> None:
         """Write a line of text."""
@@ -80,17 +76,11 @@ class PngCanvas:
         self._lines.fill("white")
         self._texts: list[tuple[Surface, tuple[float, float]]] = []
 
-    def line(self, points: Floats, line: Line, width: float) -> None:
+    def line(self, points: Floats, colour: Color, width: float) -> None:
         """Draw a line through points."""
         scaled = PNG_SCALE * SMOOTHING * points
         thick = max(1, round(PNG_SCALE * SMOOTHING * width))
-        along = np.append(0.0, np.cumsum(np.hypot(*np.diff(scaled, axis=0).T)))
-        for start, end in dashes(0.0, float(along[-1]), line.dash, thick):
-            places = [start, *along[(along > start) & (along < end)].tolist(), end]
-            dash = [
-                (float(np.interp(s, along, scaled[:, 0])), float(np.interp(s, along, scaled[:, 1]))) for s in places
-            ]
-            pygame.draw.lines(self._lines, line.colour, False, dash, thick)
+        pygame.draw.lines(self._lines, colour, False, scaled.tolist(), thick)
 
     def text(self, words: str, at: Sequence[float], colour: Color, align: float = 0.0) -> None:
         """Write a line of text."""

@@ -1,5 +1,6 @@
 """A plot of a comparison as a file: the energy and the gap of each engine over time."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,28 +15,27 @@ from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.state import Floats
 from sandbox.view.canvas import TEXT_HEIGHT, Canvas, PngCanvas, SvgCanvas
-from sandbox.view.palette import Line, palette
+from sandbox.view.palette import palette
 from sandbox.view.primitives import round_up, text_width
+from sandbox.view.scales import MIN_GAP
 
 CANVASES: Final[Mapping[str, Callable[[tuple[int, int]], Canvas]]] = {".png": PngCanvas, ".svg": SvgCanvas}
 CHART: Final = (720, 220)  # width and height of a chart without its axes
 LEFT: Final = 80  # of the charts, for the numbers of their axes
 LINE_HEIGHT: Final = round(1.4 * TEXT_HEIGHT)
 HEADROOM: Final = 1.06  # length of an axis from 0, in units of the largest value
-MIN_LOGARITHMIC: Final = 1e-14  # px; smaller gaps are rounding
 TICKS: Final = 6  # of an axis, about
+BELOW: Final = f" (< {MIN_GAP:g})"  # after the name of an engine whose gap is never shown
 LINE_WIDTH: Final = 2.0
 TIME: Final = "time, s"
 WIDER_FONTS: Final = 1.2  # width of a text in the font that shows an SVG, in units of pygame's font, at most
-SOLID: Final = (1, 0)
-DASHED: Final = (5, 5)
 INK: Final = palette("white").ink
 FAINT: Final = palette("white").faint
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a chart shows: a line for each engine. logarithmic: zeros are left out."""
+    """What a chart shows: a line for each engine. logarithmic: values below MIN_GAP are left out."""
 
     title: str
     lines: Mapping[str, Floats]
@@ -68,7 +68,7 @@ def save_plot(comparison: Comparison, path: str) -> None:
     """
     check_plot(path)
     quantities = _quantities(comparison)
-    labels = max(text_width(text, TEXT_HEIGHT) for text in (TIME, *(f"{name} (0)" for name in comparison.runs)))
+    labels = max(text_width(text, TEXT_HEIGHT) for text in (TIME, *(f"{name}{BELOW}" for name in comparison.runs)))
     row = CHART[1] + 3 * LINE_HEIGHT
     size = LEFT + CHART[0] + round(WIDER_FONTS * labels) + 2 * TEXT_HEIGHT, len(quantities) * row + 3 * LINE_HEIGHT
     canvas = CANVASES[Path(path).suffix](size)
@@ -99,37 +99,34 @@ def _draw(canvas: Canvas, place: Rect, comparison: Comparison, quantity: Quantit
     _draw_axes(canvas, place, across, up)
     if comparison.trusted_until is not None:
         x = place.x + float(across.share(np.array(comparison.trusted_until))) * place.width
-        canvas.line(np.array([(x, place.y), (x, place.bottom)]), Line(INK, DASHED), 1.0)
+        canvas.line(np.array([(x, place.y), (x, place.bottom)]), INK, 1.0)
         canvas.text(comparison.trust.ends_by, (x, place.y - LINE_HEIGHT / 2.5), INK, 0.5)
     ends: dict[str, float] = {}
-    for name, values in quantity.lines.items():  # later ones are dashed, so equal lines below them show through
+    colours = palette("white").engines(comparison.runs)
+    for name, values in quantity.lines.items():
         kept = thinned(values)
         if quantity.logarithmic:
-            kept = kept[values[kept] > 0]
-        shown = np.log10(np.maximum(values[kept], MIN_LOGARITHMIC)) if quantity.logarithmic else values[kept]
+            kept = kept[values[kept] >= MIN_GAP]
+        shown = np.log10(values[kept]) if quantity.logarithmic else values[kept]
         points = np.column_stack([place.x + across.share(time[kept]) * place.width, _heights(place, up, shown)])
         if len(points) > 1:
-            canvas.line(points, _line_of(comparison, name), LINE_WIDTH)
+            canvas.line(points, colours[name], LINE_WIDTH)
         ends[name] = float(points[-1, 1]) if len(points) else float(place.bottom)
     for name, y in _spread(ends, place):
-        absent = quantity.logarithmic and not quantity.lines[name].any()
-        label = f"{name} (0)" if absent else name
-        canvas.text(label, (place.right + TEXT_HEIGHT / 2, y), _line_of(comparison, name).colour)
-
-
-def _line_of(comparison: Comparison, name: str) -> Line:
-    return palette("white").line(list(comparison.runs).index(name))
+        absent = quantity.logarithmic and (quantity.lines[name] < MIN_GAP).all()
+        label = f"{name}{BELOW}" if absent else name
+        canvas.text(label, (place.right + TEXT_HEIGHT / 2, y), colours[name])
 
 
 def _draw_axes(canvas: Canvas, place: Rect, across: Axis, up: Axis) -> None:
     for value, y in zip(up.ticks, _heights(place, up, np.array(list(up.ticks))).tolist(), strict=True):
-        canvas.line(np.array([(place.x, y), (place.right, y)]), Line(FAINT, SOLID), 1.0)
+        canvas.line(np.array([(place.x, y), (place.right, y)]), FAINT, 1.0)
         canvas.text(up.ticks[value], (place.x - TEXT_HEIGHT / 2, y), INK, 1.0)
     for value, share in zip(across.ticks, across.share(np.array(list(across.ticks))).tolist(), strict=True):
         x = place.x + share * place.width
-        canvas.line(np.array([(x, place.y), (x, place.bottom)]), Line(FAINT, SOLID), 1.0)
+        canvas.line(np.array([(x, place.y), (x, place.bottom)]), FAINT, 1.0)
         canvas.text(across.ticks[value], (x, place.bottom + LINE_HEIGHT / 2), INK, 0.5)
-    canvas.line(np.array([place.topleft, place.bottomleft, place.bottomright], float), Line(INK, SOLID), 1.0)
+    canvas.line(np.array([place.topleft, place.bottomleft, place.bottomright], float), INK, 1.0)
     canvas.text(TIME, (place.right + 2 * TEXT_HEIGHT, place.bottom + LINE_HEIGHT / 2), INK)
 
 
@@ -143,10 +140,9 @@ def _axis(quantity: Quantity) -> Axis:
     if not quantity.logarithmic:
         low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
         return _linear(HEADROOM * low, HEADROOM * high or 1.0)
-    exponents = np.log10(np.maximum(values[values > 0], MIN_LOGARITHMIC))
-    low, high = (np.floor(exponents.min()), np.ceil(exponents.max())) if len(exponents) else (-3.0, 3.0)
+    low = round(math.log10(MIN_GAP))
+    high = max(math.ceil(math.log10(max(values.max(), MIN_GAP))), 0)
     step = max(1, round((high - low) / TICKS))
-    low, high = int(low), max(int(high), int(low) + 1)
     return Axis(low, high, {float(k): f"{10.0**k:g}" for k in range(low, high + 1, step)})
 
 

@@ -15,7 +15,8 @@ from sandbox.view.palette import palette
 from sandbox.view.plot import CHART, save_plot
 
 SVG = "{http://www.w3.org/2000/svg}"
-BLUE, VERMILLION = (line.colour for line in palette("white").lines[:2])
+COLOURS = palette("white").engines(["article", "exact"])
+ARTICLE, EXACT = COLOURS["article"], COLOURS["exact"]
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +47,8 @@ def test_lines_are_at_the_values_and_names_at_their_ends(head_on: Comparison, tm
     root = drawn(head_on, tmp_path)
     texts = texts_of(root)
     assert {"Energy, % of the start", "Largest gap to exact, px", "time, s", "0", "100"} <= set(texts)
-    energy, gap = lines_of(root, BLUE)
-    [full] = lines_of(root, VERMILLION)  # the reference has no gap to itself
+    energy, gap = lines_of(root, ARTICLE)
+    [full] = lines_of(root, EXACT)  # the reference has no gap to itself
     assert {y for _, y in full} == {texts["100"][1]}
     assert energy[0][1] == texts["100"][1]
     assert energy[-1][1] == pytest.approx((texts["40"][1] + texts["60"][1]) / 2, abs=0.11)
@@ -61,7 +62,7 @@ def test_the_end_of_the_reference_s_trust_is_marked_and_named(head_on: Compariso
     marked = replace(head_on, trust=head_on.trust._replace(horizon=1.5))
     root = drawn(marked, tmp_path)
     x, _ = texts_of(root)["horizon"]
-    left, right = (lines_of(root, VERMILLION)[0][end][0] for end in (0, -1))
+    left, right = (lines_of(root, EXACT)[0][end][0] for end in (0, -1))
     assert x == pytest.approx((left + right) / 2)  # 1.5 of 3 s
 
 
@@ -76,8 +77,8 @@ def test_an_engine_without_any_gap_is_named_with_0(head_on: Comparison, tmp_path
     run = head_on.runs["article"]
     same = replace(head_on, runs=head_on.runs | {"article": replace(run, gap_max=0 * run.gap_max)})
     root = drawn(same, tmp_path)
-    assert "article (0)" in texts_of(root)
-    assert len(lines_of(root, BLUE)) == 1
+    assert "article (< 0.001)" in texts_of(root)
+    assert len(lines_of(root, ARTICLE)) == 1
 
 
 def test_an_engine_alone_has_no_chart_of_gaps(tmp_path: Path) -> None:
@@ -97,7 +98,7 @@ def test_the_png_has_the_lines_of_the_svg(head_on: Comparison, tmp_path: Path) -
     save_plot(head_on, str(tmp_path / "f.png"))
     picture = pygame.image.load(tmp_path / "f.png")
     assert picture.get_size() == tuple(PNG_SCALE * int(root.get(side, "")) for side in ("width", "height"))
-    [full] = lines_of(root, VERMILLION)
+    [full] = lines_of(root, EXACT)
     for x, y in full[20:-20:30]:
         colours = {tuple(picture.get_at((round(PNG_SCALE * x) + k, round(PNG_SCALE * y)))) for k in range(-20, 21)}
-        assert tuple(VERMILLION) in colours  # it is dashed
+        assert tuple(EXACT) in colours  # it is dashed
