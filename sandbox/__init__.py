@@ -1,8 +1,10 @@
 """Run one rigid-body scene in several solvers side by side, and see how far they drift apart.
 
-    load      reads a scene: a TOML file, or a bundled scene
-    simulate  runs a scene in one engine, and returns its trajectory
-    compare   runs a scene in several engines, and returns how far they are apart, since when, and why
+    load        reads a scene: a TOML file, or a bundled scene
+    from_space  returns the scene of a live pymunk.Space
+    write       writes a scene file
+    simulate    runs a scene in one engine, and returns its trajectory
+    compare     runs a scene in several engines, and returns how far they are apart, since when, and why
 
 >>> import sandbox
 >>> scene = sandbox.load("article")
@@ -18,9 +20,10 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison, compare
     from sandbox.engines import Engine
-    from sandbox.errors import Refused, SandboxError
+    from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory, simulate
-    from sandbox.scene import Scene, load
+    from sandbox.scene import Scene, load, write
+    from sandbox.scene.from_pymunk import from_space
     from sandbox.state import Contacts, State
 
 __version__ = "0.1.0"
@@ -32,12 +35,15 @@ __all__ = [
     "Refused",
     "SandboxError",
     "Scene",
+    "SpaceWarning",
     "State",
     "Trajectory",
     "__version__",
     "compare",
+    "from_space",
     "load",
     "simulate",
+    "write",
 ]
 
 _MODULES: Final = {
@@ -47,11 +53,14 @@ _MODULES: Final = {
     "Refused": "errors",
     "SandboxError": "errors",
     "Scene": "scene",
+    "SpaceWarning": "errors",
     "State": "state",
     "Trajectory": "run.trajectory",
     "compare": "analysis.comparison",
+    "from_space": "scene.from_pymunk",
     "load": "scene",
     "simulate": "run.trajectory",
+    "write": "scene",
 }
 
 

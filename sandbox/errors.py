@@ -29,6 +29,10 @@ class Refused(SandboxError):
     """An engine cannot run a scene; the text says why, and which engine can."""
 
 
+class SpaceWarning(UserWarning):
+    """A scene, or a recording, of a `pymunk.Space` leaves something out or differs from it."""
+
+
 class Terminated(BaseException):
     """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores."""
 

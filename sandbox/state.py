@@ -94,7 +94,7 @@ class States(NamedTuple):
             rows[row] = getattr(state, name)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)  # arrays have no truth value
 class Bodies:
     """The properties of the balls, which do not change while a scene runs: (n,) each.
 

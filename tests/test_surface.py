@@ -12,8 +12,18 @@ from conftest import REQUIRED
 
 import sandbox
 
-VERBS = ("compare", "load", "simulate")
-CLASSES = ("Comparison", "Contacts", "Engine", "Refused", "SandboxError", "Scene", "State", "Trajectory")
+VERBS = ("compare", "from_space", "load", "simulate", "write")
+CLASSES = (
+    "Comparison",
+    "Contacts",
+    "Engine",
+    "Refused",
+    "SandboxError",
+    "Scene",
+    "SpaceWarning",
+    "State",
+    "Trajectory",
+)
 HEAVY = ("numpy", "numba", "pydantic", "pymunk", "pygame", "bokeh", "rich", "typer")
 
 

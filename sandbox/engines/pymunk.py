@@ -1,5 +1,6 @@
 """Pymunk: a `pymunk.Space` of circle bodies and static segment walls. Pymunk finds and solves the contacts."""
 
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -10,7 +11,7 @@ from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import Scene, Wall
 from sandbox.state import CONTACT, Contacts, Damping, Floats, Integers, State, States
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
@@ -231,4 +232,28 @@ def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
         if number in scene.wall_numbers:
             space.add(body, segment)
         segments.append(segment)
+    for chain in _chains(scene.walls):
+        _join([segments[len(ends) + wall] for wall in chain])
     return segments
+
+
+def _chains(walls: Sequence[Wall]) -> Iterator[list[int]]:
+    """Yield the numbers of the walls of each chain of joined walls; one that ends where it began is complete."""
+    chain: list[int] = []
+    for number, wall in enumerate(walls):
+        last = walls[chain[-1]] if chain else wall
+        if chain and (not wall.joined or wall.start != last.to or last.to == walls[chain[0]].start):
+            yield chain
+            chain = []
+        if wall.joined:
+            chain.append(number)
+    yield chain
+
+
+def _join(chain: Sequence[pymunk.Segment]) -> None:
+    """Let no ball hit the ends at which the segments of a chain meet, where it touches both."""
+    is_closed = bool(chain) and chain[-1].b == chain[0].a
+    for k, segment in enumerate(chain):
+        before = chain[k - 1].a if k or is_closed else segment.a
+        after = chain[(k + 1) % len(chain)].b if k + 1 < len(chain) or is_closed else segment.b
+        segment.set_neighbors(before, after)
