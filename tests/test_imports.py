@@ -28,7 +28,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
     "tomlkit": ("scene.files",),
     "PIL": ("scene", "view"),
     "llvmlite": ("compiled",),
-    "pymunk": ("engines.pymunk", "scene.from_pymunk", "view.debug_draw", *PLAIN),
+    "pymunk": ("engines.pymunk", "engines.space_reader", "scene.from_pymunk", "view.debug_draw", *PLAIN),
     "pyb2d3": ("engines.box2d",),
     "distributed": ("sweep.workers",),
     "bokeh": ("report",),
