@@ -5,6 +5,7 @@
     write       writes a scene file
     simulate    runs a scene in one engine, and returns its trajectory
     compare     runs a scene in several engines, and returns how far they are apart, since when, and why
+    watch       records what a live pymunk.Space does, and compares it with the exact reference
 
 >>> import sandbox
 >>> scene = sandbox.load("article")
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison, compare
+    from sandbox.analysis.watch import watch
     from sandbox.engines import Engine
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory, simulate
@@ -43,6 +45,7 @@ __all__ = [
     "from_space",
     "load",
     "simulate",
+    "watch",
     "write",
 ]
 
@@ -60,6 +63,7 @@ _MODULES: Final = {
     "from_space": "scene.from_pymunk",
     "load": "scene",
     "simulate": "run.trajectory",
+    "watch": "analysis.watch",
     "write": "scene",
 }
 

@@ -12,7 +12,7 @@ from conftest import REQUIRED
 
 import sandbox
 
-VERBS = ("compare", "from_space", "load", "simulate", "write")
+VERBS = ("compare", "from_space", "load", "simulate", "watch", "write")
 CLASSES = (
     "Comparison",
     "Contacts",

@@ -14,7 +14,7 @@ from sandbox.engines import default_engines
 from sandbox.errors import SandboxError, suggestion
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
-from sandbox.run.lockstep import Lockstep
+from sandbox.run.lockstep import Engines, Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, States
 from sandbox.text import csv_text
@@ -151,7 +151,7 @@ def flatten(figures: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def compare(
     scene: Scene,
-    engines: Sequence[str] | None = None,
+    engines: Engines | None = None,
     *,
     against: str | None = None,
     inputs: Sequence[Input] = (),
@@ -159,11 +159,10 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
-    with its edits), and "exact"; against: the engine that the others are measured against, by default "exact" if it
-    takes part, else the last; inputs: recorded inputs to
-    replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
-    covers what follows the last edit.
+    engines: their names, or a mapping as in `Lockstep`; by default "pymunk", then "article" (or "impulse" if the
+    article's rule cannot run the scene with its edits), and "exact"; against: the engine that the others are measured
+    against, by default "exact" if it takes part, else the last; inputs: recorded inputs to replay; progress: called now
+    and then with the fraction that is done. If inputs edit the scene, the comparison covers what follows the last edit.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
     """
     if isinstance(engines, str):
@@ -174,7 +173,7 @@ def compare(
     if against not in names:
         hint = suggestion(against, names)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
-    lockstep = Lockstep(scene, names, inputs)
+    lockstep = Lockstep(scene, engines if isinstance(engines, Mapping) else names, inputs)
     segment = _Segment(lockstep, names, against, steps)
     while lockstep.steps < steps:
         lockstep.apply_due()
@@ -301,7 +300,6 @@ class _Segment:
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
             self.states |= self.reference.twin_states
-        self.pulled = np.full(self.rows, -1)
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
 
@@ -310,11 +308,10 @@ class _Segment:
         end = min(max(self.measured, 1) + self.chunk, self.rows, self.steps + 1 - self.before)
         rows = slice(self.filled, end)
         self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
-        if self.lockstep.pulled is not None:
-            self.pulled[rows.start] = self.lockstep.pulled
+        if self.lockstep.pushes:
             self.disturbed[self.before + rows.start] = True
             for name, measurement in self.measurements.items():
-                measurement.pull[rows.start] = self.lockstep.pulls[name]
+                measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
         if self.filled == end:
             self._measure()
         if self.filled == self.rows:
@@ -338,8 +335,7 @@ class _Segment:
         if self.measured < self.filled:
             self._measure()
         for measurement in self.measurements.values():
-            measurement.enter(self.filled, self.pulled[: self.filled])
-        self.pulled[:] = -1
+            measurement.enter(self.filled)
         self.before += self.filled - 1
         self.measured = self.filled = 1
 

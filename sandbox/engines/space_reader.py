@@ -29,8 +29,8 @@ class SpaceReader:
     """Reads the discs of a Space and their contacts: `begin`, then `read` after each call of `Space.step`, then `end`.
 
     balls: their bodies, in scene order; radius: (n,) px; carriers: the static body of each wall, by the wall's number;
-    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; calls: those so
-    far; log: of the contacts.
+    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; calls: of all
+    steps so far; log: of the contacts.
     """
 
     def __init__(

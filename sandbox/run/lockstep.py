@@ -10,8 +10,8 @@ import numpy as np
 
 from sandbox.engines import Engine, advance, create
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
-from sandbox.run.inputs import Input
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
+from sandbox.run.inputs import Input, Kick
 from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -23,6 +23,9 @@ MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled an
 
 
 Build = Callable[[Scene, State], Engine]
+Engines = Iterable[str] | Mapping[str, Build | None]
+"""Names of engines; in a mapping, each with a function that builds it, or None for the engine of that name."""
+Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
 
 
 class Runner:
@@ -103,16 +106,17 @@ class Lockstep:
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene.
     """
 
-    def __init__(self, scene: Scene, names: Iterable[str], inputs: Sequence[Input] = ()) -> None:
+    def __init__(self, scene: Scene, engines: Engines, inputs: Sequence[Input] = ()) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
-        self.engines = {name: self.new_runner(name, self.initial) for name in names}
+        builds = engines if isinstance(engines, Mapping) else dict.fromkeys(engines)
+        self.engines = {name: self.new_runner(name, self.initial, build) for name, build in builds.items()}
         self.hidden: list[Runner] = []  # run along, but excluded from results
         self.mouse = Mouse(scene)
-        self.pulled: int | None = None  # the ball that the mouse pulled in the last step
-        self.pulls: dict[str, Vector] = {}  # px/s that the pull added to the ball's velocity, by engine
+        self.pushes: dict[str, list[Push]] = {}  # before the last step, by the mouse and by kicks, by engine
+        self._kicks: list[Push] = []  # before the next step
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.edited = False  # since the last step
@@ -136,6 +140,9 @@ class Lockstep:
         """
         if isinstance(given, Edit):
             self._edit(given)
+        elif isinstance(given, Kick):
+            check_ball(given.ball, self.scene)
+            self._kicks.append((given.ball, given.velocity))
         self.given.append(given)
         self.mouse.apply(given)
 
@@ -175,7 +182,7 @@ class Lockstep:
         pulls a ball.
         """
         self._begin_step()
-        most = self._steps_per_call if self.pulled is None else 1
+        most = self._steps_per_call if self.mouse.ball is None else 1
         steps = min(most, *(len(states.position) for states in arrays.values()))
         if self._pending:
             steps = min(steps, self._pending[-1].step - self.steps)
@@ -187,17 +194,20 @@ class Lockstep:
         return steps
 
     def _begin_step(self) -> None:
-        """Apply the inputs of this step, and pull the grabbed ball."""
+        """Apply the inputs of this step, kick the balls that they kick, and pull the grabbed ball."""
         self.apply_due()
-        ball = self.mouse.ball
-        self.pulled, self.pulls, self.edited = ball, {}, False
-        if ball is None:
+        ball, kicks, self._kicks = self.mouse.ball, self._kicks, []
+        self.pushes, self.edited = {}, False
+        if ball is None and not kicks:
             return
         for runner in self._runners:
-            state = runner.state()
-            pull = self.mouse.pull(state.position[ball], state.velocity[ball])
-            runner.kick(ball, pull)
-            self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
+            pushes = list(kicks)
+            if ball is not None:
+                state = runner.state()
+                pushes.append((ball, self.mouse.pull(state.position[ball], state.velocity[ball])))
+            for push in pushes:
+                runner.kick(*push)
+            self.pushes.setdefault(runner.name, pushes)  # a hidden engine may have the same name
 
     @property
     def _runners(self) -> list[Runner]:

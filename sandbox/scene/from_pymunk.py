@@ -4,6 +4,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
+from functools import cache
 from itertools import combinations_with_replacement, pairwise
 from typing import Final, NamedTuple
 from warnings import warn
@@ -104,17 +105,21 @@ def from_space(
     Raises SandboxError, which lists all that a scene cannot have; with skip, leaves that out, and warns. Also warns
     (SpaceWarning) of moments of inertia that are not those of uniform discs, and of contacts that have begun.
     """
-    if not isinstance(space, pymunk.Space):
-        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
     contents = contents_of(space)
-    if contents.left_out and not skip:
-        raise SandboxError(f"a scene cannot have {listed(contents.left_out)} of this Space; skip=True leaves that out")
+    if not skip:
+        refuse_unsupported(contents, "; skip=True leaves that out")
     scene = scene_of(contents, motion_of(contents.circles), size=size, rate=rate, title=title)
     if contents.left_out:
         warn(f"left out of the scene: {listed(contents.left_out)}", SpaceWarning, stacklevel=2)
     for warning in _warnings(space, contents.circles):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
+
+
+def refuse_unsupported(contents: SpaceContents, advice: str = "") -> None:
+    """Raise SandboxError if a Space has what a scene cannot have. advice: on that, the end of the message."""
+    if contents.left_out:
+        raise SandboxError(f"a scene cannot have {listed(contents.left_out)} of this Space{advice}")
 
 
 def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rate: int, title: str) -> Scene:
@@ -132,7 +137,9 @@ def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rat
 
 
 def contents_of(space: pymunk.Space) -> SpaceContents:
-    """Read what a Space has."""
+    """Read what a Space has. Raises SandboxError if it is none."""
+    if not isinstance(space, pymunk.Space):
+        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
     of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
     for shape in space.shapes:
         if not shape.sensor:
@@ -149,7 +156,6 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
             walls += _walls_of(shape)
         elif len(of_body[_body(shape)]) == 1:
             circles.append(shape)
-    defaults = pymunk.Space()
     return SpaceContents(
         tuple(circles),
         tuple(_body(circle).mass for circle in circles),
@@ -159,10 +165,16 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
         {
             key: value
             for key in SETTINGS
-            if (value := getattr(space, key)) != getattr(defaults, key) and not (key == "damping" and _odd(value))
+            if (value := getattr(space, key)) != getattr(_new_space(), key) and not (key == "damping" and _odd(value))
         },
         dict(left_out),
     )
+
+
+@cache
+def _new_space() -> pymunk.Space:
+    """Return a Space with Pymunk's default settings."""
+    return pymunk.Space()
 
 
 def motion_of(circles: Iterable[pymunk.Circle]) -> State:
