@@ -114,7 +114,7 @@ class Watched:
         """Begin a part, unless it could not be compared."""
         why = ""
         if contents.left_out:
-            why = f"a scene cannot have {listed(contents.left_out)}"
+            why = _cannot_have(contents)
         elif not contents.circles:
             why = "there were no circles"
         elif not _is_whole(dt):
@@ -136,7 +136,8 @@ class Watched:
         if not self._breaks:
             return ""
         step, why = self._breaks[0]
-        more = f", and {len(self._breaks) - 1} more such changes" if len(self._breaks) > 1 else ""
+        others = len(self._breaks) - 1
+        more = f", and {others} more such change{'s' if others > 1 else ''}" if others else ""
         return f"before step {step + 1}, {why}{more}"
 
 
@@ -176,6 +177,8 @@ class _Part:
         """Return which change since the last step is not one of velocities; empty if there is none."""
         if dt != self._dt:
             return f"dt changed from {self._dt:g} s to {dt:g} s"
+        if contents.left_out:
+            return _cannot_have(contents)
         for before, after, what in _compared(self._contents, contents):
             if before != after:
                 return f"{what} changed"
@@ -213,10 +216,13 @@ class _Part:
         return replace(comparison, since=self._since)
 
 
+def _cannot_have(contents: SpaceContents) -> str:
+    return f"the Space had {listed(contents.left_out)}, which a scene cannot have"
+
+
 def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[object, object, str]]:
     """Yield each thing that a Space has, before and after, and its name."""
     yield before.circles, after.circles, "the circles"
-    yield before.left_out, after.left_out, "what a scene cannot have"
     yield before.masses, after.masses, "a mass"
     yield before.kinds, after.kinds, "a radius, elasticity or friction"
     yield before.walls, after.walls, "a wall"
