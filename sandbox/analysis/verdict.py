@@ -319,8 +319,9 @@ def _rightful(comparison: Comparison, step: int) -> str:
     if not run.energy[0] or not (_others(comparison) or comparison.against == REFERENCE):
         return ""
     least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
-    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and abs(entry.energy) > least]
     share = float(run.energy[step] / run.energy[0] - 1)
+    sign = math.copysign(1.0, share * run.energy[0])  # what gave energy is no reason for a loss
+    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and sign * entry.energy > least]
     errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
         return ""  # part of the change is the reference's own error

@@ -12,6 +12,7 @@ import pytest
 
 import sandbox
 from sandbox.analysis.causes import Cause
+from sandbox.analysis.verdict import verdict
 from sandbox.analysis.watch import Watched, watch
 from sandbox.errors import SandboxError, SpaceWarning
 
@@ -96,6 +97,27 @@ def test_velocities_that_the_program_sets_are_booked_to_it_and_given_to_the_refe
     assert figures.first_difference is None
     assert figures.momentum_drift < 1e-12
     assert figures.gap_max < 1e-9
+
+
+def test_the_summary_says_how_much_more_energy_the_program_gave_the_space_than_the_reference() -> None:
+    """A kick of dv adds m v.dv + m dv²/2; the ball is found late on the floor, and so has another v there."""
+    space = box(gravity=900)
+    ball = add_ball(space, 200, 200, 0, 333)
+    kicked, before = 30, 0.0
+    with watch(space) as watched:
+        for step in range(40):
+            if step == kicked:
+                before = ball.velocity.y
+                ball.velocity = 0, before - 100
+            space.step(1 / RATE)
+    comparison = watched.comparison
+    given = {name: ledger(watched, name)[Cause.HAND] for name in ("space", "exact")}
+    assert given["space"] == pytest.approx(-100 * before + 100**2 / 2)
+    bounces = 2 * math.sqrt(333**2 + 2 * 900 * (300 - 4 - 10 - 200))  # px/s, that the floor at 286 px gives
+    assert given["exact"] == pytest.approx(-100 * (333 + 900 * kicked / RATE - bounces) + 100**2 / 2)
+    share = (given["space"] - given["exact"]) / comparison.runs["space"].energy[0]
+    than = f"{100 * abs(share):.3g} % {'less' if share < 0 else 'more'} than exact"
+    assert f"In all, the mouse or your code gave it {than}." in verdict(comparison)
 
 
 def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
