@@ -18,7 +18,15 @@ from sandbox.engines.walls import ARENA_COUNT, Segments
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.run.inputs import Kick
 from sandbox.scene.fields import MAX_COUNT, Vector
-from sandbox.scene.from_pymunk import SpaceContents, contents_of, listed, motion_of, refuse_unsupported, scene_of
+from sandbox.scene.from_pymunk import (
+    SpaceContents,
+    contents_of,
+    listed,
+    motion_of,
+    other_moments,
+    refuse_unsupported,
+    scene_of,
+)
 from sandbox.scene.model import Scene
 from sandbox.state import State, States
 
@@ -30,7 +38,8 @@ def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -
     """Record what the steps of a Space do, and compare it with the exact reference at the end.
 
     size: width and height of the view, px, as in `from_space`.
-    Raises SandboxError, which lists all that a scene cannot have, if the Space has such things.
+    Raises SandboxError, which lists all that a scene cannot have, if the Space has such things, or other moments of
+    inertia than its balls.
 
     >>> space = pymunk.Space()
     >>> body = pymunk.Body(1, 50)
@@ -41,7 +50,10 @@ def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -
     >>> len(watched.comparison.time)
     61
     """
-    refuse_unsupported(contents_of(space))
+    contents = contents_of(space)
+    refuse_unsupported(contents)
+    if odd := other_moments(contents):
+        raise SandboxError(odd)
     return Watched(space, size, title)
 
 
@@ -117,6 +129,8 @@ class Watched:
             why = _cannot_have(contents)
         elif not contents.circles:
             why = "there were no circles"
+        elif odd := other_moments(contents):
+            why = odd
         elif not _is_whole(dt):
             why = f"dt was {dt:g} s, which is not 1 / a whole number, as 1/60 is"
         if not why:
@@ -223,7 +237,7 @@ def _cannot_have(contents: SpaceContents) -> str:
 def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[object, object, str]]:
     """Yield each thing that a Space has, before and after, and its name."""
     yield before.circles, after.circles, "the circles"
-    yield before.masses, after.masses, "a mass"
+    yield before.masses, after.masses, "a mass or moment"
     yield before.kinds, after.kinds, "a radius, elasticity or friction"
     yield before.walls, after.walls, "a wall"
     yield before.gravity, after.gravity, "the gravity"

@@ -69,13 +69,13 @@ class WallOnBody(NamedTuple):
 class SpaceContents(NamedTuple):
     """What a Space has, without the motion of its circles; equal if a scene of it is.
 
-    circles, masses: of the balls, in the order of their shapes; kinds: their radius, elasticity and friction;
+    circles: the balls, in the order of their shapes; masses: and moments; kinds: radius, elasticity and friction;
     settings: those that are not Pymunk's defaults; left_out: what a scene cannot have, by its name, singular and
     plural.
     """
 
     circles: tuple[pymunk.Circle, ...]
-    masses: tuple[float, ...]
+    masses: tuple[tuple[float, float], ...]
     kinds: tuple[tuple[float, float, float], ...]
     walls: tuple[WallOnBody, ...]
     gravity: Vector
@@ -86,7 +86,7 @@ class SpaceContents(NamedTuple):
     def bodies(self) -> Bodies:
         """The balls' constants."""
         radius, elasticity, friction = np.array(self.kinds, float).reshape(-1, 3).T
-        return Bodies(radius, np.array(self.masses, float), elasticity, friction)
+        return Bodies(radius, np.array(self.masses, float).reshape(-1, 2)[:, 0], elasticity, friction)
 
 
 def from_space(
@@ -111,7 +111,7 @@ def from_space(
     scene = scene_of(contents, motion_of(contents.circles), size=size, rate=rate, title=title)
     if contents.left_out:
         warn(f"left out of the scene: {listed(contents.left_out)}", SpaceWarning, stacklevel=2)
-    for warning in _warnings(space, contents.circles):
+    for warning in _warnings(space, contents):
         warn(warning, SpaceWarning, stacklevel=2)
     return scene
 
@@ -140,7 +140,7 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
     """Read what a Space has. Raises SandboxError if it is none."""
     if not isinstance(space, pymunk.Space):
         raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
-    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
+    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)  # solid ones
     for shape in space.shapes:
         if not shape.sensor:
             of_body[_body(shape)].append(shape)
@@ -158,17 +158,21 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
             circles.append(shape)
     return SpaceContents(
         tuple(circles),
-        tuple(_body(circle).mass for circle in circles),
+        tuple((_body(circle).mass, _body(circle).moment) for circle in circles),
         tuple((circle.radius, circle.elasticity, circle.friction) for circle in circles),
         tuple(walls),
         (space.gravity.x, space.gravity.y),
-        {
-            key: value
-            for key in SETTINGS
-            if (value := getattr(space, key)) != getattr(_new_space(), key) and not (key == "damping" and _odd(value))
-        },
+        _settings_of(space),
         dict(left_out),
     )
+
+
+def _settings_of(space: pymunk.Space) -> dict[str, float]:
+    """Return the settings that a scene can have and that are not Pymunk's defaults."""
+    settings = {key: getattr(space, key) for key in SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
+    if _odd(space.damping):
+        del settings["damping"]
+    return settings
 
 
 @cache
@@ -293,22 +297,28 @@ def _view(contents: SpaceContents, position: Floats) -> Vector:
     return width, height
 
 
-def _warnings(space: pymunk.Space, circles: Sequence[pymunk.Circle]) -> Iterator[str]:
-    """Yield warnings of what makes a scene move otherwise than its Space."""
+def other_moments(contents: SpaceContents) -> str:
+    """Say which moments of inertia are not those of a scene's balls, where that matters; empty if none are."""
     odd = []
-    for number, circle in enumerate(circles):
-        body, matters = _body(circle), circle.friction or _body(circle).angular_velocity
-        disc = body.mass * circle.radius**2 / 2
-        if matters and MAX_MOMENT_ERROR * disc < abs(body.moment - disc) < math.inf:
-            odd.append(f"ball {number} {body.moment:.6g} instead of {disc:.6g}")
-    if odd:
-        more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
-        yield f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
+    for number, (circle, (mass, moment)) in enumerate(zip(contents.circles, contents.masses, strict=True)):
+        disc, turns = mass * circle.radius**2 / 2, circle.friction or _body(circle).angular_velocity
+        if turns and MAX_MOMENT_ERROR * disc < abs(moment - disc) < math.inf:
+            odd.append(f"ball {number} {moment:.6g} instead of {disc:.6g}")
+    if not odd:
+        return ""
+    more = f" and {len(odd) - MAX_LISTED} more" if len(odd) > MAX_LISTED else ""
+    return f"balls turn as uniform discs, with moments m r²/2; in this Space, {', '.join(odd[:MAX_LISTED])}{more}"
+
+
+def _warnings(space: pymunk.Space, contents: SpaceContents) -> Iterator[str]:
+    """Yield warnings of what makes a scene move otherwise than its Space."""
+    if odd := other_moments(contents):
+        yield odd
     buffer = Buffer()
     get_space_arbiters(space, ArbiterFields.CONTACT_COUNT, buffer)
     if begun := np.count_nonzero(np.frombuffer(buffer.int_buf(), np.uintp)):
-        contacts, their = ("contact has", "its impulse") if begun == 1 else ("contacts have", "their impulses")
+        found, their = ("contact has", "its impulse") if begun == 1 else ("contacts have", "their impulses")
         yield (
-            f"{begun} {contacts} begun, and Pymunk starts from {their} in its next step, which a scene does not have: "
+            f"{begun} {found} begun, and Pymunk starts from {their} in its next step, which a scene does not have: "
             "call from_space before the first step, or while nothing touches"
         )

@@ -63,6 +63,17 @@ def test_what_is_recorded_is_what_pymunk_does_with_the_scene() -> None:
     assert watched.comparison.trusted_until == theirs.trusted_until
 
 
+def test_damping_is_recognised() -> None:
+    space = box()
+    space.damping = 0.5
+    add_ball(space, 60, 150, 100)
+    with watch(space) as watched:
+        for _ in range(RATE):
+            space.step(1 / RATE)
+    assert set(ledger(watched)) <= {Cause.DAMPING, Cause.ROUNDING}
+    assert ledger(watched)[Cause.DAMPING] == pytest.approx(-(100**2) / 2 * (1 - 0.5**2))
+
+
 def test_two_walls_of_one_body_that_are_touched_at_once_are_told_apart() -> None:
     space = box()
     add_ball(space, 380, 280, 100, 100)  # meets the right and the bottom wall at 6 px, in step 4
@@ -154,7 +165,7 @@ def first(space: pymunk.Space) -> pymunk.Body:
 BREAKS: dict[str, Callable[[pymunk.Space], object]] = {
     "the circles changed": add_one,
     "a radius, elasticity or friction changed": lambda space: setattr(list(space.shapes)[-1], "elasticity", 0.5),
-    "a mass changed": lambda space: setattr(first(space), "mass", 3),
+    "a mass or moment changed": lambda space: setattr(first(space), "mass", 3),
     "the gravity changed": lambda space: setattr(space, "gravity", (0, 100)),
     "a setting of the Space changed": lambda space: setattr(space, "iterations", 20),
     "a wall changed": lambda space: setattr(next(iter(space.shapes)), "friction", 0.5),
@@ -226,6 +237,11 @@ def test_a_space_with_what_a_scene_cannot_have_is_refused_at_once() -> None:
     body = pymunk.Body(1, math.inf)
     space.add(body, pymunk.Poly.create_box(body))
     with pytest.raises(SandboxError, match=r"^a scene cannot have 1 dynamic polygon of this Space$"):
+        watch(space)
+    space = box()
+    next(iter(add_ball(space, 60, 150).shapes)).friction = 0.5
+    first(space).moment = 20
+    with pytest.raises(SandboxError, match=r"moments m r²/2; in this Space, ball 0 20 instead of 50$"):
         watch(space)
 
 
