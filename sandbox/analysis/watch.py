@@ -28,7 +28,7 @@ from sandbox.scene.from_pymunk import (
     scene_of,
 )
 from sandbox.scene.model import Scene
-from sandbox.state import State, States
+from sandbox.state import Contacts, State, States
 
 SPACE: Final = "space"  # the name of what is watched, in the comparison
 ROUNDING: Final = 1e-9  # relative, of a dt that is 1 / a whole number
@@ -124,15 +124,7 @@ class Watched:
 
     def _begin_part(self, contents: SpaceContents, dt: float) -> None:
         """Begin a part, unless it could not be compared."""
-        why = ""
-        if contents.left_out:
-            why = _cannot_have(contents)
-        elif not contents.circles:
-            why = "there were no circles"
-        elif odd := other_moments(contents):
-            why = odd
-        elif not _is_whole(dt):
-            why = f"dt was {dt:g} s, which is not 1 / a whole number, as 1/60 is"
+        why = _why_not(contents, dt)
         if not why:
             self._part = _Part(self._space, contents, dt, self._steps, self._time, self._size, self._title)
         elif not self._breaks or self._breaks[-1][1] != why:
@@ -172,6 +164,7 @@ class _Part:
         rate, motion = round(1 / dt), motion_of(contents.circles)
         self._scene: Scene = scene_of(contents, motion, size=size, rate=rate, title=title)
         self._states = [motion]
+        self._contacts: list[Contacts] = []
         self._kicks: list[Kick] = []
         walls = [((0.0, 0.0), (0.0, 0.0), 0.0)] * ARENA_COUNT  # which do not stand
         walls += [(wall.start, wall.to, wall.thickness / 2) for wall in contents.walls]
@@ -192,7 +185,7 @@ class _Part:
         if dt != self._dt:
             return f"dt changed from {self._dt:g} s to {dt:g} s"
         if contents.left_out:
-            return _cannot_have(contents)
+            return _why_not(contents, dt)
         for before, after, what in _compared(self._contents, contents):
             if before != after:
                 return f"{what} changed"
@@ -213,12 +206,12 @@ class _Part:
         step(dt)
         self._reader.read()
         self._reader.end()
-        states = self._reader.states()
-        self._states.append(states.state(-1, 0.0))
+        self._states.append(self._reader.states().state(-1, 0.0))
+        self._contacts.append(self._reader.log.take())
 
     def comparison(self) -> Comparison:
         """Compare what was recorded with the reference."""
-        states, contacts = States.stack(self._states), self._reader.log.take()
+        states, contacts = States.stack(self._states), np.concatenate(self._contacts)
         states = states._replace(angle=states.angle - states.angle[0])  # a scene's balls start without
         rate = self._scene.rate
 
@@ -230,8 +223,15 @@ class _Part:
         return replace(comparison, since=self._since)
 
 
-def _cannot_have(contents: SpaceContents) -> str:
-    return f"the Space had {listed(contents.left_out)}, which a scene cannot have"
+def _why_not(contents: SpaceContents, dt: float) -> str:
+    """Return why steps of a Space cannot be compared; empty if they can."""
+    if contents.left_out:
+        return f"the Space had {listed(contents.left_out)}, which a scene cannot have"
+    if not contents.circles:
+        return "there were no circles"
+    if not _is_whole(dt):
+        return f"dt was {dt:g} s, which is not 1 / a whole number, as 1/60 is"
+    return other_moments(contents)
 
 
 def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[object, object, str]]:

@@ -141,13 +141,13 @@ def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
 
 def test_step_of_the_object_records_without_a_with_block() -> None:
     space = box()
-    add_ball(space, 60, 150, 30)
+    add_ball(space, 60, 150, 240)
     watched = watch(space)
-    for _ in range(30):
-        watched.step(1 / RATE)
-    assert watched.comparison.time[-1] == 0.5
-    watched.step(1 / RATE)
-    assert len(watched.comparison.time) == 32
+    for steps in (90, 180):  # one more wall each
+        for _ in range(90):
+            watched.step(1 / RATE)
+        assert len(watched.comparison.time) == steps + 1
+        assert len(watched.comparison.runs["space"].contacts) == steps // 90
 
 
 def add_one(space: pymunk.Space) -> None:
