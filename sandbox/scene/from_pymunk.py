@@ -119,7 +119,7 @@ def from_space(
 def refuse_unsupported(contents: SpaceContents, advice: str = "") -> None:
     """Raise SandboxError if a Space has what a scene cannot have. advice: on that, the end of the message."""
     if contents.left_out:
-        raise SandboxError(f"a scene cannot have {listed(contents.left_out)} of this Space{advice}")
+        raise SandboxError(f"the Space has {listed(contents.left_out)}, which a scene cannot have{advice}")
 
 
 def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rate: int, title: str) -> Scene:

@@ -203,7 +203,7 @@ def test_what_a_scene_cannot_have_is_refused_by_name_or_left_out_with_a_warning(
     UNSUPPORTED[what](space)
     with pytest.raises(SandboxError) as raised:
         from_space(space)
-    assert str(raised.value) == f"a scene cannot have {what} of this Space; skip=True leaves that out"
+    assert str(raised.value) == f"the Space has {what}, which a scene cannot have; skip=True leaves that out"
     add_ball(space, 200)
     with pytest.warns(SpaceWarning, match=f"left out of the scene: {what}") as warned:
         scene = from_space(space, skip=True)
@@ -217,7 +217,7 @@ def test_all_that_is_refused_is_in_one_message() -> None:
     for kind in (pymunk.Body.DYNAMIC, pymunk.Body.DYNAMIC, pymunk.Body.KINEMATIC):
         on_body(kind)(space)
     space.sleep_time_threshold = 1
-    with pytest.raises(SandboxError, match=r"^a scene cannot have [^;]+; skip=True") as raised:
+    with pytest.raises(SandboxError, match=r"^the Space has [^;]+, which a scene cannot have; skip=True") as raised:
         from_space(space)
     for what in ("2 dynamic polygons", "1 shape on a kinematic body", "2 PivotJoints", "1 sleep_time_threshold"):
         assert what in str(raised.value)
