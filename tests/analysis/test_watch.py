@@ -185,7 +185,8 @@ def test_after_any_other_change_the_recording_begins_anew_and_says_so(why: str) 
             space.step(1 / RATE)
     with pytest.warns(SpaceWarning, match=f"^before step 11, {why}; .*, steps 11 to 30 of 30$"):
         comparison = watched.comparison
-    assert (len(comparison.time), comparison.since) == (21, pytest.approx(10 / RATE))
+    assert len(comparison.time) == 21
+    assert comparison.since == pytest.approx(10 / RATE)
     assert comparison.runs["space"].apart is None
     assert Cause.HAND not in ledger(watched)
 

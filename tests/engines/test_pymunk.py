@@ -231,7 +231,10 @@ def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool
 
 def test_a_chain_of_joined_walls_ends_where_the_next_begins_elsewhere_or_where_it_closes() -> None:
     corners = [(100, 100), (200, 100), (150, 200)]
-    triangle = [{"from": corners[k - 1], "to": corners[k], "joined": True} for k in range(3)]
-    after = [{"from": (200, 100), "to": (300, 100), "joined": True}, {"from": (10, 10), "to": (20, 20)}]
+    triangle: list[dict[str, object]] = [{"from": corners[k - 1], "to": corners[k], "joined": True} for k in range(3)]
+    after: list[dict[str, object]] = [
+        {"from": (200, 100), "to": (300, 100), "joined": True},
+        {"from": (10, 10), "to": (20, 20)},
+    ]
     scene = Scene(arena={"size": (400, 300)}, balls=[{"radius": 5, "position": (50, 250)}], walls=[*triangle, *after])
     assert [chain for chain in _chains(scene.walls) if chain] == [[0, 1, 2], [3]]
