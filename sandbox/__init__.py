@@ -1,10 +1,13 @@
 """Run one rigid-body scene in several solvers side by side, and see how far they drift apart.
 
-    load      reads a scene: a TOML file, or a bundled scene
-    simulate  runs a scene in one engine or several, and returns trajectories
-    compare   runs a scene in several engines, and returns how far they are apart, since when, and why
-    verify    scores engines against what scenes expect
-    sweep     runs a scene with many seeds, rates, engines and settings, and returns a table
+    load        reads a scene: a TOML file, or a bundled scene
+    from_space  returns the scene of a live pymunk.Space
+    write       writes a scene file
+    simulate    runs a scene in one engine or several, and returns trajectories
+    compare     runs a scene in several engines, and returns how far they are apart, since when, and why
+    verify      scores engines against what scenes expect
+    sweep       runs a scene with many seeds, rates, engines and settings, and returns a table
+    watch       records what a live pymunk.Space does, and compares it with the exact reference
 
 >>> import sandbox
 >>> sandbox.simulate("article", "article", seconds=1).position.shape  # steps + 1, balls, x and y
@@ -19,13 +22,15 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from sandbox.engines import Engine
-    from sandbox.errors import Refused, SandboxError
+    from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
-    from sandbox.scene import Scene, load
+    from sandbox.scene import Scene, load, write
+    from sandbox.scene.from_pymunk import from_space
     from sandbox.scripting.calls import compare, simulate, sweep, verify
     from sandbox.scripting.comparison import Comparison
     from sandbox.scripting.scores import Scores
     from sandbox.scripting.sweep_table import SweepTable
+    from sandbox.scripting.watch import watch
     from sandbox.state import Contacts, State
 
 __version__ = "0.1.0"
@@ -38,15 +43,19 @@ __all__ = [
     "SandboxError",
     "Scene",
     "Scores",
+    "SpaceWarning",
     "State",
     "SweepTable",
     "Trajectory",
     "__version__",
     "compare",
+    "from_space",
     "load",
     "simulate",
     "sweep",
     "verify",
+    "watch",
+    "write",
 ]
 
 _MODULES: Final = {
@@ -57,14 +66,18 @@ _MODULES: Final = {
     "SandboxError": "errors",
     "Scene": "scene",
     "Scores": "scripting.scores",
+    "SpaceWarning": "errors",
     "State": "state",
     "SweepTable": "scripting.sweep_table",
     "Trajectory": "run.trajectory",
     "compare": "scripting.calls",
+    "from_space": "scene.from_pymunk",
     "load": "scene",
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",
     "verify": "scripting.calls",
+    "watch": "scripting.watch",
+    "write": "scene",
 }
 
 

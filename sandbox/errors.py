@@ -41,6 +41,10 @@ class EngineError(SandboxError):
         self.details = "".join(f"{printable(line)}\n" for line in details.splitlines())
 
 
+class SpaceWarning(UserWarning):
+    """A scene, or a recording, of a `pymunk.Space` leaves something out or differs from it."""
+
+
 class Terminated(BaseException):
     """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores."""
 

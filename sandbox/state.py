@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Contacts = NDArray[np.void]  # (k,) of dtype CONTACT
+Pushes = NDArray[np.void]  # (k,) of dtype PUSH
 
 CONTACT: Final = np.dtype(
     [
@@ -22,6 +23,15 @@ CONTACT: Final = np.dtype(
         ("depth", "f8"),  # px, overlap when the contact was found
         ("tangential", "f8"),  # kg px/s along (-normal_y, normal_x), which friction gives to the second
         ("slip", "f8"),  # px/s along the same, of the first's rim past the second's before the contact
+    ]
+)
+
+
+PUSH: Final = np.dtype(
+    [
+        ("row", "i8"),  # of the state that the step leads to, in a block
+        ("ball", "i8"),
+        ("dv", "f8", (2,)),  # px/s, by which the ball's velocity changes before the step
     ]
 )
 
@@ -94,7 +104,7 @@ class States(NamedTuple):
             rows[row] = getattr(state, name)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)  # arrays have no truth value
 class Bodies:
     """The properties of the balls, which do not change while a scene runs: (n,) each.
 

@@ -114,7 +114,7 @@ SET_UP = re.findall(r"^python3 -m venv .*$", README.read_text(), re.MULTILINE)
 
 def put_files(page: Path, folder: Path) -> None:
     """Put into a folder what a page's commands and examples read."""
-    (folder / "docs").mkdir()
+    shutil.copytree(ROOT / "docs" / "examples", folder / "docs" / "examples")
     write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
     shown = files(page)
     for name, text in shown.items():

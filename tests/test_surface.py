@@ -12,7 +12,7 @@ from conftest import REQUIRED
 
 import sandbox
 
-VERBS = ("compare", "load", "simulate", "sweep", "verify")
+VERBS = ("compare", "from_space", "load", "simulate", "sweep", "verify", "watch", "write")
 CLASSES = (
     "Comparison",
     "Contacts",
@@ -21,6 +21,7 @@ CLASSES = (
     "SandboxError",
     "Scene",
     "Scores",
+    "SpaceWarning",
     "State",
     "SweepTable",
     "Trajectory",

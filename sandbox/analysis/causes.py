@@ -21,7 +21,7 @@ class Cause(IntEnum):
     ELASTICITY = 0, "the scene's elasticity"
     FRICTION = 1, "friction"
     SPIN = 2, "into spin, not in the sum"
-    HAND = 3, "the mouse"
+    HAND = 3, "the mouse or your code"
     SMALL = 4, "impulse too small"
     LARGE = 5, "impulse too large"
     FRICTION_SMALL = 6, "friction too small"

@@ -338,7 +338,6 @@ class _Segment:
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
             self.states |= self.reference.twin_states
-        self.pulled = np.full(self.rows, -1)
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
 
@@ -347,11 +346,10 @@ class _Segment:
         end = min(max(self.measured, 1) + self.chunk, self.rows, self.steps + 1 - self.before)
         rows = slice(self.filled, end)
         self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
-        if self.lockstep.pulled is not None:
-            self.pulled[rows.start] = self.lockstep.pulled
+        if self.lockstep.pushes:
             self.disturbed[self.before + rows.start] = True
             for name, measurement in self.measurements.items():
-                measurement.pull[rows.start] = self.lockstep.pulls[name]
+                measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
         if self.filled == end:
             self._measure()
         if self.filled == self.rows:
@@ -375,8 +373,7 @@ class _Segment:
         if self.measured < self.filled:
             self._measure()
         for measurement in self.measurements.values():
-            measurement.enter(self.filled, self.pulled[: self.filled])
-        self.pulled[:] = -1
+            measurement.enter(self.filled)
         self.before += self.filled - 1
         self.measured = self.filled = 1
 

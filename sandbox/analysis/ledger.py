@@ -34,7 +34,7 @@ from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import NO_DAMPING, Bools, Contacts, Damping, Floats, Integers, States
+from sandbox.state import NO_DAMPING, Bools, Contacts, Damping, Floats, Integers, Pushes, States
 
 
 @dataclass(frozen=True)
@@ -291,6 +291,18 @@ def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats, sp
 
 
 @kernel
+def _push(constants: SceneConstants, block: Block, scratch: Scratch, position: Floats, push: Record) -> None:
+    """Enter what a hand gives a ball before a step. position: (n, 2) px."""
+    ball, velocity, mass = push.ball, scratch.explained, constants.mass[push.ball]
+    for axis in range(2):
+        mean = velocity[ball, axis] + push.dv[axis] / 2
+        enter(block, Cause.HAND, mass * push.dv[axis] * mean, 0.0, 0.0)
+        velocity[ball, axis] += push.dv[axis]
+        lever = mass * (position[ball, 1 - axis] - constants.centre[1 - axis])
+        scratch.torque[0] += (2 * axis - 1) * lever * push.dv[axis]
+
+
+@kernel
 def _find_unexplained(
     constants: SceneConstants,
     block: Block,
@@ -522,8 +534,7 @@ def _replay(
     unexplained: Unexplained,
     flights: Flights,
     states: States,
-    pulled: Integers,
-    pull: Floats,
+    pushes: Pushes,
     off_parabola: Floats,
     contacts: Contacts,
     step_of: Integers,
@@ -535,26 +546,20 @@ def _replay(
 ) -> int:
     """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
-    states: of steps + 1 rows; pulled: (steps + 1,), the ball that the mouse pulled in each step,
-    or -1, and pull: (steps + 1, 2) px/s, by how much; off_parabola: (2,) px between the engine's flight in a step and
-    a parabola; contacts: (contacts,) CONTACT, step_of: their steps, and within: s since these began; touched: (n,) s,
+    states: of steps + 1 rows; pushes: by a hand, by row; off_parabola: (2,) px between the engine's flight in a step
+    and a parabola; contacts: (contacts,) CONTACT, step_of: their steps, within: s since these began; touched: (n,) s,
     when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, and
     damped: (steps, 2) kg px/s, both written.
     """
     position, velocity, _, spin = states
-    n, at = position.shape[1], 0
+    n, at, pushed = position.shape[1], 0, 0
     for step in range(1, len(position)):
         before = position[step - 1], velocity[step - 1], spin[step - 1]
         after = position[step], velocity[step], spin[step]
         _begin_step(scratch, unexplained, velocity[step - 1], spin[step - 1])
-        ball = pulled[step]
-        if ball >= 0:
-            for axis in range(2):
-                mean = scratch.explained[ball, axis] + pull[step, axis] / 2
-                enter(block, Cause.HAND, constants.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
-                scratch.explained[ball, axis] += pull[step, axis]
-                lever = constants.mass[ball] * (before[0][ball, 1 - axis] - constants.centre[1 - axis])
-                scratch.torque[0] += (2 * axis - 1) * lever * pull[step, axis]
+        while pushed < len(pushes) and pushes[pushed].row == step:
+            _push(constants, block, scratch, before[0], pushes[pushed])
+            pushed += 1
 
         # Replay contact by contact, or all contacts of a time if they are resolved together.
         begin = at
@@ -659,12 +664,11 @@ class Ledger:
         self.max_overlap = 0.0
         self._steps = 0
 
-    def add(self, states: States, contacts: Contacts, pulled: Integers, pull: Floats) -> tuple[Floats, Floats]:
+    def add(self, states: States, contacts: Contacts, pushes: Pushes) -> tuple[Floats, Floats]:
         """Enter a block of steps. states: of steps + 1 rows, from the last state of the block before.
 
-        pulled: (steps + 1,), the ball that the mouse pulled in each step, or -1; pull: (steps + 1, 2) px/s, by how
-        much. Returns what was given in each step: the angular momentum about the arena's centre by walls, gravity,
-        mouse and damping, (steps,) kg px²/s, and the momentum by damping, (steps, 2) kg px/s.
+        pushes: by a hand, by row. Returns what was given in each step: the angular momentum about the arena's centre by
+        walls, gravity, hand and damping, (steps,) kg px²/s, and the momentum by damping, (steps, 2) kg px/s.
         """
         position, velocity = states.position, states.velocity
         steps = len(position) - 1
@@ -704,8 +708,7 @@ class Ledger:
             self._unexplained,
             self._flights,
             states,
-            pulled,
-            pull,
+            pushes,
             np.zeros(2) if self._off_parabola is None else self._off_parabola,
             contacts,
             step_of,

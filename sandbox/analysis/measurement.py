@@ -18,8 +18,9 @@ from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import Bools, Contacts, Floats, Integers, State, States
+from sandbox.state import PUSH, Bools, Contacts, Floats, Integers, State, States
 
 OF_REPORTS: Final = (Cause.UNTOLD, Cause.VELOCITY, Cause.LATE, Cause.EARLY)  # of an engine whose balls are all in place
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -115,15 +116,15 @@ def _why_unjudged(runner: Runner) -> Cause | None:
 class Measurement:
     """Measures one engine, as its states come in.
 
-    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pull: (rows, 2)
-    px/s, by how much the mouse changed the pulled ball's velocity in the step that led to each.
+    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pushes: by the mouse
+    and by kicks, in the block so far: the row of the state that the step led to, the ball, and px/s.
     """
 
     def __init__(self, scene: Scene, runner: Runner, rows: int, stride: int, steps: int) -> None:
         n = len(scene.bodies)
         self.runner = runner
         self.states = States.empty(rows, n)
-        self.pull = np.zeros((rows, 2))
+        self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
         runner.engine.contacts()  # starts recording
@@ -140,7 +141,7 @@ class Measurement:
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
         self._momentum = np.empty((steps + 1, 2))
-        self._given = np.zeros((steps + 1, 2))  # kg px/s, by mouse and damping in the step that led to each state
+        self._given = np.zeros((steps + 1, 2))  # kg px/s, by pushes and damping in the step that led to each state
         self._centre_of_mass = np.empty((steps + 1, 2))  # px
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
@@ -210,24 +211,22 @@ class Measurement:
         """Score an expectation that falls between the last step and the end of the run."""
         self._scores[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
 
-    def enter(self, rows: int, pulled: Integers) -> None:
-        """Enter the first rows of the block in the ledger, and begin another block with the last of them.
-
-        pulled: (rows,), the ball that the mouse pulled in the step that led to each, or -1.
-        """
+    def enter(self, rows: int) -> None:
+        """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
         contacts = self.runner.engine.contacts()
         if (np.diff(contacts["time"]) < 0).any():
             contacts = contacts[np.argsort(contacts["time"], kind="stable")]
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
-        torques, damped = self._ledger.add(states, self._contacts[-1], pulled, self.pull[:rows])
+        pushes = np.array(self.pushes, PUSH)
+        torques, damped = self._ledger.add(states, self._contacts[-1], pushes)
         self._torques[self._entered : self._entered + rows - 1] = torques
         self._given[self._entered + 1 : self._entered + rows] = damped
-        steps = self._entered + np.flatnonzero(pulled >= 0)
-        self._given[steps] += self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
+        pushed = self._scene.bodies.mass[pushes["ball"], None] * pushes["dv"]
+        np.add.at(self._given, self._entered + pushes["row"], pushed)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
-        self.pull[:] = 0.0
+        self.pushes.clear()
 
     @property
     def _final(self) -> State:
@@ -255,7 +254,7 @@ class Measurement:
 
         reference: its contacts, None for the reference's own run; reference_energy: (steps + 1,) kg px²/s²;
         trusted_until: s, when the reference's paths first mean nothing, None if they do to the end; disturbed:
-        (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
+        (steps + 1,), whether a ball was pushed in the step that led to each state.
         """
         record, scene = self.record, self._scene
         contacts = record.contacts

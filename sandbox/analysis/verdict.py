@@ -299,8 +299,21 @@ def _energy(comparison: Comparison) -> str:
     than = f"{'less' if share < 0 else 'more'} than {_reference(comparison)}"
     return (
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
-        f"{100 * abs(share):.3g} % of the start's energy {than}{through}."
+        f"{100 * abs(share):.3g} % of the start's energy {than}{through}.{_pushed(comparison, name)}"
     ).strip()
+
+
+def _pushed(comparison: Comparison, name: str) -> str:
+    """Say by how much more energy pushes gave an engine than the reference: they act on other velocities there."""
+    own, reference = (
+        sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.HAND)
+        for one in (name, comparison.against)
+    )
+    start = abs(float(comparison.runs[name].energy[0]))
+    if abs(own - reference) <= NEGLIGIBLE_ENERGY * start:
+        return ""
+    than = f"{'less' if own < reference else 'more'} than {_reference(comparison)}"
+    return f" In all, {Cause.HAND.label} gave it {100 * abs(own - reference) / start:.3g} % {than}."
 
 
 def _damping(comparison: Comparison) -> str:
@@ -336,8 +349,9 @@ def _rightful(comparison: Comparison, step: int) -> str:
     if not run.energy[0] or not (_others(comparison) or comparison.against == REFERENCE):
         return ""
     least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
-    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and abs(entry.energy) > least]
     share = float(run.energy[step] / run.energy[0] - 1)
+    sign = math.copysign(1.0, share * run.energy[0])  # what gave energy is no reason for a loss
+    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and sign * entry.energy > least]
     errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
         return ""  # part of the change is the reference's own error

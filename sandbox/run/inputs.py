@@ -6,6 +6,7 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
     {"step": 12, "do": "grab", "ball": 1, "at": [400.0, 300.0]}
     {"step": 13, "do": "move", "at": [410.0, 300.0]}
     {"step": 40, "do": "release"}
+    {"step": 45, "do": "kick", "ball": 1, "velocity": [0.0, -200.0]}
     {"step": 50, "do": "add", "position": [60.0, 60.0], "velocity": [120.0, 0.0], "radius": 20.0}
     {"step": 60, "do": "delete", "ball": 0}
     {"step": 70, "do": "velocity", "ball": 2, "velocity": [0.0, -60.0]}
@@ -74,6 +75,16 @@ class Release(Model):
     do: Literal["release"] = "release"
 
 
+class Kick(Model):
+    """A program adds to a ball's velocity before this step, in every engine alike."""
+
+    step: Index
+    do: Literal["kick"] = "kick"
+    ball: Index
+    velocity: Vector
+    """What is added, px/s."""
+
+
 class End(Model):
     """The recording ended before this step."""
 
@@ -81,8 +92,8 @@ class End(Model):
     do: Literal["end"] = "end"
 
 
-Input = Start | Grab | Move | Release | Edit | End
-_AnyInput = Start | Grab | Move | Release | AnyEdit | End  # with each kind of edit, for pydantic to choose from
+Input = Start | Grab | Move | Release | Kick | Edit | End
+_AnyInput = Start | Grab | Move | Release | Kick | AnyEdit | End  # with each kind of edit, for pydantic to choose from
 _READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
 INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
@@ -125,7 +136,7 @@ def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, s
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
                 raise SandboxError("start must come before all other inputs")
-            if isinstance(given, Grab):
+            if isinstance(given, Grab | Kick):
                 check_ball(given.ball, scene)
             edits += isinstance(given, Edit)
             if edits > MAX_EDITS:

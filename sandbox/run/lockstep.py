@@ -14,8 +14,8 @@ from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
-from sandbox.run.inputs import Grab, Input
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
+from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -26,8 +26,8 @@ FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how
 AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
-
 Build = Callable[[Scene, State], Engine]
+Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
 
 
 class Runner:
@@ -155,9 +155,9 @@ class Lockstep:
         self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.hidden: list[Runner] = []  # run along, but excluded from results
         self.mouse = Mouse(scene)
-        self.pulled: int | None = None  # the ball that the mouse pulled in the last step
-        self.pulls: dict[str, Vector] = {}  # px/s that the pull added to the ball's velocity, by engine
-        self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse and edits have added to each energy
+        self.pushes: dict[str, list[Push]] = {}  # before the last step, by the mouse and by kicks, by engine
+        self._kicks: list[Push] = []  # before the next step
+        self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
         self.dropped = ""  # why the expendable engine runs no more
         self._expendable = expendable
         self.given: list[Input] = []  # all inputs applied so far
@@ -187,6 +187,9 @@ class Lockstep:
         self._check_drag(given)
         if isinstance(given, Edit):
             self._edit(given)
+        elif isinstance(given, Kick):
+            check_ball(given.ball, self.scene)
+            self._kicks.append((given.ball, given.velocity))
         self.given.append(given)
         self.mouse.apply(given)
 
@@ -210,7 +213,7 @@ class Lockstep:
                 self.clock.change(self.steps, rate)
 
     def _check_drag(self, given: Input) -> None:
-        if isinstance(given, Grab):
+        if isinstance(given, Grab | Kick):
             for name, runner in self.engines.items():
                 if not runner.can_be_dragged:
                     raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
@@ -243,7 +246,7 @@ class Lockstep:
         pulls a ball.
         """
         self._begin_step()
-        most = self._steps_per_call if self.pulled is None else 1
+        most = self._steps_per_call if self.mouse.ball is None else 1
         steps = min(most, *(len(states.position) for states in arrays.values()))
         if self._pending:
             steps = min(steps, self._pending[-1].step - self.steps)
@@ -255,20 +258,30 @@ class Lockstep:
         return steps
 
     def _begin_step(self) -> None:
-        """Apply the inputs of this step, and pull the grabbed ball."""
+        """Apply the inputs of this step, kick the balls that they kick, and pull the grabbed ball."""
         self.apply_due()
-        ball = self.mouse.ball
-        self.pulled, self.pulls, self.edited = ball, {}, False
-        if ball is None:
+        ball, kicks, self._kicks = self.mouse.ball, self._kicks, []
+        self.pushes, self.edited = {}, False
+        if ball is None and not kicks:
             return
         for runner in self._runners:
             state = runner.state()
-            pull = self.mouse.pull(state.position[ball], state.velocity[ball])
-            runner.kick(ball, pull)
-            if runner.name not in self.pulls:  # a hidden engine may have the same name
-                self.pulls[runner.name] = pull
-                speed_up = dot(state.velocity[ball] + np.divide(pull, 2), np.asarray(pull))
-                self.work[runner.name] += float(self.scene.bodies.mass[ball] * speed_up)
+            pushes = list(kicks)
+            if ball is not None:
+                pushes.append((ball, self.mouse.pull(state.position[ball], state.velocity[ball])))
+            for pushed, dv in pushes:
+                runner.kick(pushed, dv)
+            if runner.name not in self.pushes:  # a hidden engine may have the same name
+                self.pushes[runner.name] = pushes
+                self.work[runner.name] += self._work_of(pushes, state)
+
+    def _work_of(self, pushes: Sequence[Push], state: State) -> float:
+        """Return what pushes add to a state's energy, kg px²/s²."""
+        velocity, work = state.velocity.copy(), 0.0
+        for ball, dv in pushes:
+            work += float(self.scene.bodies.mass[ball] * dot(velocity[ball] + np.divide(dv, 2), np.asarray(dv)))
+            velocity[ball] += dv
+        return work
 
     def _drop(self, why: str) -> None:
         """Go on without the expendable engine and its hidden copies."""

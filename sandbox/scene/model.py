@@ -68,6 +68,9 @@ class Wall(Model):
     friction: NotNegative = 0
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
 
+    joined: Annotated[bool, Strict()] = False
+    """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
+
     @model_validator(mode="after")
     def _check_length(self) -> Self:
         if math.dist(self.start, self.to) < 1e-6:

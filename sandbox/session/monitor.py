@@ -11,7 +11,8 @@ from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
-from sandbox.state import Contacts, State, States, no_contacts
+from sandbox.scene.fields import Vector
+from sandbox.state import PUSH, Contacts, State, States, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
 MAX_BOOKED: Final = 5_000  # balls times steps that are entered in a ledger at once, so that no frame takes much longer
@@ -152,25 +153,24 @@ class _FollowedEngine:
         """Begin a block of steps that are entered in the ledger together."""
         self._states = [state]
         self._block = [no_contacts()]
-        self._pulled, self._pulls = [-1], [(0.0, 0.0)]
+        self._pushes: list[tuple[int, int, Vector]] = []
 
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
         """Add a step."""
         if len(contacts):
             self._block.append(_since(contacts, self._since))
+        self._pushes += [(len(self._states), ball, dv) for ball, dv in lockstep.pushes.get(self._name, ())]
         self._states.append(state)
-        self._pulled.append(-1 if lockstep.pulled is None else lockstep.pulled)
-        self._pulls.append(lockstep.pulls.get(self._name, (0.0, 0.0)))
 
     def try_ledger(self) -> None:
         """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
         states = States.stack([self._states[0]] * 2)
-        Ledger(self._scene, together=True).add(states, no_contacts(), np.array([-1, -1]), np.zeros((2, 2)))
+        Ledger(self._scene, together=True).add(states, no_contacts(), np.empty(0, PUSH))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""
         contacts = np.concatenate(self._block)
-        self._ledger.add(States.stack(self._states), contacts, np.array(self._pulled), np.array(self._pulls))
+        self._ledger.add(States.stack(self._states), contacts, np.array(self._pushes, PUSH))
         if len(contacts):
             self._contacts.append(contacts)
         self._begin_block(self._states[-1])

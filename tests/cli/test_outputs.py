@@ -76,7 +76,7 @@ def writers() -> Mapping[str, Write]:
             "plot.png": partial(save_plot, comparison, "plot.png"),
             "plot.svg": partial(save_plot, comparison, "plot.svg"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
-            "scene.toml": partial(write_scene, scene, spawn(scene), "scene.toml"),
+            "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
             "table.csv": partial(write, sweep, in_order(sweep, rows), "table.csv"),
         }
