@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.contact import keep_still
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.grid import extent
 from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
@@ -41,7 +42,8 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
                 # After j's own next contact, j is predicted anew against all discs, i among them.
                 limit = min(disc[i].hit, disc[j].hit) - now
                 time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
-                if time < NEVER and i != j and time <= disc[j].hit:
+                is_next = time < NEVER and i != j and time <= disc[j].hit
+                if is_next and not (time == now and keep_still(world, i, j, m, o, now)):
                     _propose_contact(world, i, time, j, np.int64(disc[j].serial))
                 j = np.int64(disc[j].next)
 
