@@ -34,8 +34,12 @@ class PymunkEngine:
         self._substeps = scene.pymunk.substeps
         self._dt = 1 / scene.rate / self._substeps
         self._rate = scene.rate
-        self._bodies = _add_balls(self.space, scene, initial)
-        walls = _add_walls(self.space, scene)
+        if scene.pymunk.walls_first:
+            walls = _add_walls(self.space, scene)
+            self._bodies = _add_balls(self.space, scene, initial)
+        else:
+            self._bodies = _add_balls(self.space, scene, initial)
+            walls = _add_walls(self.space, scene)
         a, b, radius = (np.array([getattr(wall, key) for wall in walls]) for key in ("a", "b", "radius"))
         carriers = {wall: body for wall in scene.wall_numbers if (body := walls[wall].body)}
         self._reader = SpaceReader(

@@ -172,6 +172,9 @@ def _settings_of(space: pymunk.Space) -> dict[str, float]:
     settings = {key: getattr(space, key) for key in SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
     if _odd(space.damping):
         del settings["damping"]
+    first = next(iter(space.shapes), None)
+    if first and not isinstance(first, pymunk.Circle):
+        settings["walls_first"] = True
     return settings
 
 

@@ -3,6 +3,7 @@
 import math
 import random
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import sandbox
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.scene.from_pymunk import from_space
 from sandbox.scene.spawn import spawn
+from sandbox.state import Floats
 
 RATE = 60
 SECONDS = 2
@@ -74,17 +76,41 @@ def random_space(seed: int) -> pymunk.Space:
     return space
 
 
+def positions_after_steps(space: pymunk.Space) -> Floats:
+    """Run a Space, and return the positions of its dynamic bodies after each step: (steps, n, 2) px."""
+    positions = []
+    for _ in range(SECONDS * RATE):
+        space.step(1 / RATE)
+        positions.append([body.position for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC])
+    return np.array(positions)
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_pymunk_moves_the_scene_as_it_moves_the_space(seed: int) -> None:
     space = random_space(seed)
     trajectory = sandbox.simulate(from_space(space), "pymunk", seconds=SECONDS)
     assert len(trajectory.contacts) > 0
-    own = []
-    for _ in range(SECONDS * RATE):
-        space.step(1 / RATE)
-        own.append([body.position for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC])
-    distance = np.abs(trajectory.position[1:] - np.array(own)).max()
+    distance = np.abs(trajectory.position[1:] - positions_after_steps(space)).max()
     assert distance < MAX_DISTANCE, f"{distance} px"
+
+
+@pytest.mark.parametrize("walls_first", [True, False])
+def test_touching_discs_move_as_in_the_space_whether_walls_or_balls_were_added_first(walls_first: bool) -> None:
+    def add_balls() -> None:
+        for k in range(12):
+            add_ball(space, 140 + 40 * (k % 4) + 5 * (k // 4), 100 + 40 * (k // 4), friction=0.6)
+
+    def add_funnel() -> None:
+        for start, end in pairwise([(0, 100), (150, 380), (250, 380), (400, 100)]):
+            space.add(pymunk.Segment(space.static_body, start, end, 5))
+
+    space = pymunk.Space()
+    space.gravity = 0, 900
+    for add in (add_funnel, add_balls) if walls_first else (add_balls, add_funnel):
+        add()
+    trajectory = sandbox.simulate(from_space(space), "pymunk", seconds=SECONDS)
+    own = positions_after_steps(space)
+    assert np.array_equal(trajectory.position[1:], own), f"{np.abs(trajectory.position[1:] - own).max()} px"
 
 
 def test_everything_a_scene_can_have_is_read() -> None:
