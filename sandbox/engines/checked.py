@@ -91,14 +91,14 @@ def _errors_of(name: str, time: float) -> Iterator[None]:
         raise
     except SandboxError as error:
         raise EngineError(name, str(error), time) from error
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
             raise
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         raise EngineError(name, f"raised {what}", time, _own_traceback(error)) from error
 
 
-def _own_traceback(error: Exception) -> str:
+def _own_traceback(error: BaseException) -> str:
     """Return a traceback that begins where the engine's own code does."""
     own = error.__traceback__
     while own and own.tb_frame.f_code.co_filename in (__file__, getfile(FunctionEngine)):

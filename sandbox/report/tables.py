@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from typing import Final
 
 from rich.cells import cell_len
@@ -35,12 +36,16 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
     terminal.print(f"{verdict(comparison)}\n")
     table = Table(box=None, pad_edge=False)
     table.add_column("", overflow="fold")
-    for name in (*comparison.runs, *comparison.failed):
+    names, rows = [*comparison.runs, *comparison.failed], list(comparison_rows(comparison))
+    columns = zip_longest(("", *names), *rows, fillvalue="")
+    if sum(COLUMN_GAP + max(map(cell_len, column)) for column in columns) - COLUMN_GAP > terminal.width:
+        names = [name.replace("(", "\n(") for name in names]  # rather than anywhere
+    for name in names:
         table.add_column(name, justify="right", overflow="fold")
     if comparison.failed:
         failures = (f"failed at {error.time:.3f} s" for error in comparison.failed.values())
         table.add_row("", *([""] * len(comparison.runs)), *failures)
-    for label, *values in comparison_rows(comparison):
+    for label, *values in rows:
         table.add_row(label, *values)
     terminal.print(table)
     if words := mark_words(comparison):

@@ -64,8 +64,8 @@ def _check_lines_printable(text: str) -> str:
     return text
 
 
-# The bounds keep squares and quotients of a scene's numbers far from overflow.
-Number = Annotated[float, Strict(), Field(ge=-1e9, le=1e9)]
+MAX_NUMBER: Final = 1e9  # keeps squares and quotients of a scene's numbers far from overflow
+Number = Annotated[float, Strict(), Field(ge=-MAX_NUMBER, le=MAX_NUMBER)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 MAX_COUNT: Final = 1_000_000

@@ -174,7 +174,7 @@ def _settings_of(space: pymunk.Space) -> dict[str, float]:
         del settings["damping"]
     first = next(iter(space.shapes), None)
     if first and not isinstance(first, pymunk.Circle):
-        settings["walls_first"] = True
+        settings["walls_first"] = 1
     return settings
 
 

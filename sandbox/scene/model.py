@@ -93,8 +93,8 @@ class PymunkSettings(Model):
     """Number of steps for which the solution of a contact is kept."""
     damping: Annotated[Number, Field(gt=0, le=1)] | None = None
     """Share of each velocity and spin that is left after one second of flight; 1 is no damping."""
-    walls_first: Annotated[bool, Strict()] = False
-    """Whether walls are added to the Space before balls; Pymunk solves the contacts of a step in another order then."""
+    walls_first: Annotated[Index, Field(le=1)] = 0
+    """1 if walls are added to the Space before balls, else 0; contacts of a step are solved in another order then."""
 
 
 class Expect(Model):

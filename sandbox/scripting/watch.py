@@ -15,9 +15,9 @@ from sandbox.engines import Engine
 from sandbox.engines.recorded import RecordedEngine
 from sandbox.engines.space_reader import SpaceReader
 from sandbox.engines.walls import ARENA_COUNT, Segments
-from sandbox.errors import SandboxError, SpaceWarning
+from sandbox.errors import SandboxError, SpaceWarning, shown
 from sandbox.run.inputs import Kick
-from sandbox.scene.fields import MAX_COUNT, Vector
+from sandbox.scene.fields import MAX_COUNT, MAX_NUMBER, Vector
 from sandbox.scene.from_pymunk import (
     SpaceContents,
     contents_of,
@@ -187,12 +187,14 @@ class _Part:
             return f"dt changed from {self._dt:g} s to {dt:g} s"
         if contents.left_out:
             return _why_not(contents, dt)
+        now = motion_of(contents.circles)
+        if why := _out_of_range(now):
+            return why
         for before, after, what in _compared(self._contents, contents):
             if before != after:
                 return f"{what} changed"
-        last, now = self._states[-1], motion_of(contents.circles)
         for key, what in (("position", "position"), ("spin", "angular velocity")):
-            changed = np.argwhere(getattr(last, key) != getattr(now, key))
+            changed = np.argwhere(getattr(self._states[-1], key) != getattr(now, key))
             if len(changed):
                 return f"the {what} of ball {changed[0, 0]} was set"
         return ""
@@ -232,7 +234,18 @@ def _why_not(contents: SpaceContents, dt: float) -> str:
         return "there were no circles"
     if not _is_whole(dt):
         return f"dt was {dt:g} s, which is not 1 / a whole number, as 1/60 is"
-    return other_moments(contents)
+    return _out_of_range(motion_of(contents.circles)) or other_moments(contents)
+
+
+def _out_of_range(motion: State) -> str:
+    """Return which number of a motion a scene cannot have; empty if it can have all."""
+    for key, what in (("position", "position"), ("velocity", "velocity"), ("spin", "angular velocity")):
+        numbers = getattr(motion, key)
+        wrong = np.argwhere(~(np.abs(numbers) <= MAX_NUMBER))  # NaN is not
+        if len(wrong):
+            ball = wrong[0, 0]
+            return f"the {what} of ball {ball} was {shown(numbers[ball].tolist())}, not within ±{MAX_NUMBER:g}"
+    return ""
 
 
 def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[object, object, str]]:

@@ -72,7 +72,8 @@ def record(
 ) -> None:
     """Run a scene for its seconds and write a video, or for .png its end, in the format of the path's ending.
 
-    track: yields the frames' steps, and may show progress. Raises SandboxError if the path or the size is not valid.
+    track: yields the frames' steps, and may show progress. Raises SandboxError if the path or the size is not valid,
+    and EngineError, once the file is written, if an engine that is not built in has failed.
     """
     check_recording(path, size)
     camera = Camera(scene, engines, size, showing, inputs)
@@ -80,11 +81,13 @@ def record(
         for step in track(steps_of_frames(scene, PICTURE_FPS)):
             camera.go_to(step)
         save_picture(camera.draw(), path)
-        return
-    with VIDEO_FORMATS[Path(path).suffix](path, size) as video:
-        for step in track(steps_of_frames(scene, video.fps)):
-            camera.go_to(step)
-            video.add(camera.draw())
+    else:
+        with VIDEO_FORMATS[Path(path).suffix](path, size) as video:
+            for step in track(steps_of_frames(scene, video.fps)):
+                camera.go_to(step)
+                video.add(camera.draw())
+    if failure := next(filter(None, (pane.failure for pane in camera.view.panes)), None):
+        raise failure
 
 
 def check_recording(path: str, size: tuple[int, int]) -> None:

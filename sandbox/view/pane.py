@@ -54,7 +54,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
-        self._failure = engine.error if isinstance(engine, StoppingEngine) else None
+        self.failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
         if afresh or moment.scene is not self.scene:
@@ -128,8 +128,8 @@ class Pane:
                 draw(overlay)
         if self._held is not None:
             overlay.pull(self._held, self._target)
-        if self._failure:
-            draw_failure_card(surface, layout, layout.arenas[index], self._failure)
+        if self.failure:
+            draw_failure_card(surface, layout, layout.arenas[index], self.failure)
         self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:

@@ -265,6 +265,11 @@ class Raises(Flying):
             self.position[7] = 0.0
 
 
+class Exits(Flying):
+    def step(self) -> None:
+        raise SystemExit(3)
+
+
 class WritesToScene(Flying):
     def step(self) -> None:
         self.scene.bodies.radius[0] = 3.0
@@ -302,6 +307,7 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
         (WithItself, "mine: its contacts must be of two bodies, got one of ball 1 with itself"),
         (WithoutNormal, "mine: the normal of a contact must be a unit vector, got [0.0, 0.0]"),
         (Raises, "mine: raised IndexError: index 7 is out of bounds for axis 0 with size 2"),
+        (Exits, "mine: raised SystemExit: 3"),
         (WritesToScene, "mine: raised ValueError: assignment destination is read-only"),
         (returns, "mine: it must change the arrays position and velocity in place and return nothing, got tuple"),
     ],

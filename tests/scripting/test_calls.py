@@ -190,6 +190,13 @@ def test_the_text_is_that_of_the_command(oblique: sandbox.Comparison, command: C
     assert sandbox.verify("oblique", ["article", "exact"]).table() == without_padding(out)
 
 
+def test_a_narrow_table_breaks_the_name_of_an_engine_before_its_settings() -> None:
+    tuned = sandbox.compare("oblique", ["pymunk", "pymunk(substeps=4)", "exact"], seconds=0.1)
+    words = [line.split() for line in tuned.table(60).splitlines()]
+    assert words[words.index(["pymunk", "(substeps=4)", "exact"]) - 1] == ["pymunk"]
+    assert ["pymunk", "pymunk(substeps=4)", "exact"] in [line.split() for line in tuned.table(100).splitlines()]
+
+
 def test_the_files_are_those_of_the_command(
     oblique: sandbox.Comparison, working_folder: Path, command: Command
 ) -> None:

@@ -1,6 +1,7 @@
 """Watching a live Space: what is recorded is what it did, and what its program did to it is booked to the program."""
 
 import math
+import re
 import runpy
 import warnings
 from collections.abc import Callable
@@ -205,6 +206,20 @@ def test_forces_and_joints_are_named_and_the_longest_part_without_them_is_compar
     match = f"^before step 21, {had}, and 1 more such change; .*, steps 1 to 20 of 40$"
     with pytest.warns(SpaceWarning, match=match):
         assert len(watched.comparison.time) == 21
+
+
+@pytest.mark.parametrize("velocity", [math.nan, 1e308])
+def test_a_velocity_that_is_no_number_of_a_scene_ends_the_recording_and_not_the_program(velocity: float) -> None:
+    space = box()
+    ball = add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step in range(12):
+            if step == 10:
+                ball.velocity = velocity, 0
+            space.step(1 / RATE)
+    what = f"before step 11, the velocity of ball 0 was [{velocity}, 0.0], not within "
+    with pytest.warns(SpaceWarning, match=rf"^{re.escape(what)}.*, steps 1 to 10 of 12$"):
+        assert len(watched.comparison.time) == 11
 
 
 def test_a_variable_dt_is_recorded_with_a_warning() -> None:

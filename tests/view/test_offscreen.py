@@ -208,6 +208,17 @@ def test_frames_are_not_kept_in_memory(kind: type[Video]) -> None:
         assert sum(isinstance(thing, Image.Image) for thing in gc.get_objects()) <= 2
 
 
+@pytest.mark.parametrize("ending", [".png", ".gif"])
+def test_an_engine_that_fails_in_a_recording_is_reported_once_the_file_is_written(
+    ending: str, command: Command
+) -> None:
+    Path("mine.py").write_text("def step(position, velocity, dt, scene):\n    raise KeyError('lost')\n")
+    arguments = ("oblique", "--engines", "pymunk,mine.py:step", "--seconds", "0.1", "--out", f"out{ending}")
+    code, out, err = command("record", *arguments)
+    assert (code, out, err.splitlines()[-1]) == (2, "", "mine.py:step: raised KeyError: 'lost'")
+    assert Path(f"out{ending}").stat().st_size > 0
+
+
 def test_the_command_records_without_a_display_and_prints_nothing(command: Command) -> None:
     arguments = ("head-on", "--seconds", 0.5, "--size", "320x200", "--seed", 3, "--out", "video.gif")
     assert command("record", *arguments) == (0, "", "")
