@@ -292,11 +292,15 @@ def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
 
 
 def _view(contents: SpaceContents, position: Floats) -> Vector:
-    """Return the width and height of a view from (0, 0) to the furthest ball or wall, in whole px, at least 1."""
+    """Return the width and height of a view from (0, 0) to the furthest ball or wall, in whole px, at least 1.
+
+    What is not finite is left to the checks of a scene.
+    """
     ends = [(one.start, one.thickness / 2) for one in contents.walls]
     ends += [(one.to, one.thickness / 2) for one in contents.walls]
     ends += zip(position.tolist(), contents.bodies.radius.tolist(), strict=True)
-    width, height = (max([1, *(math.ceil(place[axis] + radius) for place, radius in ends)]) for axis in (0, 1))
+    reach = [[place[axis] + radius for place, radius in ends] for axis in (0, 1)]
+    width, height = (max([1, *map(math.ceil, filter(math.isfinite, each))]) for each in reach)
     return width, height
 
 

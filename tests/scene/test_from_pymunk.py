@@ -276,6 +276,14 @@ def test_contacts_that_have_begun_are_warned_of() -> None:
         from_space(space)
 
 
+@pytest.mark.parametrize("x", [math.nan, math.inf])
+def test_a_body_that_has_left_the_numbers_is_one_message(x: float) -> None:
+    space = simple_space()
+    add_ball(space).position = x, 100
+    with pytest.raises(SandboxError, match=rf"position.* must be a finite number, got {x}$"):
+        from_space(space)
+
+
 def test_what_is_no_space_is_refused() -> None:
     with pytest.raises(SandboxError, match=r"space must be a pymunk\.Space, got str"):
         from_space("article")  # type: ignore[arg-type]
