@@ -68,6 +68,7 @@ FINDING: Final = np.dtype(
         ("spin_error", "f8", (2,)),  # rad/s by which both spins changed besides the friction of the only contact
         ("spin_before", "f8", (2,)),  # rad/s of first and second
         ("spin_after", "f8", (2,)),  # rad/s of first and second
+        ("rests", "?"),  # whether gravity holds the two together, and the contact only bears the weight
     ]
 )
 Findings = NDArray[np.void]
@@ -679,7 +680,8 @@ def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> 
             bounced = BOUNCED * pull * finding.free_flight
     shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
     slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
-    return shortly and pull > 0 and bounced <= finding.approach <= slow and abs(finding.approach_after) <= slow
+    least = bounced if bounced > 0 else -NEGLIGIBLE * slow
+    return shortly and pull > 0 and least <= finding.approach <= slow and abs(finding.approach_after) <= slow
 
 
 @kernel
@@ -693,6 +695,7 @@ def _enter_rest(block: Block, k: int, energy: float) -> None:
 def _attribute_unmet(
     constants: SceneConstants,
     block: Block,
+    k: int,
     contact: Record,
     finding: Record,
     uncertain: float,
@@ -705,9 +708,10 @@ def _attribute_unmet(
     the step but not by this contact; otherwise: the cause of what it did besides, or ROUNDING.
     """
     impulse = contact.impulse
+    finding.rests = finding.gap == 0 and otherwise == Cause.ROUNDING and _is_at_rest(constants, contact, finding)
     if finding.gap > 0:
         cause = Cause.UNKNOWN
-    elif impulse == 0:
+    elif impulse == 0 or finding.rests:
         cause = Cause.ROUNDING
     elif abs(impulse) <= uncertain:
         cause = Cause.UNTOLD
@@ -717,9 +721,12 @@ def _attribute_unmet(
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
     _, per_i, per_j, _ = _pair_constants(constants, contact)
     finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
-    finding.momentum_error = math.hypot(impulse, contact.tangential)
     energy = impulse * (impulse * (per_i + per_j) / 2 - finding.approach)
     energy += _heat(finding.slip, contact.tangential, 1 / (per_i + per_j))
+    if finding.rests:
+        _enter_rest(block, k, energy)
+        return
+    finding.momentum_error = math.hypot(impulse, contact.tangential)
     enter(block, finding.cause, energy, finding.momentum_error, 0.0)
 
 
@@ -746,7 +753,7 @@ def _cause_of_impulse(
         cause = Cause.UNTOLD
     elif error <= unowned:
         cause = Cause.UNKNOWN
-    elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding)):
+    elif at_rest or (contact.second < 0 and _by_gravity(constants, contact, finding)):
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if impulse < expected else Cause.LARGE
@@ -766,7 +773,7 @@ def attribute_single(
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
     unowned = 3 * (1 + e) * mu * _sum_unowned(unexplained, k, contact)
     if finding.gap > 0 or u <= 0:
-        _attribute_unmet(constants, block, contact, finding, uncertain, unowned, otherwise)
+        _attribute_unmet(constants, block, k, contact, finding, uncertain, unowned, otherwise)
         return
 
     # What the contact should have done, as it was found and at first touch.
@@ -778,7 +785,7 @@ def attribute_single(
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
-    at_rest = _is_at_rest(constants, contact, finding)
+    finding.rests = at_rest = _is_at_rest(constants, contact, finding)
     cause = _cause_of_impulse(constants, contact, finding, uncertain, unowned, otherwise, at_rest)
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
@@ -906,6 +913,7 @@ def attribute_simultaneous(
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
     _enter_simultaneous_friction(constants, block, k, contact)
     energy, at_rest = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
+    finding.rests = at_rest
     if at_rest:
         _enter_rest(block, k, energy)
         energy = by_elasticity = 0.0
@@ -952,7 +960,7 @@ def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: F
     """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before it.
 
     before: (n, 2) px, positions at the start of the step. A solver that resolves contacts together hands what it mends
-    on from ball to ball: there any overlap will do. Looks first at what the ball touched last.
+    on from ball to ball: there all overlaps of the step count. Looks first at what the ball touched last.
     """
     other, room = unexplained.partner[ball], unexplained.room[ball]
     depth = _depth_in(constants, before, ball, other)
@@ -962,7 +970,8 @@ def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: F
         if one not in (ball, other):
             depth += _depth_in(constants, before, ball, one)
     if constants.together and room + depth > 0:
-        return True
+        for one in range(len(constants.mass)):
+            room += unexplained.room[one] if one != ball else 0.0
     enough: bool = 2 * (room + depth) >= moved
     return enough
 
@@ -1038,6 +1047,8 @@ def _cause_of_displacement(
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
     _, _, _, reach = _pair_constants(constants, contact)
     depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
+    overlap = max(contact.depth, reach - math.hypot(block.line_before[k, 0], block.line_before[k, 1]), 0.0)
+    mends = mends and depth <= 2 * overlap + slight  # or else they were held before they overlapped
     if error <= slight:
         cause = Cause.ROUNDING
     elif error <= 3 * _sum_unsteady(unexplained, contact, 1):
@@ -1051,11 +1062,15 @@ def _cause_of_displacement(
     elif mends:
         shift, nx, ny = block.expected_shift[k], contact.normal[0], contact.normal[1]
         way_back = (shift[0] * nx + shift[1] * ny) / constants.mass[contact.first]
-        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else Cause.LATE
-        cause = Cause.PUSHED if contact.second >= 0 else put_on_wall
+        mistimed = Cause.LATE if delay > 0 else Cause.EARLY
+        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else mistimed
+        cause = Cause.PUSHED if contact.second >= 0 or delay == 0 else put_on_wall
     elif abs(depth) <= 10 * slight or finding.approach <= 0:
         cause = Cause.PLACED
     else:  # resolved at another time than reported
         finding.depth, finding.delay = depth, depth / finding.approach
+        way_back = abs(finding.delay * contact.impulse) / constants.mass[contact.first]
         cause = Cause.LATE if depth > 0 else Cause.EARLY
+        if contact.second < 0 and depth / 2 < put_back < way_back - slight:
+            cause, finding.displacement_error = Cause.OVERSHOOT, way_back - put_back
     return cause

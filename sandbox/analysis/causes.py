@@ -30,7 +30,7 @@ class Cause(IntEnum):
     EARLY = 9, "found early"
     NORMAL = 10, "normal turned"
     VELOCITY = 11, "velocities changed besides the impulse"
-    PUSHED = 12, "pushed apart"
+    PUSHED = 12, "pushed out of an overlap"
     PLACED = 13, "put elsewhere without an overlap"
     OVERSHOOT = 14, "overshoot discarded"
     TURNED = 15, "already leaving the wall, reversed again"
@@ -40,7 +40,8 @@ class Cause(IntEnum):
     GRAVITY = 19, "inexact gravity"
     UNTOLD = 20, "velocity changed without a reported contact"
     ROUNDING = 21, "rounding"
-    UNKNOWN = 22, "unknown"
+    START = 22, "apart at the start"
+    UNKNOWN = 23, "unknown"
 
     @property
     def key(self) -> str:

@@ -27,6 +27,7 @@ _KINDS: Final = {
     Kind.EXTRA: "Extra contact. ",
     Kind.ORDER: "In another order. ",
     Kind.FLIGHT: "",
+    Kind.START: "",
 }
 
 

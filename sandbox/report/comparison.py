@@ -38,6 +38,7 @@ KINDS: Final = {
     Kind.EXTRA: "extra",
     Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
+    Kind.START: "at the start",
 }
 KEYS: Final = (
     ("Space", "play or pause"),
