@@ -1068,9 +1068,10 @@ def _cause_of_displacement(
     elif abs(depth) <= 10 * slight or finding.approach <= 0:
         cause = Cause.PLACED
     else:  # resolved at another time than reported
-        finding.depth, finding.delay = depth, depth / finding.approach
-        way_back = abs(finding.delay * contact.impulse) / constants.mass[contact.first]
+        way_back = abs(depth / finding.approach * contact.impulse) / constants.mass[contact.first]
         cause = Cause.LATE if depth > 0 else Cause.EARLY
         if contact.second < 0 and depth / 2 < put_back < way_back - slight:
             cause, finding.displacement_error = Cause.OVERSHOOT, way_back - put_back
+        if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):  # or else its time has explained a larger error
+            finding.depth, finding.delay = depth, depth / finding.approach
     return cause
