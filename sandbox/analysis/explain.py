@@ -228,7 +228,7 @@ def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
     delay, depth = float(finding["delay"]), float(finding["depth"])
     off = f"positions are then {finding['displacement_error']:.3g} px off."
     steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > MORE_THAN else ""
-    if contact["depth"] < depth / 2:  # the two were held before they overlapped
+    if 0 < depth and contact["depth"] < depth / 2:  # the two were held before they overlapped
         return f"Velocities changed {1e3 * delay:.3g} ms after the two touched{steps}; {off}"
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
