@@ -30,7 +30,7 @@ class Saver:
         names = (self.file_name(".toml" if k == 1 else f"-{k}.toml") for k in count(1))
         name = next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
         with self._notice.reporting():
-            write(view.moment.scene, view.panes[pane].state, name)
+            write(view.moment.scene, name, view.panes[pane].state)
             self._notice.show(f"saved {name}: the balls as in {view.panes[pane].name}")
 
     def save_picture(self, screen: Surface) -> None:
