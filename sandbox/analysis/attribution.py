@@ -681,8 +681,19 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, imp
 
 
 @kernel
-def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether two bodies that touched shortly before meet again, and part, by no more than gravity's pull.
+def _keeps_its_place(constants: SceneConstants, block: Block, k: int, contact: Record) -> bool:
+    """Return whether two bodies of a heap, with other contacts at the same time, do not move apart or round in a step.
+
+    Contacts that bear a heap's weight do so together, and mean nothing one after another.
+    """
+    _, _, _, reach = _pair_constants(constants, contact)
+    x, y = block.line_after[k, 0] - block.line_before[k, 0], block.line_after[k, 1] - block.line_before[k, 1]
+    return bool(block.crowded[k] and not constants.together and math.hypot(x, y) <= NEGLIGIBLE * reach)
+
+
+@kernel
+def _is_at_rest(constants: SceneConstants, block: Block, k: int, contact: Record, finding: Record) -> bool:
+    """Return whether gravity holds two bodies together: they meet again shortly, and part, by no more than its pull.
 
     A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce, unless it is
     found late.
@@ -696,7 +707,8 @@ def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> 
     shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
     slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
     least = bounced if bounced > 0 else -NEGLIGIBLE * slow
-    return shortly and pull > 0 and least <= finding.approach <= slow and abs(finding.approach_after) <= slow
+    softly: bool = least <= finding.approach <= slow and abs(finding.approach_after) <= slow
+    return pull > 0 and ((shortly and softly) or _keeps_its_place(constants, block, k, contact))
 
 
 @kernel
@@ -723,7 +735,9 @@ def _attribute_unmet(
     the step but not by this contact; otherwise: the cause of what it did besides, or ROUNDING.
     """
     impulse = contact.impulse
-    finding.rests = finding.gap == 0 and otherwise == Cause.ROUNDING and _is_at_rest(constants, contact, finding)
+    finding.rests = (
+        finding.gap == 0 and otherwise == Cause.ROUNDING and _is_at_rest(constants, block, k, contact, finding)
+    )
     if finding.gap > 0:
         cause = Cause.UNKNOWN
     elif impulse == 0 or finding.rests:
@@ -807,7 +821,7 @@ def attribute_single(
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
-    finding.rests = at_rest = _is_at_rest(constants, contact, finding)
+    finding.rests = at_rest = _is_at_rest(constants, block, k, contact, finding)
     cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest)
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
@@ -900,7 +914,7 @@ def _enter_simultaneous_friction(constants: SceneConstants, block: Block, k: int
     tangential, mass = finding.tangential, 1 / (per_i + per_j)
     energy = -tangential * (finding.slip + finding.slip_after) / 2
     finding.expected_tangential = tangential
-    if _is_at_rest(constants, contact, finding):
+    if _is_at_rest(constants, block, k, contact, finding):
         _enter_friction_at_rest(constants, block, contact, finding, tangential, energy, mass)
     elif abs(tangential) <= NEGLIGIBLE * abs(contact.impulse):
         enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
@@ -937,7 +951,10 @@ def attribute_simultaneous(
         cause = Cause.UNCONVERGED
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
     _enter_simultaneous_friction(constants, block, k, contact)
-    energy, finding.rests = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
+    energy, finding.rests = (
+        -impulse * (u + finding.approach_after) / 2,
+        _is_at_rest(constants, block, k, contact, finding),
+    )
     if finding.rests:
         _enter_rest(block, k, energy)
         energy = by_elasticity = 0.0
@@ -1001,6 +1018,16 @@ def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: F
 
 
 @kernel
+def _displacement_by_friction_at_rest(constants: SceneConstants, contact: Record, finding: Record, ball: int) -> float:
+    """Return how far (px) friction at rest puts a ball from where the same impulse at once, at the end, would have it.
+
+    It acts for as long as the two touch, at most for a step. 0 of a contact that is not at rest.
+    """
+    held: float = abs(contact.tangential) / constants.mass[ball] * min(finding.free_flight, constants.dt) / 2
+    return held if finding.rests else 0.0
+
+
+@kernel
 def attribute_displacement(
     constants: SceneConstants,
     block: Block,
@@ -1024,8 +1051,10 @@ def attribute_displacement(
         sign = 1 - 2 * side
         x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
         if last[ball] != k:
-            along = x * nx + y * ny
-            x, y = along * nx, along * ny
+            along, across = x * nx + y * ny, y * nx - x * ny
+            held = _displacement_by_friction_at_rest(constants, contact, finding, ball)
+            across = min(max(across, -held), held)
+            x, y = along * nx - across * ny, along * ny + across * nx
         unexplained.place[ball, 0] -= x
         unexplained.place[ball, 1] -= y
         expected_x = -sign * block.expected_shift[k, 0] / constants.mass[ball]

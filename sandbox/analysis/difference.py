@@ -55,6 +55,7 @@ MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
 
 SINGLE_PRECISION: Final = 4 * float(np.finfo(np.float32).eps)  # of a position: what some operations in float32 round
 INSIGNIFICANT: Final = 1e-3  # of the largest difference, or error: a smaller one is not the first
+GRAVITYS_PART: Final = 0.1  # of a difference; earlier bounces, each off by less than counts, have added the rest
 _OF_POSITIONS: Final = (Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT)
 _IN_FLIGHT: Final = {
     VELOCITY_CHANGED: Cause.UNTOLD,
@@ -438,8 +439,16 @@ class _Matches:
             return Reason(Cause.LATE, DISORDERED)
         if place.own >= 0 and place.reference >= 0 and (reason := self._other_time(place)):
             return reason
-        mistimed = place.own >= 0 and self.own.findings["cause"][place.own] in (Cause.LATE, Cause.EARLY)
-        return self._reason_of(place.own) if mistimed else Reason(Cause.UNKNOWN, NO_CAUSE)
+        shown = place.own >= 0 and self._shows_its_cause(place)
+        return self._reason_of(place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
+
+    def _shows_its_cause(self, place: Place) -> bool:
+        """Return whether a contact was found at another time, or whether gravity is a part of its difference."""
+        finding = self.own.findings[place.own]
+        mass = self.scene.bodies.mass[self.bodies(place)[0]]
+        by_gravity = finding["cause"] == Cause.GRAVITY and not finding["rests"]
+        by_gravity &= finding["momentum_error"] / mass >= GRAVITYS_PART * place.size
+        return bool(finding["cause"] in (Cause.LATE, Cause.EARLY) or by_gravity)
 
     def _error_of_reference(self, place: Place) -> Error | None:
         """Return the reference's error in its contact at a place, or else the first before it.

@@ -1,5 +1,6 @@
 """Sentences that once accused an engine of what it did not do, each with a scene in which it was false."""
 
+import math
 from importlib.metadata import EntryPoint
 
 import pytest
@@ -118,3 +119,27 @@ def test_a_ball_that_another_leads_round_a_third_within_a_step_passes_through_no
         more="rate = 1\nseconds = 1",
     )
     assert compare(scene, ["exact"]).runs["exact"].missed == ()
+
+
+def test_friction_while_a_ball_rolls_between_hits_is_no_wrong_time_of_the_next_hit() -> None:
+    """Exact writes what the floor gave a ball since its last contact at the next one, which it slid to meanwhile."""
+    runs = compare(load("billiards").changed(seconds=0.45), ["impulse", "exact"]).runs
+    causes = {entry.cause for entry in runs["exact"].figures.ledger}
+    assert not causes & {Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED}
+    assert not any(one.in_reference for one in runs["impulse"].differences)
+
+
+def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
+    """The floor bears a heavy ball through two light ones, 6 times their weight: more than what stops their own."""
+    light = "radius = 20\nfriction = 0.5\npositions = [[20, 580], [60, 580]]"
+    heavy = f"radius = 20\nmass = 10\nposition = [40, {580 - 20 * math.sqrt(3)}]"
+    scene = scene_of(light, heavy, size="[80, 600]", more="gravity = [0, 900]\nseconds = 0.5")
+    causes = {entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger}
+    assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
+
+
+def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
+    """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
+    one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
+    assert one is not None
+    assert one.cause == Cause.GRAVITY
