@@ -700,6 +700,8 @@ def _is_at_rest(constants: SceneConstants, block: Block, k: int, contact: Record
     """
     nx, ny = contact.normal[0], contact.normal[1]
     pull, bounced = math.hypot(constants.fall[0], constants.fall[1]), 0.0
+    if pull > 0 and _keeps_its_place(constants, block, k, contact):
+        return True
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
         if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
@@ -707,8 +709,7 @@ def _is_at_rest(constants: SceneConstants, block: Block, k: int, contact: Record
     shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
     slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
     least = bounced if bounced > 0 else -NEGLIGIBLE * slow
-    softly: bool = least <= finding.approach <= slow and abs(finding.approach_after) <= slow
-    return pull > 0 and ((shortly and softly) or _keeps_its_place(constants, block, k, contact))
+    return shortly and pull > 0 and least <= finding.approach <= slow and abs(finding.approach_after) <= slow
 
 
 @kernel
