@@ -799,6 +799,30 @@ class SwapsTimes(EventDriven):
         return contacts
 
 
+class _Stamped(EventDriven):
+    """Contacts are reported at some time of their step, at which the bodies are not as deep as reported."""
+
+    at: ClassVar = 0
+
+    def contacts(self) -> Contacts:
+        contacts = super().contacts()
+        step = np.ceil(contacts["time"] * self.scene.rate - 1e-9)
+        contacts["time"] = (step - 1 + self.at) / self.scene.rate
+        return contacts
+
+
+@fault()
+class ReportsStartOfStep(_Stamped):
+    """The run is right, and each contact is reported at the start of its step."""
+
+
+@fault()
+class ReportsEndOfStep(_Stamped):
+    """The run is right, and each contact is reported at the end of its step."""
+
+    at: ClassVar = 1
+
+
 @fault()
 class SwapsOrder(EventDriven):
     """Contacts are returned in reverse order, each with its own time: the run itself is right."""
@@ -1072,6 +1096,15 @@ class SteppedPushesApart(Stepped):
     def part(self, i: int, j: int, overlap: complex) -> None:
         self.x[i] -= overlap / 2
         self.x[j] += overlap / 2
+
+
+@fault(*LATE_BY_ITSELF, fits=without_inner_walls)
+class SteppedInSinglePrecision(Stepped):
+    """Places and velocities are rounded to single precision, by far less than the contacts are late."""
+
+    def step(self) -> None:
+        super().step()
+        self.x, self.v = ([complex(np.complex64(z)) for z in each] for each in (self.x, self.v))
 
 
 @fault(*LATE_BY_ITSELF, fits=without_inner_walls)

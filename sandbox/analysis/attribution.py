@@ -69,6 +69,7 @@ FINDING: Final = np.dtype(
         ("spin_error", "f8", (2,)),  # rad/s by which both spins changed besides the friction of the only contact
         ("spin_before", "f8", (2,)),  # rad/s of first and second
         ("spin_after", "f8", (2,)),  # rad/s of first and second
+        ("rests", "?"),  # whether gravity holds the two together, and the contact only bears the weight
     ]
 )
 Findings = NDArray[np.void]
@@ -680,21 +681,35 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, imp
 
 
 @kernel
-def _is_at_rest(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether two bodies that touched shortly before meet again, and part, by no more than gravity's pull.
+def _keeps_its_place(constants: SceneConstants, block: Block, k: int, contact: Record) -> bool:
+    """Return whether two bodies of a heap, with other contacts at the same time, do not move apart or round in a step.
+
+    Contacts that bear a heap's weight do so together, and mean nothing one after another.
+    """
+    _, _, _, reach = _pair_constants(constants, contact)
+    x, y = block.line_after[k, 0] - block.line_before[k, 0], block.line_after[k, 1] - block.line_before[k, 1]
+    return bool(block.crowded[k] and not constants.together and math.hypot(x, y) <= NEGLIGIBLE * reach)
+
+
+@kernel
+def _is_at_rest(constants: SceneConstants, block: Block, k: int, contact: Record, finding: Record) -> bool:
+    """Return whether gravity holds two bodies together: they meet again shortly, and part, by no more than its pull.
 
     A ball that left a wall and came back on its parabola meets it at half of that speed: that is a bounce, unless it is
     found late.
     """
     nx, ny = contact.normal[0], contact.normal[1]
     pull, bounced = math.hypot(constants.fall[0], constants.fall[1]), 0.0
+    if pull > 0 and _keeps_its_place(constants, block, k, contact):
+        return True
     if contact.second < 0:
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
         if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
             bounced = BOUNCED * pull * finding.free_flight
     shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
     slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
-    return shortly and pull > 0 and bounced <= finding.approach <= slow and abs(finding.approach_after) <= slow
+    least = bounced if bounced > 0 else -NEGLIGIBLE * slow
+    return shortly and pull > 0 and least <= finding.approach <= slow and abs(finding.approach_after) <= slow
 
 
 @kernel
@@ -708,6 +723,7 @@ def _enter_rest(block: Block, k: int, energy: float) -> None:
 def _attribute_unmet(
     constants: SceneConstants,
     block: Block,
+    k: int,
     contact: Record,
     finding: Record,
     uncertain: float,
@@ -720,9 +736,12 @@ def _attribute_unmet(
     the step but not by this contact; otherwise: the cause of what it did besides, or ROUNDING.
     """
     impulse = contact.impulse
+    finding.rests = (
+        finding.gap == 0 and otherwise == Cause.ROUNDING and _is_at_rest(constants, block, k, contact, finding)
+    )
     if finding.gap > 0:
         cause = Cause.UNKNOWN
-    elif impulse == 0:
+    elif impulse == 0 or finding.rests:
         cause = Cause.ROUNDING
     elif abs(impulse) <= uncertain:
         cause = Cause.UNTOLD
@@ -732,9 +751,12 @@ def _attribute_unmet(
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
     _, per_i, per_j, _ = _pair_constants(constants, contact)
     finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
-    finding.momentum_error = math.hypot(impulse, contact.tangential)
     energy = impulse * (impulse * (per_i + per_j) / 2 - finding.approach)
     energy += _heat(finding.slip, contact.tangential, 1 / (per_i + per_j))
+    if finding.rests:
+        _enter_rest(block, k, energy)
+        return
+    finding.momentum_error = math.hypot(impulse, contact.tangential)
     enter(block, finding.cause, energy, finding.momentum_error, 0.0)
 
 
@@ -767,7 +789,7 @@ def _cause_of_impulse(
         cause = Cause.UNTOLD
     elif error <= unowned:
         cause = Cause.UNKNOWN
-    elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding, undamped)):
+    elif at_rest or (contact.second < 0 and _by_gravity(constants, contact, finding, undamped)):
         cause = Cause.GRAVITY
     else:
         cause = Cause.SMALL if undamped < expected else Cause.LARGE
@@ -787,7 +809,7 @@ def attribute_single(
     uncertain = 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0)
     unowned = 3 * (1 + e) * mu * _sum_unowned(unexplained, k, contact)
     if finding.gap > 0 or u <= 0:
-        _attribute_unmet(constants, block, contact, finding, uncertain, unowned, otherwise)
+        _attribute_unmet(constants, block, k, contact, finding, uncertain, unowned, otherwise)
         return
 
     # What the contact should have done, as it was found and at first touch.
@@ -800,7 +822,7 @@ def attribute_single(
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
-    at_rest = _is_at_rest(constants, contact, finding)
+    finding.rests = at_rest = _is_at_rest(constants, block, k, contact, finding)
     cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest)
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
@@ -893,7 +915,7 @@ def _enter_simultaneous_friction(constants: SceneConstants, block: Block, k: int
     tangential, mass = finding.tangential, 1 / (per_i + per_j)
     energy = -tangential * (finding.slip + finding.slip_after) / 2
     finding.expected_tangential = tangential
-    if _is_at_rest(constants, contact, finding):
+    if _is_at_rest(constants, block, k, contact, finding):
         _enter_friction_at_rest(constants, block, contact, finding, tangential, energy, mass)
     elif abs(tangential) <= NEGLIGIBLE * abs(contact.impulse):
         enter(block, Cause.ROUNDING, energy, 0.0, 0.0)
@@ -930,8 +952,11 @@ def attribute_simultaneous(
         cause = Cause.UNCONVERGED
     is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
     _enter_simultaneous_friction(constants, block, k, contact)
-    energy, at_rest = -impulse * (u + finding.approach_after) / 2, _is_at_rest(constants, contact, finding)
-    if at_rest:
+    energy, finding.rests = (
+        -impulse * (u + finding.approach_after) / 2,
+        _is_at_rest(constants, block, k, contact, finding),
+    )
+    if finding.rests:
         _enter_rest(block, k, energy)
         energy = by_elasticity = 0.0
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
@@ -942,7 +967,7 @@ def attribute_simultaneous(
     otherwise, other_error = attribute_besides(constants, block, k, contact, unexplained)
     if other_error > impulse_error:
         finding.cause, finding.momentum_error = otherwise, other_error
-    if u <= 0 or at_rest:
+    if u <= 0 or finding.rests:
         return
     delay, _, tx, ty = _trace_back(constants, contact, finding, reach, nx, ny, contact.depth)
     finding.delay, finding.normal_error = delay, _turn(nx, ny, tx, ty)
@@ -977,7 +1002,7 @@ def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: F
     """Return whether a ball that was moved (px) overlaps others by half as much: in the step, or before it.
 
     before: (n, 2) px, positions at the start of the step. A solver that resolves contacts together hands what it mends
-    on from ball to ball: there any overlap will do. Looks first at what the ball touched last.
+    on from ball to ball: there all overlaps of the step count. Looks first at what the ball touched last.
     """
     other, room = unexplained.partner[ball], unexplained.room[ball]
     depth = _depth_in(constants, before, ball, other)
@@ -987,9 +1012,20 @@ def mends_overlap(constants: SceneConstants, unexplained: Unexplained, before: F
         if one not in (ball, other):
             depth += _depth_in(constants, before, ball, one)
     if constants.together and room + depth > 0:
-        return True
+        for one in range(len(constants.mass)):
+            room += unexplained.room[one] if one != ball else 0.0
     enough: bool = 2 * (room + depth) >= moved
     return enough
+
+
+@kernel
+def _displacement_by_friction_at_rest(constants: SceneConstants, contact: Record, finding: Record, ball: int) -> float:
+    """Return how far (px) friction at rest puts a ball from where the same impulse at once, at the end, would have it.
+
+    It acts for as long as the two touch, at most for a step. 0 of a contact that is not at rest.
+    """
+    held: float = abs(contact.tangential) / constants.mass[ball] * min(finding.free_flight, constants.dt) / 2
+    return held if finding.rests else 0.0
 
 
 @kernel
@@ -1016,8 +1052,10 @@ def attribute_displacement(
         sign = 1 - 2 * side
         x, y = unexplained.place[ball, 0], unexplained.place[ball, 1]
         if last[ball] != k:
-            along = x * nx + y * ny
-            x, y = along * nx, along * ny
+            along, across = x * nx + y * ny, y * nx - x * ny
+            held = _displacement_by_friction_at_rest(constants, contact, finding, ball)
+            across = min(max(across, -held), held)
+            x, y = along * nx - across * ny, along * ny + across * nx
         unexplained.place[ball, 0] -= x
         unexplained.place[ball, 1] -= y
         expected_x = -sign * block.expected_shift[k, 0] / constants.mass[ball]
@@ -1063,6 +1101,8 @@ def _cause_of_displacement(
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
     _, _, _, reach = _pair_constants(constants, contact)
     depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
+    overlap = max(contact.depth, reach - math.hypot(block.line_before[k, 0], block.line_before[k, 1]), 0.0)
+    mends = mends and depth <= 2 * overlap + slight  # or else they were held before they overlapped
     if error <= slight:
         cause = Cause.ROUNDING
     elif error <= 3 * _sum_unsteady(unexplained, contact, 1):
@@ -1076,11 +1116,16 @@ def _cause_of_displacement(
     elif mends:
         shift, nx, ny = block.expected_shift[k], contact.normal[0], contact.normal[1]
         way_back = (shift[0] * nx + shift[1] * ny) / constants.mass[contact.first]
-        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else Cause.LATE
-        cause = Cause.PUSHED if contact.second >= 0 else put_on_wall
+        mistimed = Cause.LATE if delay > 0 else Cause.EARLY
+        put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else mistimed
+        cause = Cause.PUSHED if contact.second >= 0 or delay == 0 else put_on_wall
     elif abs(depth) <= 10 * slight or finding.approach <= 0:
         cause = Cause.PLACED
     else:  # resolved at another time than reported
-        finding.depth, finding.delay = depth, depth / finding.approach
+        way_back = abs(depth / finding.approach * contact.impulse) / constants.mass[contact.first]
         cause = Cause.LATE if depth > 0 else Cause.EARLY
+        if contact.second < 0 and depth / 2 < put_back < way_back - slight:
+            cause, finding.displacement_error = Cause.OVERSHOOT, way_back - put_back
+        if finding.cause in NO_ERROR:  # or else its time has explained a larger error
+            finding.depth, finding.delay = depth, depth / finding.approach
     return cause

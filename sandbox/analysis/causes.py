@@ -30,7 +30,7 @@ class Cause(IntEnum):
     EARLY = 9, "found early"
     NORMAL = 10, "normal turned"
     VELOCITY = 11, "velocities changed besides the impulse"
-    PUSHED = 12, "pushed apart"
+    PUSHED = 12, "pushed out of an overlap"
     PLACED = 13, "put elsewhere without an overlap"
     OVERSHOOT = 14, "overshoot discarded"
     TURNED = 15, "already leaving the wall, reversed again"
@@ -44,6 +44,7 @@ class Cause(IntEnum):
     UNKNOWN = 23, "unknown"
     SILENT = 24, "no contacts reported"
     SOFT = 25, "contacts that last several steps"
+    START = 26, "apart at the start"
 
     @property
     def key(self) -> str:

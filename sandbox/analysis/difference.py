@@ -11,7 +11,7 @@ the engine's own run, the reference's is searched. Without one there either, the
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
@@ -24,6 +24,7 @@ from sandbox.analysis.explain import (
     BY_STATES,
     DISORDERED,
     NO_CAUSE,
+    RESOLVED_TOGETHER,
     UNCONVERGED,
     WRONG_REFERENCE,
     explain,
@@ -31,6 +32,7 @@ from sandbox.analysis.explain import (
     explain_flight,
     explain_gravity,
     explain_passage,
+    explain_start,
 )
 from sandbox.analysis.ledger import (
     DAMPED,
@@ -46,11 +48,14 @@ from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats, Integers
+from sandbox.state import Bools, Contacts, Floats, Integers, State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
 
+SINGLE_PRECISION: Final = 4 * float(np.finfo(np.float32).eps)  # of a position: what some operations in float32 round
+INSIGNIFICANT: Final = 1e-3  # of the largest difference, or error: a smaller one is not the first
+GRAVITYS_PART: Final = 0.1  # of a difference; earlier bounces, each off by less than counts, have added the rest
 _OF_POSITIONS: Final = (Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT)
 _IN_FLIGHT: Final = {
     VELOCITY_CHANGED: Cause.UNTOLD,
@@ -72,16 +77,17 @@ class Kind(StrEnum):
     ORDER = "order"
     FLIGHT = "flight"
     STATES = "states"
+    START = "start"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact in which an engine and the reference differ; or a ball's flight or states, if no contact shows it."""
+    """A contact in which an engine and the reference differ; or what no contact shows: a flight, the start, states."""
 
     kind: Kind
     time: float  # s, in the engine; in the reference if it is missing
     first: int  # ball
-    second: int | None  # ball, or ~wall; None of a flight or of states
+    second: int | None  # ball, or ~wall; None if no contact shows the difference
     cause: Cause
     because: str  # a sentence
     in_reference: bool  # whether the error is the reference's
@@ -111,14 +117,15 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
 class Record(NamedTuple):
     """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
 
-    clamps_early: whether the engine is known to limit friction by the impulse without restitution; name: the engine's;
-    unjudged: why its contacts cannot be judged one by one, if so.
+    start: its state when the comparison begins; clamps_early: whether the engine is known to limit friction by the
+    impulse without restitution; name: the engine's; unjudged: why its contacts cannot be judged one by one, if so.
     """
 
     contacts: Contacts
     findings: Findings
     missed: Sequence[Passage]
     flights: Flights
+    start: State
     clamps_early: bool = False
     name: str = "The engine"
     unjudged: Cause | None = None
@@ -131,7 +138,8 @@ class Place(NamedTuple):
     kind: Kind
     own: int
     reference: int
-    size: float  # px/s between the velocities after, or by which an impulse at the rim that turns as much moves a disc
+    size: float  # px/s between the velocities after, or by which an impulse at the rim that turns as much moves a disc;
+    # of a contact that only one has, what it changes velocities by
 
 
 class Reason(NamedTuple):
@@ -150,6 +158,7 @@ class Error(NamedTuple):
     ball: int
     contact: int  # its number, or -1 if the error is in flight
     reason: Reason
+    size: float = math.inf  # px/s or px, of one step; infinite if every step repeats it
 
 
 def difference_of_states(time: float, ball: int, own: Record, reference: Record) -> Difference:
@@ -174,18 +183,60 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
         if len(record.contacts) > MAX_CONTACTS_COMPARED:
             until = min(until, float(record.contacts["time"][MAX_CONTACTS_COMPARED]))
     matches = _Matches(scene, own, reference, until, end)
-    places = sorted([*matches.other_velocities(), *matches.unmatched()], key=matches.order)[:MAX_DIFFERENCES]
-    if not places:
+    places = sorted(matches.other_contacts(), key=matches.order)[:MAX_DIFFERENCES]
+    if apart := _apart_at_start(scene, own.start, reference.start):
+        first, begin, others = _start(own.start, reference.start, apart[0]), 0.0, places
+        reason = Reason(first.cause, first.because)
+    elif places:
+        origin, reason = matches.origin(places[0])
+        first, begin, apart = matches.difference(origin, reason), origin.time, [*matches.bodies(origin)]
+        others = places[1:] if origin == places[0] else places
+    else:
         return matches.displacements()
-    origin, reason = matches.origin(places[0])
-    follows = reason._replace(because=f"The balls have been on other courses since {origin.time:.3f} s.")
-    others = places[1:] if origin == places[0] else places
-    led_on = matches.led_on(origin)
-    differing = [matches.difference(origin, reason)]
+    follows = reason._replace(because=f"The balls have been on other courses since {begin:.3f} s.")
+    led_on = matches.led_on(begin, apart)
+    differing = [first]
     for place in others:
         reason = matches.own_reason(place) or (follows if led_on(place) else matches.origin(place)[1])
         differing.append(matches.difference(place, reason))
     return tuple(differing)
+
+
+def _apart_at_start(scene: Scene, own: State, reference: State) -> list[int]:
+    """Return the balls that begin elsewhere than in the reference, or otherwise, by more than float32 rounds."""
+    away, extent = length(own.position - reference.position), float(np.abs(reference.position).max())
+    speed = float(np.maximum(np.abs(own.velocity), np.abs(reference.velocity)).max())
+    rim = scene.bodies.radius * np.abs(own.spin - reference.spin)
+    at_rim = float((scene.bodies.radius * np.maximum(np.abs(own.spin), np.abs(reference.spin))).max())
+    apart = away > np.maximum(NEGLIGIBLE * scene.bodies.radius, SINGLE_PRECISION * extent)
+    apart |= length(own.velocity - reference.velocity) + rim > 2 * NEGLIGIBLE * (speed + at_rim)
+    return np.flatnonzero(apart).tolist()
+
+
+def _start(own: State, reference: State, ball: int) -> Difference:
+    """Describe that a ball begins elsewhere than in the reference."""
+    states = own, reference
+    away = math.dist(*(state.position[ball] for state in states))
+    slower = math.dist(*(state.velocity[ball] for state in states))
+    velocity, should_velocity = (((float(x), float(y)),) for x, y in (state.velocity[ball] for state in states))
+    spin, should_spin = ((float(state.spin[ball]),) for state in states)
+    return Difference(
+        Kind.START,
+        0.0,
+        ball,
+        None,
+        Cause.START,
+        explain_start(ball, away, slower),
+        in_reference=False,
+        before=velocity,
+        after=velocity,
+        should_before=should_velocity,
+        should_after=should_velocity,
+        spin_before=spin,
+        spin_after=spin,
+        should_spin_before=should_spin,
+        should_spin_after=should_spin,
+    )
 
 
 class _Matches:
@@ -215,8 +266,17 @@ class _Matches:
         time = step / self.scene.rate if lacks and self.at_ends_of_steps else place.time
         return time, lacks, place.own, place.reference
 
+    def other_contacts(self) -> list[Place]:
+        """Find the contacts that differ, without those that differ far less than another does."""
+        places = [*self.other_velocities(), *self.unmatched()]
+        largest = max((place.size for place in places), default=0.0)
+        return [one for one in places if one.size > INSIGNIFICANT * largest]
+
     def other_velocities(self) -> Iterator[Place]:
-        """Find the matched contacts that have other velocities after, or come in another order."""
+        """Find the matched contacts that have other velocities after, or come in another order.
+
+        What rests has no outcome: its contacts only bear its weight.
+        """
         matched = np.flatnonzero(self.of_reference >= 0)
         numbers = self.of_reference[matched]
         contacts, own, reference = (
@@ -229,13 +289,17 @@ class _Matches:
         difference[contacts["second"] < 0, 1] = 0.0
         radius = self._radii(contacts)
         turned = radius / 2 * np.abs(own["spin_after"] - reference["spin_after"])
-        size = np.maximum(length(difference), turned).max(axis=1)
+        unfallen = own["after"] - reference["after"]  # gravity pulls at what flies, and not at what a wall bears
+        unfallen[contacts["second"] < 0, 1] = 0.0
+        size = np.maximum(np.minimum(length(difference), length(unfallen)), turned).max(axis=1)
+        rest = own["rests"] & reference["rests"]
         fastest = np.maximum(*(np.abs(one["before"]).max(axis=(1, 2)) for one in (own, reference)))
         fastest += np.maximum(*((radius * np.abs(one["spin_before"])).max(axis=1) for one in (own, reference)))
         disordered = self._disordered(matched)
-        for at in np.flatnonzero((size > NEGLIGIBLE * fastest) | disordered).tolist():
-            kind = Kind.ORDER if disordered[at] else Kind.OUTCOME
-            yield Place(float(contacts["time"][at]), kind, int(matched[at]), int(numbers[at]), float(size[at]))
+        for at in np.flatnonzero(((size > NEGLIGIBLE * fastest) | disordered) & ~rest).tolist():
+            k, kind = int(matched[at]), Kind.ORDER if disordered[at] else Kind.OUTCOME
+            differs = max(float(size[at]), _speed(self.own, k)) if disordered[at] else float(size[at])
+            yield Place(float(contacts["time"][at]), kind, k, int(numbers[at]), differs)
 
     def _radii(self, contacts: Contacts) -> Floats:
         """Return the radii of both bodies of each contact, 0 of a wall: (k, 2) px."""
@@ -246,13 +310,17 @@ class _Matches:
         """Find the contacts that only one of the two has."""
         has_impulse = self.own.contacts["impulse"][: len(self.of_reference)] != 0
         for k in np.flatnonzero((self.of_reference < 0) & has_impulse).tolist():
-            time = float(self.own.contacts["time"][k])
-            if time <= self.until:
-                yield Place(time, Kind.EXTRA, k, -1, math.inf)
+            place = Place(float(self.own.contacts["time"][k]), Kind.EXTRA, k, -1, _speed(self.own, k))
+            if place.time <= self.until and not (
+                self.own.findings["rests"][k] and self._has_others(self.reference, place)
+            ):
+                yield place
         for r in np.flatnonzero(~self.matched).tolist():
-            time = float(self.reference.contacts["time"][r])
-            if time <= self.until:
-                yield Place(time, Kind.MISSING, -1, r, math.inf)
+            place = Place(float(self.reference.contacts["time"][r]), Kind.MISSING, -1, r, _speed(self.reference, r))
+            if place.time <= self.until and not (
+                self.reference.findings["rests"][r] and self._has_others(self.own, place)
+            ):
+                yield place
 
     def displacements(self) -> tuple[Difference, ...]:
         """Return what displaced balls, if no contact has other velocities: contacts, or a flight before them."""
@@ -271,9 +339,11 @@ class _Matches:
         """Find where a difference begins, and why: there, or at an earlier error in the engine or the reference."""
         if reason := self.own_reason(place):
             return place, reason
-        if place.own >= 0 and _has_unconverged_neighbour(self.own, self.own.contacts[place.own]):
+        if place.own >= 0 and self._has_unconverged_neighbour(self.own, place.own, place.size):
             return place, Reason(Cause.UNCONVERGED, UNCONVERGED)
         error = self._first_error(self.own, place)
+        if (error is None or error.of_position) and self._is_of_several_late(place):
+            return place, Reason(Cause.LATE, DISORDERED if place.kind == Kind.ORDER else RESOLVED_TOGETHER)
         if error is None or error.of_position:
             wrong = self._error_of_reference(place)
             if wrong and (error is None or not wrong.of_position):
@@ -282,32 +352,33 @@ class _Matches:
             return place, self._reason_elsewhere(place)
         return (place if error.contact < 0 else self._displacement_at(error.contact)), error.reason
 
-    def led_on(self, origin: Place) -> Callable[[Place], bool]:
-        """Return a function that tells whether a place has a ball that an origin can have led to another course."""
+    def led_on(self, begin: float, bodies: Iterable[int]) -> Callable[[Place], bool]:
+        """Return whether a place has a ball that some bodies, on other courses since a time (s), can have led on."""
         contacts = self.own.contacts[: len(self.of_reference)]
-        since = {ball: origin.time for ball in self._bodies(origin) if ball >= 0}
-        for k in range(int(np.searchsorted(contacts["time"], origin.time)), len(contacts)):
+        since = {ball: begin for ball in bodies if ball >= 0}
+        for k in range(int(np.searchsorted(contacts["time"], begin)), len(contacts)):
             pair = [int(contacts[key][k]) for key in ("first", "second")]
             if any(ball in since for ball in pair):
                 since |= {ball: float(contacts["time"][k]) for ball in pair if ball >= 0 and ball not in since}
-        return lambda place: any(since.get(ball, math.inf) <= place.time for ball in self._bodies(place))
+        return lambda place: any(since.get(ball, math.inf) <= place.time for ball in self.bodies(place))
 
     def _first_error(self, record: Record, place: Place) -> Error | None:
         """Find the first error that can have led to a difference: of its balls, or of balls that they met since.
 
         A contact that the engine lacks may have been resolved in the step of its time, or after it, unreported.
         """
-        first, second = self._bodies(place)
+        first, second = self.bodies(place)
         time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
         until, contacts = _influence(record.contacts, [first, second], time)
         other = self.reference if record is self.own else self.own
         in_flight = _errors_in_flight(self.scene, record, other, until)
-        return min([*_errors_of_contacts(self.scene, record, contacts), *in_flight], default=None)
+        errors = [*_errors_of_contacts(self.scene, record, contacts), *in_flight]
+        return min(_significant(errors), default=None)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
         if place.own < 0:
-            passage = self._passage(self.own, place.time, *self._bodies(place))
+            passage = self._passage(self.own, place.time, *self.bodies(place))
             return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
         return self._reason_of(place.own) if self._explains(contact, finding, place.size) else None
@@ -320,7 +391,7 @@ class _Matches:
         """Describe the difference at a place."""
         own = self.own.findings[place.own] if place.own >= 0 else None
         reference = self.reference.findings[place.reference] if place.reference >= 0 else None
-        first, second = self._bodies(place)
+        first, second = self.bodies(place)
         return Difference(
             place.kind,
             place.time,
@@ -352,14 +423,14 @@ class _Matches:
         because = explain(self.scene, self.own.contacts[k], finding, clamps_early=self.own.clamps_early)
         return Reason(Cause(finding["cause"]), because)
 
-    def _bodies(self, place: Place) -> tuple[int, int]:
+    def bodies(self, place: Place) -> tuple[int, int]:
         """Return first and second of the contact at a place."""
         contact = self.reference.contacts[place.reference] if place.own < 0 else self.own.contacts[place.own]
         return int(contact["first"]), int(contact["second"])
 
     def _reason_elsewhere(self, place: Place) -> Reason:
         """Find why a contact differs of which the engine's own run shows no error, nor before it."""
-        passage = self._passage(self.reference, place.time, *self._bodies(place))
+        passage = self._passage(self.reference, place.time, *self.bodies(place))
         if place.kind == Kind.EXTRA and passage:
             return _in_reference(Reason(Cause.MISSED, explain_passage(self.scene, passage)))
         if place.kind == Kind.MISSING:
@@ -368,8 +439,16 @@ class _Matches:
             return Reason(Cause.LATE, DISORDERED)
         if place.own >= 0 and place.reference >= 0 and (reason := self._other_time(place)):
             return reason
-        mistimed = place.own >= 0 and self.own.findings["cause"][place.own] in (Cause.LATE, Cause.EARLY)
-        return self._reason_of(place.own) if mistimed else Reason(Cause.UNKNOWN, NO_CAUSE)
+        shown = place.own >= 0 and self._shows_its_cause(place)
+        return self._reason_of(place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
+
+    def _shows_its_cause(self, place: Place) -> bool:
+        """Return whether a contact was found at another time, or whether gravity is a part of its difference."""
+        finding = self.own.findings[place.own]
+        mass = self.scene.bodies.mass[self.bodies(place)[0]]
+        by_gravity = finding["cause"] == Cause.GRAVITY and not finding["rests"]
+        by_gravity &= finding["momentum_error"] / mass >= GRAVITYS_PART * place.size
+        return bool(finding["cause"] in (Cause.LATE, Cause.EARLY) or by_gravity)
 
     def _error_of_reference(self, place: Place) -> Error | None:
         """Return the reference's error in its contact at a place, or else the first before it.
@@ -386,7 +465,7 @@ class _Matches:
             if self._explains(contact, finding, place.size):
                 because = explain(self.scene, contact, finding, clamps_early=self.reference.clamps_early)
                 error = Error(False, *at, Reason(Cause(finding["cause"]), because))
-            elif _has_unconverged_neighbour(self.reference, contact):
+            elif self._has_unconverged_neighbour(self.reference, place.reference, place.size):
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
         return None if error is None or error.reason.cause == Cause.UNKNOWN else error
 
@@ -409,17 +488,17 @@ class _Matches:
     def _slack(self) -> str:
         return f"{1e3 * MAX_TRACE_STEPS / self.scene.rate:.3g} ms"
 
-    def _has_others(self, place: Place) -> bool:
-        """Return whether the engine has a contact of the same two bodies near, with an impulse or without."""
-        contacts, (first, second) = self.own.contacts, self._bodies(place)
+    def _has_others(self, record: Record, place: Place) -> bool:
+        """Return whether an engine has a contact of the same two bodies near, with an impulse or without."""
+        contacts, (first, second) = record.contacts, self.bodies(place)
         near = np.abs(contacts["time"] - place.time) <= MAX_TRACE_STEPS / self.scene.rate
         return bool((near & (contacts["first"] == first) & (contacts["second"] == second)).any())
 
     def _why_missing(self, place: Place) -> Reason:
         """Explain why the engine may have missed a contact of the reference."""
-        if self._has_others(place):
+        if self._has_others(self.own, place):
             return Reason(Cause.UNKNOWN, f"Within {self._slack}, the engine has fewer contacts of the two.")
-        first, second = self._bodies(place)
+        first, second = self.bodies(place)
         finding = self.reference.findings[place.reference]
         approach = float(finding["approach"])
         if second >= 0 and approach > 0:
@@ -450,16 +529,43 @@ class _Matches:
         passages = (one for one in record.missed if (one.first, one.second) == pair and 0 <= one.step - step <= slack)
         return next(passages, None)
 
+    def _has_unconverged_neighbour(self, record: Record, k: int, size: float) -> bool:
+        """Return whether a ball of a contact had another at that time, not converged by half of a size (px/s)."""
+        contacts, findings, mass = record.contacts, record.findings, self.scene.bodies.mass
+        balls = [ball for ball in (contacts["first"][k], contacts["second"][k]) if ball >= 0]
+        neighbours = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
+        neighbours &= (contacts["time"] == contacts["time"][k]) & (findings["cause"] == Cause.UNCONVERGED)
+        return bool((findings["momentum_error"][neighbours] / mass[balls].min() >= size / 2).any())
+
+    def _is_of_several_late(self, place: Place) -> bool:
+        """Return whether the engine resolved several contacts of a place's balls in its step, and found one late.
+
+        In the reference they must be at different times: at one time they are simultaneous there too.
+        """
+        time = place.time if place.own < 0 else float(self.own.contacts["time"][place.own])
+        balls = [ball for ball in self.bodies(place) if ball >= 0]
+        steps = [steps_containing(record.contacts["time"], self.scene.rate) for record in (self.own, self.reference)]
+        step = steps_containing(np.array([time]), self.scene.rate)[0]
+        own, reference = (
+            (of_step == step) & (np.isin(record.contacts["first"], balls) | np.isin(record.contacts["second"], balls))
+            for of_step, record in zip(steps, (self.own, self.reference), strict=True)
+        )
+        late = self.own.findings["delay"][own] * self.scene.rate > NEGLIGIBLE
+        times = self.reference.contacts["time"][reference]
+        return bool(own.sum() > 1 and late.any() and len(times) > 1 and np.ptp(times) > SIMULTANEOUS)
+
     def _explains(self, contact: np.void, finding: np.void, size: float) -> bool:
         """Return whether a contact's error is at least half of the difference in the velocities after it (px/s).
 
-        A ball that gravity pulled to a wall, and that the wall left at rest, is where it should be.
+        A ball that gravity pulled to a wall, and that the wall left at rest, is where it should be; and contacts of
+        what rests bear its weight only together.
         """
         mass = self.scene.bodies.mass
         lighter = min(mass[contact["first"]], mass[contact["second"]] if contact["second"] >= 0 else math.inf)
         needed = min(size, abs(finding["approach"])) / 2
         left_at_rest = finding["cause"] == Cause.GRAVITY and abs(finding["approach_after"]) <= NEGLIGIBLE * needed
-        return finding["cause"] != Cause.ROUNDING and not left_at_rest and finding["momentum_error"] / lighter >= needed
+        rests = left_at_rest or finding["rests"]
+        return bool(finding["cause"] != Cause.ROUNDING and not rests and finding["momentum_error"] / lighter >= needed)
 
 
 def _in_reference(reason: Reason) -> Reason:
@@ -484,6 +590,16 @@ def _influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[
     return until, passed
 
 
+def _significant(errors: Sequence[Error]) -> list[Error]:
+    """Leave out errors that are far smaller than another of their kind, unless every step repeats them."""
+    found = []
+    for of_position in (False, True):
+        sizes = [one.size for one in errors if one.of_position == of_position and one.size < math.inf]
+        least = INSIGNIFICANT * max(sizes, default=0.0)
+        found += [one for one in errors if one.of_position == of_position and one.size >= least]
+    return found
+
+
 def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) -> Iterator[Error]:
     """Find the errors of some contacts."""
     bodies = scene.bodies
@@ -497,7 +613,8 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
         of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * fastest
         if of_velocity or finding["displacement_error"] > NEGLIGIBLE * bodies.radius[first]:
             reason = Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
-            yield Error(not of_velocity, float(contact["time"]), first, k, reason)
+            size = float(speed if of_velocity else finding["displacement_error"])
+            yield Error(not of_velocity, float(contact["time"]), first, k, reason, size)
 
 
 def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[int, float]) -> Iterator[Error]:
@@ -508,7 +625,10 @@ def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[i
             step = int(flights.step[ball, kind])
             if step and (step - 1) / scene.rate < time:
                 reason = Reason(cause, explain_flight(scene, flights, ball, kind))
-                yield Error(kind not in (VELOCITY_CHANGED, SPIN_CHANGED), step / scene.rate, ball, -1, reason)
+                size = math.hypot(*flights.change[ball, kind])
+                size *= scene.bodies.radius[ball] if kind == SPIN_CHANGED else 1.0
+                of_position = kind not in (VELOCITY_CHANGED, SPIN_CHANGED)
+                yield Error(of_position, step / scene.rate, ball, -1, reason, float(size))
         other_gravity = flights.gravity != (float(scene.gravity[0]), float(scene.gravity[1]))
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
@@ -519,12 +639,10 @@ def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[i
             yield Error(False, damped / scene.rate, ball, -1, reason)
 
 
-def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:
-    """Return whether one of a contact's balls had another contact at the same time, which did not converge."""
-    contacts, balls = record.contacts, [ball for ball in (contact["first"], contact["second"]) if ball >= 0]
-    neighbours = np.isin(contacts["first"], balls) | np.isin(contacts["second"], balls)
-    neighbours &= contacts["time"] == contact["time"]
-    return bool((record.findings["cause"][neighbours] == Cause.UNCONVERGED).any())
+def _speed(record: Record, k: int) -> float:
+    """Return by how much a contact changes the velocity of the ball that it changes more, px/s."""
+    finding = record.findings[k]
+    return float(length(finding["after"] - finding["before"])[: 1 if record.contacts["second"][k] < 0 else 2].max())
 
 
 def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | None:

@@ -16,10 +16,14 @@ UNCONVERGED: Final = "Several contacts at once: the solver's iterations ended be
 DISORDERED: Final = (
     "Several contacts were found late, at the end of a step, and resolved in another order than they happened."
 )
+RESOLVED_TOGETHER: Final = (
+    "Several contacts that happened one after another were found late, at the end of a step, and resolved together."
+)
 NO_CAUSE: Final = "The evidence fits no single cause."
 BY_STATES: Final = "It is more than its radius from where the reference has it."
 CLAMPED_EARLY: Final = "It is clamped before restitution."
 FRACTIONS: Final = {0.25: "a quarter", 0.5: "half", 2: "twice that"}
+MORE_THAN: Final = 1.001  # steps, far above what float32 rounds
 CLAMPED_WITHIN: Final = 1e-3  # of friction, far above what float32 rounds
 
 
@@ -31,7 +35,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
     if cause in (Cause.SMALL, Cause.LARGE):
         return _explain_impulse(scene, contact, finding)
     if cause in (Cause.LATE, Cause.EARLY):
-        return _explain_timing(scene, finding)
+        return _explain_timing(scene, contact, finding)
     if cause in (Cause.VELOCITY, Cause.NORMAL):
         return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
@@ -40,7 +44,11 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
         Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
         Cause.UNKNOWN: _explain_unknown(scene, contact, finding),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",
-        Cause.PUSHED: f"The two were pushed apart, and are up to {off} from where they should be.",
+        Cause.PUSHED: (
+            f"The two were pushed apart, and are up to {off} from where they should be."
+            if contact["second"] >= 0
+            else f"The ball was pushed out of the wall, and is {off} from where it should be."
+        ),
         Cause.TURNED: "The ball was already leaving the wall, and was reversed again.",
         Cause.STALE: "The solver began with the impulse of an earlier touch, and pulled at what was parting.",
         Cause.UNCONVERGED: UNCONVERGED,
@@ -67,6 +75,14 @@ def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
     return f"{moved}."
 
 
+def explain_start(ball: int, away: float, slower: float) -> str:
+    """Explain that a ball is apart from the reference's from the start: by px, and by px/s."""
+    return (
+        f"When the comparison begins, ball {ball} is {away:.3g} px and {slower:.3g} px/s from the reference's: what "
+        "follows begins with that."
+    )
+
+
 def explain_gravity(scene: Scene, flights: Flights) -> str:
     """Explain how an engine's flight differs from the parabola of the scene's gravity."""
     (gx, gy), (x, y) = flights.gravity, scene.gravity
@@ -86,6 +102,8 @@ def explain_damping(damping: float, other: str, of_other: float) -> str:
 
 def explain_passage(scene: Scene, passage: Passage) -> str:
     """Explain a passage without a reported contact."""
+    if passage.within_step:
+        return f"The two passed through each other within a step, in which one flew {passage.flown:.3g} px."
     if passage.second >= 0:
         return "The two passed into each other without a reported contact."
     wall = scene.walls[~passage.second - len(ARENA_WALLS)]
@@ -101,7 +119,9 @@ def _explain_impulse(scene: Scene, contact: np.void, finding: np.void) -> str:
     first, second, bodies = int(contact["first"]), int(contact["second"]), scene.bodies
     approach = float(finding["approach"])
     if approach <= 0:
-        return f"The two were parting, and had an impulse of {contact['impulse']:.4g} kg px/s."
+        slight = NEGLIGIBLE * abs(float(finding["approach_after"]))
+        were = "were parting" if approach < -slight else "did not approach"
+        return f"The two {were}, and had an impulse of {contact['impulse']:.4g} kg px/s."
     share = float(contact["impulse"] / finding["expected_impulse"])
     restitution = round(-float(finding["approach_after"]) / approach, 9) + 0.0  # not -0
     amount = f"{_percent(1 - share)} of it is missing" if share < 1 else f"it is {_percent(share - 1)} too large"
@@ -211,15 +231,18 @@ def _spin_error(scene: Scene, first: int, second: int, finding: np.void) -> str:
     )
 
 
-def _explain_timing(scene: Scene, finding: np.void) -> str:
+def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
     """Name how late or early a contact was found, and the effect."""
     delay, depth = float(finding["delay"]), float(finding["depth"])
-    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > 1 + NEGLIGIBLE else ""
+    off = f"positions are then {finding['displacement_error']:.3g} px off."
+    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > MORE_THAN else ""
+    if depth > 0 and contact["depth"] < depth / 2:  # the two were held before they overlapped
+        return f"Velocities changed {1e3 * delay:.3g} ms after the two touched{steps}; {off}"
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "
     found += f"{depth:.2g} px deep" if depth > 0 else f"{-depth:.2g} px before they touch"
     if finding["normal_error"] > NEGLIGIBLE:
         return f"{found}, so the normal is turned by {math.degrees(finding['normal_error']):.2g}°."
-    return f"{found}; positions are then {finding['displacement_error']:.3g} px off."
+    return f"{found}; {off}"
 
 
 def _percent(share: float) -> str:

@@ -30,7 +30,8 @@ from sandbox.analysis.attribution import (
     turn_energy,
 )
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, no_deepening, wall_distance
+from sandbox.analysis.stamps import true_times
+from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import Record, entry, kernel
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
@@ -224,8 +225,7 @@ def _find_lines(
         on_x, on_y = contact.impulse * nx - rubs * ny, contact.impulse * ny + rubs * nx
         lever_x, lever_y = x - constants.centre[0], y - constants.centre[1]
         scratch.torque[0] -= lever_x * on_y - lever_y * on_x + constants.radius[i] * rubs
-    reach = constants.radius[i] + (constants.radius[j] if j >= 0 else constants.wall[~j, 2])
-    depth = max(contact.depth, reach - math.hypot(block.line[k, 0], block.line[k, 1]), 0.0)
+    depth = max(contact.depth, 0.0)
     unexplained.room[i] += depth
     if j >= 0:
         unexplained.room[j] += depth
@@ -348,7 +348,10 @@ def _find_unexplained(
         if scratch.last[ball] < 0:
             unexplained.unsteady[ball, 0], unexplained.unsteady[ball, 2] = error, turned
             fastest, momentum = max(fastest, error), max(momentum, constants.mass[ball] * error)
-            furthest = max(furthest, away if away > NEGLIGIBLE * constants.radius[ball] else 0.0)
+            if away > NEGLIGIBLE * constants.radius[ball] and not mends_overlap(
+                constants, unexplained, before[0], ball, away
+            ):
+                furthest = max(furthest, away)
         else:
             unflown = unflown or not unexplained.flown[ball]
     if unflown:
@@ -677,13 +680,16 @@ class Ledger:
         within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, 1 / rate)
         step_of = np.clip(step_of - self._steps, 1, steps)
         if not self._constants.together:
+            at_start = (within <= self._constants.dt * NEGLIGIBLE) & (step_of > 1) & (contacts["impulse"] != 0)
+            step_of, within = step_of - at_start, np.where(at_start, self._constants.dt, within)
             moved = self._resolved_next(velocity, contacts, step_of, within)
             step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if not self._steps:
-            at_wall = wall_distance(self._scene, position[0]) <= self._constants.radius * (1 + NEGLIGIBLE)
-            self._touched[at_wall] = 0.0
+            self._note_touching(position[0], contacts)
         if self._off_parabola is None and self._unjudged is None:
             self._read_gravity(position, velocity, contacts, step_of)
+        if not self._constants.together:
+            within = true_times(self._constants, position, velocity, contacts, step_of, within)
         energy, momentum, displacement, count = self._sums
         block = Block(
             energy,
@@ -728,13 +734,23 @@ class Ledger:
         self._check_overlaps(position, velocity, contacts, step_of)
         if self._unjudged is None:
             self._check_inner_walls(position, contacts, step_of, within)
+            self._check_leaps(position, contacts, step_of)
         return torques, damped
+
+    def _note_touching(self, position: Floats, contacts: Contacts) -> None:
+        """Note the balls that touch a wall at the start, or a ball that they have a contact with."""
+        radius = self._constants.radius
+        self._touched[wall_distance(self._scene, position) <= radius * (1 + NEGLIGIBLE)] = 0.0
+        first, second = (contacts[key][contacts["second"] >= 0] for key in ("first", "second"))
+        reach = (radius[first] + radius[second]) * (1 + NEGLIGIBLE)
+        touching = length(position[first] - position[second]) <= reach
+        self._touched[np.concatenate([first[touching], second[touching]])] = 0.0
 
     def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
         """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
 
         The velocity of one of the two changes in the next step only, and neither changes in this one, unless by an
-        earlier contact of the step.
+        earlier contact of the step. If that is so for most, the engine reports the start of the step for all.
         """
         steps = len(velocity) - 1
         fall = np.multiply(self._constants.gravity, self._constants.dt)
@@ -753,18 +769,22 @@ class Ledger:
         ]
         numbers = numbers[stays[0] | stays[1]]
         found = step_of.copy()
+        led_on: set[tuple[int, int]] = set()  # balls with such a contact, with its step: their later ones follow it
         for k in numbers.tolist():
             one, step = np.array([k]), step_of[[k]]
-            earlier = contacts[(step_of == step) & (within < within[k])]
+            balls = [int(contacts[key][k]) for key in ("first", "second")]
+            earlier = contacts[:k][step_of[:k] == step]
             next_only = moved = False
-            for key in ("first", "second"):
+            for key, ball in zip(("first", "second"), balls, strict=True):
                 now = bool(changes(key, step, one)[0])
                 next_only |= not now and bool(changes(key, step + 1, one)[0])
-                ball = contacts[key][k]
                 moved |= now and ball not in earlier["first"] and ball not in earlier["second"]
-            found[k] += next_only and not moved
+            follows = any((ball, int(step[0])) in led_on for ball in balls)
+            if (follows or next_only) and not moved:
+                found[k] += 1
+                led_on |= {(ball, int(step[0])) for ball in balls if ball >= 0}
         resolved_next: Bools = np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
-        return resolved_next
+        return at_end if 2 * np.count_nonzero(resolved_next) > np.count_nonzero(at_end) else resolved_next
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
@@ -803,6 +823,14 @@ class Ledger:
             early = within < self._constants.dt * (1 - NEGLIGIBLE)
             crossings = find_crossings(position, ends, len(ARENA_WALLS), contacts, early, bounds)
             self._enter_missed(position, crossings.tolist())
+
+    def _check_leaps(self, position: Floats, contacts: Contacts, step_of: Integers) -> None:
+        """Find the balls that fly through others within a step."""
+        bounds, before = np.searchsorted(step_of, np.arange(len(position) + 1)), self._steps - len(position) + 1
+        for step, ball, other in find_leaps(position, self._constants.radius, contacts, bounds).tolist():
+            flown = math.dist(position[step, ball], position[step - 1, ball])
+            self.missed.append(Passage(before + step, min(ball, other), max(ball, other), flown, within_step=True))
+            self._sums[3, Cause.MISSED] += 1
 
     def _enter_missed(self, position: Floats, found: Iterable[tuple[int, int, int]]) -> None:
         """Enter the contacts missed in a block: step in it, first and second."""

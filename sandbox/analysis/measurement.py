@@ -242,6 +242,7 @@ class Measurement:
             self._ledger.findings,
             self._ledger.missed,
             self._ledger.flights,
+            self.start,
             self.runner.clamps_friction_early,
             self.runner.name,
             _why_unjudged(self.runner),

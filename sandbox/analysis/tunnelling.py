@@ -13,6 +13,7 @@ from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 FIRST_ROOM: Final = 64  # pairs, or crossings, that a kernel has room for at first
+LEAP: Final = 0.8  # of the sum of two radii; the chord of a passage is longer than √3 of it, and one of two flew half
 DEEPENING: Final = np.dtype([("key", "i8"), ("counted", "?")])  # n first + second, and whether it is counted already
 Deepening = NDArray[np.void]
 
@@ -23,7 +24,8 @@ class Passage(NamedTuple):
     step: int  # in which it happened, counted from 1
     first: int  # ball
     second: int  # ball, or ~wall
-    flown: float  # px, by the first in that step
+    flown: float  # px, by the first in that step; of two that passed within a step, by the one that flew further
+    within_step: bool = False  # whether it is of two that were apart before the step and after it
 
 
 def wall_distance(scene: Scene, position: Floats) -> Floats:
@@ -226,5 +228,63 @@ def find_crossings(
     """
     found = np.empty((FIRST_ROOM, 3), np.int64)
     while (count := _find_crossings(position, ends, arena_walls, contacts, early, bounds, found)) > len(found):
+        found = np.empty((count, 3), np.int64)
+    return found[:count]
+
+
+@kernel
+def _passes(position: Floats, step: int, i: int, j: int, reach: float) -> bool:
+    """Return whether two balls, apart before and after a step, come within half of their reach on straight paths."""
+    x, y = position[step - 1, j, 0] - position[step - 1, i, 0], position[step - 1, j, 1] - position[step - 1, i, 1]
+    dx = position[step, j, 0] - position[step, i, 0] - x
+    dy = position[step, j, 1] - position[step, i, 1] - y
+    square = dx * dx + dy * dy
+    share = -(x * dx + y * dy) / square if square > 0 else 0.0
+    if not 0 < share < 1:
+        return False
+    apart = min(math.hypot(x, y), math.hypot(x + dx, y + dy)) > reach
+    return bool(apart and math.hypot(x + share * dx, y + share * dy) < reach / 2)
+
+
+@entry
+def _find_leaps(
+    position: Floats, radius: Floats, contacts: Contacts, bounds: Integers, met: Bools, found: Integers
+) -> int:
+    """Write the leaps, see `find_leaps`, while there is room: (room, 3); return their number. met: (n,), to work in."""
+    count, n = 0, len(radius)
+    for step in range(1, len(position)):
+        met[:] = False
+        for k in range(bounds[step], bounds[step + 1]):
+            met[contacts[k].first] = True
+            if contacts[k].second >= 0:
+                met[contacts[k].second] = True
+        for i in range(n):
+            dx = position[step, i, 0] - position[step - 1, i, 0]
+            dy = position[step, i, 1] - position[step - 1, i, 1]
+            far = math.hypot(dx, dy)
+            if met[i] or far <= LEAP * radius[i]:
+                continue
+            for j in range(n):
+                if met[j] or j == i or far <= LEAP * (radius[i] + radius[j]):
+                    continue
+                x, y = position[step, j, 0] - position[step - 1, j, 0], position[step, j, 1] - position[step - 1, j, 1]
+                other = math.hypot(x, y)
+                if other > far or (other == far and j < i):  # the one that flies further finds it
+                    continue
+                if _passes(position, step, i, j, radius[i] + radius[j]):
+                    if count < len(found):
+                        found[count, 0], found[count, 1], found[count, 2] = step, i, j
+                    count += 1
+    return count
+
+
+def find_leaps(position: Floats, radius: Floats, contacts: Contacts, bounds: Integers) -> Integers:
+    """Find the balls that flew through others within a step: step, the one that flew further, the other, (leaps, 3).
+
+    Balls with a contact in the step are left out: it may have led them round each other. bounds: of the contacts of
+    each step.
+    """
+    found, met = np.empty((FIRST_ROOM, 3), np.int64), np.empty(len(radius), np.bool_)
+    while (count := _find_leaps(position, radius, contacts, bounds, met, found)) > len(found):
         found = np.empty((count, 3), np.int64)
     return found[:count]

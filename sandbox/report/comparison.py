@@ -41,6 +41,7 @@ KINDS: Final = {
     Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
     Kind.STATES: "by states",
+    Kind.START: "at the start",
 }
 KEYS: Final = (
     ("Space", "play or pause"),

@@ -9,11 +9,12 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 
-from sandbox.analysis.causes import Cause
+from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
 from sandbox.analysis.verify import Board, Outcome, Result, tally
+from sandbox.scene.model import Scene
 from sandbox.text import counted
 
 COLUMN_GAP: Final = 2  # columns
@@ -26,6 +27,7 @@ _KINDS: Final = {
     Kind.ORDER: "In another order. ",
     Kind.FLIGHT: "",
     Kind.STATES: "",
+    Kind.START: "",
 }
 
 
@@ -57,7 +59,7 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
             )
             if first.second is not None:
                 terminal.print(_speeds(first, comparison.against))
-                if spins := _spins(first, comparison.against):
+                if spins := _spins(scene, first, comparison.against):
                     terminal.print(spins)
 
 
@@ -81,13 +83,16 @@ def _speeds(first: Difference, against: str) -> str:
     return f"Speeds, px/s: {_before_and_after(own, reference, against)}."
 
 
-def _spins(first: Difference, against: str) -> str:
-    """Return the same of the balls' spins; empty if none turns."""
+def _spins(scene: Scene, first: Difference, against: str) -> str:
+    """Return the same of the balls' spins; empty if none turns but by rounding."""
     own, reference = (
         [[*(each or ())] for each in pair]
         for pair in ((first.spin_before, first.spin_after), (first.should_spin_before, first.should_spin_after))
     )
-    if not any(spin for each in (*own, *reference) for spin in each):
+    velocities = (first.before, first.after, first.should_before, first.should_after)
+    fastest = max(math.hypot(*one) for each in velocities for one in each or ())
+    fastest_spin = max(abs(spin) for each in (*own, *reference) for spin in each)
+    if fastest_spin * scene.bodies.radius.max() <= NEGLIGIBLE * fastest:
         return ""
     return f"Spins, rad/s: {_before_and_after(own, reference, against)}."
 

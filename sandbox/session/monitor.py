@@ -147,7 +147,8 @@ class _FollowedEngine:
             lockstep.scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping
         )
         self._contacts = [no_contacts()]
-        self._begin_block(runner.state())
+        self._start = runner.state()
+        self._begin_block(self._start)
 
     def _begin_block(self, state: State) -> None:
         """Begin a block of steps that are entered in the ledger together."""
@@ -165,7 +166,7 @@ class _FollowedEngine:
     def try_ledger(self) -> None:
         """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
         states = States.stack([self._states[0]] * 2)
-        Ledger(self._scene, together=True).add(states, no_contacts(), np.empty(0, PUSH))
+        Ledger(self._scene, together=False).add(states, no_contacts(), np.empty(0, PUSH))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""
@@ -177,7 +178,8 @@ class _FollowedEngine:
 
     def record(self) -> Record:
         """Return all contacts so far with what the ledger found about them."""
-        return Record(np.concatenate(self._contacts), self._ledger.findings, self._ledger.missed, self._ledger.flights)
+        ledger = self._ledger
+        return Record(np.concatenate(self._contacts), ledger.findings, ledger.missed, ledger.flights, self._start)
 
 
 def _since(contacts: Contacts, time: float) -> Contacts:

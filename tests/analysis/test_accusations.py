@@ -1,0 +1,145 @@
+"""Sentences that once accused an engine of what it did not do, each with a scene in which it was false."""
+
+import math
+from importlib.metadata import EntryPoint
+
+import pytest
+from conftest import scene_of
+
+import sandbox.engines
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import compare
+from sandbox.analysis.difference import Difference
+from sandbox.run.edits import SetVelocity
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+
+
+def row(*balls: tuple[float, float], more: str = "seconds = 1") -> Scene:
+    """Make a scene of balls of radius 20 in a row: their x (px) and velocities along it (px/s)."""
+    return scene_of(*(f"radius = 20\nposition = [{x}, 300]\nvelocity = [{v}, 0]" for x, v in balls), more=more)
+
+
+def first_of(scene: Scene, engine: str, against: str = "exact") -> Difference | None:
+    return compare(scene, [engine, against], against=against).runs[engine].figures.first_difference
+
+
+@pytest.mark.parametrize("iterations", [10, 5000])
+@pytest.mark.parametrize("gap", [0.5, 2.0])
+def test_more_iterations_do_not_change_what_is_found_late_between_a_wall_and_a_ball(
+    iterations: int, gap: float
+) -> None:
+    """Within a step, a ball meets the wall and another ball, at other times. More iterations change nothing."""
+    one = first_of(row((23, -240), (63 + gap, -400), more="seconds = 0.3"), f"pymunk(iterations={iterations})")
+    assert one is not None
+    assert one.cause == Cause.LATE
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse"])
+def test_balls_that_an_edit_found_apart_differ_since_the_edit(engine: str) -> None:
+    balls = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
+    scene = scene_of(balls, size="[400, 300]", more="seed = 1\nseconds = 1.6")
+    edit = SetVelocity(step=60, ball=0, velocity=(-100.0, 50.0))
+    run = compare(scene, [engine, "exact"], inputs=[edit]).runs[engine]
+    one = run.figures.first_difference
+    assert one is not None
+    assert (one.kind, one.time, one.second, one.cause) == ("start", 0.0, None, Cause.START)
+    assert one.because.startswith(f"When the comparison begins, ball {one.first} is ")
+
+
+def test_an_edit_while_all_balls_are_in_their_places_is_no_difference() -> None:
+    scene = row((100, 120), (600, 0), more="seconds = 2")
+    edit = SetVelocity(step=60, ball=1, velocity=(0.0, 90.0))
+    assert compare(scene, ["impulse", "exact"], inputs=[edit]).runs["impulse"].differences == ()
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_a_touching_row_that_is_hit_as_a_step_ends_does_not_differ(
+    direction: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ball needs 160 px at 240 px/s: 40 steps, but for rounding."""
+    entry = EntryPoint("faultless", "faults:EventDriven", sandbox.engines.ENTRY_POINTS)
+    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faultless", entry)
+    balls = [(400 + direction * x, direction * v) for x, v in ((-300, 240), (-100, 0), (-60, 0), (-20, 0))]
+    run = compare(row(*balls), ["faultless", "exact"]).runs["faultless"]
+    assert run.differences == ()
+    assert Cause.UNTOLD not in [entry.cause for entry in run.figures.ledger]
+
+
+@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+@pytest.mark.parametrize("x", [300, 302.4, 303.1])
+def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) -> None:
+    """Box2D lets two that touch go on together, and gives them their velocities at the end of the step."""
+    one = first_of(row((100, 240), (x, 0)), "box2d")
+    assert one is not None
+    assert one.cause == Cause.LATE
+    assert " after the two touched" in one.because
+
+
+@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+def test_a_ball_that_is_held_at_a_wall_loses_its_way_back() -> None:
+    """At 10 steps per second it is 0.6 px deep, but some 90 px of its flight are lost: not because of these 0.6 px."""
+    one = first_of(load("bouncing").changed(rate=10), "box2d")
+    assert one is not None
+    assert one.cause in (Cause.OVERSHOOT, Cause.GRAVITY)
+
+
+def resting_pair(elasticity: float) -> Scene:
+    ball = f"radius = 20\nelasticity = {elasticity}\nposition = [300, {{}}]"
+    return scene_of(ball.format(580), ball.format(540), more="gravity = [0, 900]\nseconds = 1")
+
+
+@pytest.mark.parametrize("elasticity", [0.5, 1.0])
+@pytest.mark.parametrize("engine", ["impulse", "pymunk"])
+def test_balls_at_rest_on_each_other_are_not_called_parting(elasticity: float, engine: str) -> None:
+    """Exact lets them hop: that bears their weight, and is no error of its impulses."""
+    runs = compare(resting_pair(elasticity), [engine, "exact"]).runs
+    assert not any(one.in_reference for one in runs[engine].differences)
+    assert Cause.LARGE not in [entry.cause for entry in runs["exact"].figures.ledger]
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse"])
+def test_a_ball_that_flies_through_another_within_a_step_is_counted(engine: str) -> None:
+    """With 50 px in a step it is 25 px from the other before and after it; their radii are 10 px."""
+    balls = ("radius = 10\nposition = [100, 300]\nvelocity = [3000, 0]", "radius = 10\nposition = [475, 300]")
+    run = compare(scene_of(*balls, more="seconds = 0.2"), [engine, "exact"]).runs[engine]
+    [passage] = run.missed
+    assert (passage.step, passage.first, passage.second, passage.within_step) == (8, 0, 1, True)
+    one = run.figures.first_difference
+    assert one is not None
+    assert (one.kind, one.cause) == ("missing", Cause.MISSED)
+    assert one.because == "The two passed through each other within a step, in which one flew 50 px."
+
+
+def test_a_ball_that_another_leads_round_a_third_within_a_step_passes_through_none() -> None:
+    """A wall turns it round within the step: the straight way from its place before to that after is not its way."""
+    scene = scene_of(
+        "radius = 20\nposition = [300, 300]\nvelocity = [200, -600]",
+        "radius = 20\nposition = [400, 320]",
+        more="rate = 1\nseconds = 1",
+    )
+    assert compare(scene, ["exact"]).runs["exact"].missed == ()
+
+
+def test_friction_while_a_ball_rolls_between_hits_is_no_wrong_time_of_the_next_hit() -> None:
+    """Exact writes what the floor gave a ball since its last contact at the next one, which it slid to meanwhile."""
+    runs = compare(load("billiards").changed(seconds=0.45), ["impulse", "exact"]).runs
+    causes = {entry.cause for entry in runs["exact"].figures.ledger}
+    assert not causes & {Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED}
+    assert not any(one.in_reference for one in runs["impulse"].differences)
+
+
+def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
+    """The floor bears a heavy ball through two light ones, 6 times their weight: more than what stops their own."""
+    light = "radius = 20\nfriction = 0.5\npositions = [[20, 580], [60, 580]]"
+    heavy = f"radius = 20\nmass = 10\nposition = [40, {580 - 20 * math.sqrt(3)}]"
+    scene = scene_of(light, heavy, size="[80, 600]", more="gravity = [0, 900]\nseconds = 0.5")
+    causes = {entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger}
+    assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
+
+
+def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
+    """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
+    one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
+    assert one is not None
+    assert one.cause == Cause.GRAVITY
