@@ -17,7 +17,7 @@ from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import arrow
+from sandbox.view.primitives import arrow, label
 from sandbox.view.time_bar import step_of_point
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
@@ -41,7 +41,7 @@ class MouseTool:
     def reset(self) -> None:
         """Drop what belongs to a run, because another one begins."""
         self.adding = False  # the next click places a ball
-        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to
+        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
 
@@ -72,6 +72,15 @@ class MouseTool:
     def holds(self) -> bool:
         """Whether the mouse holds a ball, or the tip of its velocity."""
         return self._pressed is not None or self._playback.session.held is not None
+
+    @property
+    def aimed(self) -> Vector | None:
+        """The velocity that the drag gives to the selected ball in every engine, px/s."""
+        ball = self._editor.selected
+        if self.aim is None or ball is None:
+            return None
+        vx, vy = ((self.aim - self._playback.view.panes[self._pane].state.position[ball]) / ARROW_SECONDS).tolist()
+        return vx, vy
 
     # Events
 
@@ -134,14 +143,12 @@ class MouseTool:
         """Let go of what the mouse holds."""
         if self.aim:
             self._playback.settle()
-        aim, self.aim, self._pressed, self.scrubbing = self.aim, None, None, False
+        velocity, self.aim, self._pressed, self.scrubbing = self.aimed, None, None, False
         session, ball = self._playback.session, self._editor.selected
         if session.held is not None:
             self._playback.give(Release(step=session.step))
-        elif aim is not None and ball is not None:
-            position = self._playback.view.panes[self._pane].state.position[ball]
-            vx, vy = ((aim - position) / ARROW_SECONDS).tolist()
-            self._editor.set_velocity(ball, (vx, vy))
+        elif velocity is not None and ball is not None:
+            self._editor.set_velocity(ball, velocity)
 
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
@@ -175,17 +182,30 @@ class MouseTool:
         layout, view, ball = self._layout(), self._playback.view, self._editor.selected
         scene, scale = view.moment.scene, layout.scale
         ink, width = palette(scene.arena.background).ink, max(2, round(layout.text_height / 7))
-        for pane, arena in zip(view.panes, layout.arenas, strict=True):
-            if ball is not None:
-                inside = surface.subsurface(arena)
+        if ball is not None:
+            radius = scene.bodies.radius[ball] * scale + 2 * width
+            for pane, arena in zip(view.panes, layout.arenas, strict=True):
                 centre = (pane.state.position[ball] * scale).tolist()
-                radius = scene.bodies.radius[ball] * scale + 2 * width
-                pygame.draw.circle(inside, ink, centre, radius, width)
-                if self.aim:
-                    arrow(inside, ink, centre, [scale * c for c in self.aim], width)
+                pygame.draw.circle(surface.subsurface(arena), ink, centre, radius, width)
+            if self.aimed:
+                self._draw_velocity(surface, ball, self.aimed)
         if self.adding and self.point and self.pane is not None:
             radius = scene.bodies.radius[self._editor.model_ball] * scale
             pygame.draw.circle(surface, ink, self.point, radius, width)
+
+    def _draw_velocity(self, surface: Surface, ball: int, velocity: Vector) -> None:
+        """Draw the velocity that a ball is given from each of its copies, over the edges of the panes."""
+        layout, view = self._layout(), self._playback.view
+        colours = palette(view.moment.scene.arena.background)
+        width = max(2, round(layout.text_height / 7))
+        vx, vy = velocity
+        text = f"{math.hypot(vx, vy):.0f} px/s, {math.degrees(math.atan2(vy, vx)):.0f}\N{DEGREE SIGN}"
+        for pane, arena in zip(view.panes, layout.arenas, strict=True):
+            x, y = (arena.topleft + pane.state.position[ball] * layout.scale).tolist()
+            tip = x + vx * ARROW_SECONDS * layout.scale, y + vy * ARROW_SECONDS * layout.scale
+            arrow(surface, colours.ground, (x, y), tip, 2 * width)  # or the frame would hide it
+            arrow(surface, colours.ink, (x, y), tip, width)
+            label(surface, text, tip, layout.text_height, arena, colours)
 
 
 def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]:

@@ -12,7 +12,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.state import Floats
 from sandbox.text import printable
-from sandbox.view.palette import FAINT, FRAME, INK
+from sandbox.view.palette import FAINT, FRAME, INK, Palette
 from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suits_kernels
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
@@ -164,6 +164,17 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
             write(surface, text, cell.clip(place), FAINT if number and not column else INK, height)
+
+
+def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:
+    """Write a line of text on a ground of its own below a point, or above it, inside a place. near: px."""
+    line = lettering(text, colours.ink, height)
+    place = line.get_rect(midtop=(round(near[0]), round(near[1]) + height)).inflate(height // 2, 0)
+    if place.bottom > within.bottom:
+        place.bottom = round(near[1]) - height
+    place.clamp_ip(within)
+    surface.fill(colours.ground, place)
+    surface.blit(line, line.get_rect(center=place.center))
 
 
 def round_up(size: float) -> float:

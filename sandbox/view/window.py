@@ -299,7 +299,7 @@ class Window:
         if self.scenes.picker:
             self.scenes.picker.fit(surface.get_rect(), layout.text_height)
             self.scenes.picker.draw(surface)
-        else:
+        elif not self.mouse.holds:
             self.toolbar.draw_tip(surface, layout.toolbar, layout.text_height)
 
     def _draw_ball_card(self, surface: Surface, layout: Layout) -> None:

@@ -124,6 +124,50 @@ def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: 
     assert colour_at(window, 660, 100) == (255, 255, 255)
 
 
+def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window: Window) -> None:
+    window.view.session.lockstep.engines["pymunk"].kick(2, (0.0, 900.0))
+    run(window, 20)
+    apart = [pane.state.position[2] for pane in window.view.panes]
+    assert apart[0][1] > apart[1][1] + 150
+    x, y = apart[1]
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y, pane=1))
+    mouse(window, pygame.MOUSEMOTION, point(window, x - 200, y, pane=1))
+    window.draw()
+    for pane, (x, y) in enumerate(apart):
+        assert colour_at(window, x - 100, y, pane) == (0, 0, 0)
+    x, y = apart[0]
+    assert colour_at(window, (x - 200 + apart[1][0]) / 2, (y + apart[1][1]) / 2) == (255, 255, 255)
+    aimed = window.mouse.aimed
+    assert aimed == pytest.approx((-1000, 0), abs=10 / window.layout.scale)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, x - 200, y, pane=1))
+    assert [tuple(pane.state.velocity[2].tolist()) for pane in window.view.panes] == [aimed] * 2
+
+
+def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
+    press(window, "p")
+    x, y = point(window, 600, 100)
+    mouse(window, pygame.MOUSEBUTTONDOWN, (x, y))
+    beyond = point(window, 900, 100)
+    mouse(window, pygame.MOUSEMOTION, beyond)
+    window.draw()
+    assert window.layout.pane_at((beyond[0] - 12, y)) == 1
+    assert tuple(window.screen.get_at((beyond[0] - 12, y)))[:3] == (0, 0, 0)
+
+
+def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    tips: list[str] = []
+    monkeypatch.setattr("sandbox.view.toolbar.card", lambda _, lines, *__: tips.append(lines[0][0]))
+    press(window, "p")
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))
+    mouse(window, pygame.MOUSEMOTION, window.layout.toolbar[0].center)
+    window.draw()
+    assert tips == []
+    mouse(window, pygame.MOUSEBUTTONUP, window.layout.toolbar[0].center)
+    window.draw()
+    assert len(tips) == 1
+
+
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
     run(window, 10)
     window.playback.paused = False
