@@ -41,6 +41,7 @@ class Action(Enum):
     REDO = auto()
     ADD_BALL = auto()
     DELETE_BALL = auto()
+    USE_IMPULSE = auto()
     SELECT_PREVIOUS = auto()
     SELECT_NEXT = auto()
     PUSH_LEFT = auto()
@@ -117,6 +118,7 @@ CONTROLS = (
         (pygame.K_DELETE, pygame.K_BACKSPACE),
         icon="delete",
     ),
+    Control(Group.EDIT, Action.USE_IMPULSE, "I", "replace article by impulse, which accepts every edit", (), "i"),
     Control(Group.EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ","),
     Control(Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), "."),
     Control(

@@ -19,7 +19,7 @@ from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
-from sandbox.view.editor import Editor
+from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
 from sandbox.view.layers import Layer
@@ -42,6 +42,7 @@ IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygam
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
+REMEDY: Final = "Click, or press I, to replace article by impulse."
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -96,11 +97,33 @@ class Window:
             Group.TIME, "speed", "how fast time passes", SPEEDS, lambda: playback.speed, playback.set_speed, " x"
         )
         edits = [
-            ("elasticity", "elasticity of every pair", ELASTICITIES, editor.elasticity, editor.set_elasticity),
-            ("gravity", "gravity downwards, px/s²", GRAVITIES, editor.gravity, editor.set_gravity),
-            ("rate", "steps per second", RATES, editor.rate, editor.set_rate),
+            Slider(
+                Group.EDIT,
+                "elasticity",
+                "elasticity of every pair",
+                ELASTICITIES,
+                editor.elasticity,
+                editor.set_elasticity,
+                at_once=False,
+                refusal=partial(editor.refusal, ANOTHER_ELASTICITY),
+                remedy=self.use_impulse,
+                remedy_tip=REMEDY,
+            ),
+            Slider(
+                Group.EDIT,
+                "gravity",
+                "gravity downwards, px/s²",
+                GRAVITIES,
+                editor.gravity,
+                editor.set_gravity,
+                at_once=False,
+                refusal=partial(editor.refusal, ANOTHER_GRAVITY),
+                remedy=self.use_impulse,
+                remedy_tip=REMEDY,
+            ),
+            Slider(Group.EDIT, "rate", "steps per second", RATES, editor.rate, editor.set_rate, at_once=False),
         ]
-        sliders = [speed, *(Slider(Group.EDIT, *edit, at_once=False) for edit in edits)]
+        sliders = [speed, *edits]
         widgets: list[Widget] = []
         for group, controls in groupby(CONTROLS, key=lambda control: control.group):
             widgets += [Button(control, self.do, self.is_on) for control in controls if control.icon]
@@ -129,6 +152,7 @@ class Window:
             Action.REDO: playback.redo,
             Action.ADD_BALL: mouse.add_ball,
             Action.DELETE_BALL: mouse.delete_ball,
+            Action.USE_IMPULSE: self.use_impulse,
             Action.SELECT_PREVIOUS: partial(editor.select_next, -1),
             Action.SELECT_NEXT: partial(editor.select_next, 1),
             Action.PUSH_LEFT: partial(editor.push, -1, 0),
@@ -159,6 +183,19 @@ class Window:
         self.editor.select(None)
         self.mouse.reset()
         self.notice.clear()
+
+    def use_impulse(self) -> None:
+        """Let impulse run in place of article, with the same inputs, to the same step."""
+        session = self.view.session
+        if "article" not in session.names:
+            self.notice.show("article does not run here, so impulse cannot replace it")
+            return
+        names = list(dict.fromkeys("impulse" if name == "article" else name for name in session.names))
+        self.mouse.release()
+        view = SessionView(self.scene, names, session.given())
+        view.session.go_on_from(session.step)
+        self.playback.play(view)
+        self.playback.settle()
 
     def run(self) -> None:
         """Show the window until it is closed."""
