@@ -189,8 +189,7 @@ class Lockstep:
         if ball is None:
             return
         for runner in self._runners:
-            state = runner.state()
-            pull = self.mouse.pull(state.position[ball], state.velocity[ball])
+            pull = self.mouse.pull(runner.state())
             runner.kick(ball, pull)
             self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
 

@@ -147,9 +147,13 @@ class Overlay:
             pygame.draw.circle(self.surface, rgb(colour), (round(x), round(y)), px, width)
 
     def pull(self, ball: int, target: Vector) -> None:
-        """Draw the line from a held ball to where it is pulled, px of the scene."""
+        """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""
         start, end = ([round(c * self._scale) for c in point] for point in (self._state.position[ball], target))
-        pygame.draw.line(self.surface, self.palette.ink, start, end, max(2, self.width))
+        radius = self.scene.bodies.radius[ball] * self._scale
+        width = max(2, self.width)
+        pygame.draw.circle(self.surface, self.palette.ground, start, radius + 2 * width, width)
+        pygame.draw.circle(self.surface, self.palette.ink, start, radius + 3 * width, width)
+        pygame.draw.line(self.surface, self.palette.ink, start, end, width)
         pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
 
 
