@@ -32,7 +32,9 @@ def press(window: Window, *keys: str, shift: bool = False) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
         code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))
-        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=pygame.KMOD_LSHIFT if shift else 0))
+        mod = pygame.KMOD_LSHIFT if shift else 0
+        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=mod))
+        window.on_event(Event(pygame.KEYUP, key=code, unicode=typed, mod=mod))
 
 
 def mouse(window: Window, what: int, point: tuple[int, int], held: bool = True) -> None:
@@ -99,6 +101,11 @@ def given(window: Window) -> list[Input]:
 
 def pixels(surface: Surface) -> np.ndarray:
     return pygame.surfarray.array3d(surface)
+
+
+def colours(surface: Surface) -> set[tuple[int, ...]]:
+    """Return all colours of a surface."""
+    return set(map(tuple, pixels(surface).reshape(-1, 3).tolist()))
 
 
 def colour_at(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, ...]:

@@ -107,7 +107,7 @@ def run(
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
-        with compiling_beside_window(chosen.arena.size, engines) as compilation:
+        with compiling_beside_window(chosen, engines) as compilation:
             print_warnings(chosen)
             window = Window(chosen, engines, replayed, compilation)
             try:

@@ -60,6 +60,7 @@ class Control:
 
     key_names: as the help spells them. keys: pygame key codes, pressed with Shift if `shift`, else without. typed:
     characters, whatever key types them on a keyboard. icon_on: the icon while the control is on, if it differs.
+    repeats: while its key is held.
     """
 
     group: Group
@@ -71,29 +72,52 @@ class Control:
     icon: str = ""
     icon_on: str = ""
     shift: bool = False
+    repeats: bool = False
 
 
 def _layer(layer: Layer, key: str, does: str) -> Control:
     return Control(Group.LAYERS, layer, key, does, (), key.lower(), icon=layer)
 
 
+def _push(action: Action, key_name: str, does: str, key: int) -> Control:
+    return Control(Group.EDIT, action, key_name, does, (key,), shift=True, repeats=True)
+
+
 CONTROLS = (
     Control(
         Group.TIME, Action.GO_TO_START, "Home", "go to the start; later steps are kept", (pygame.K_HOME,), icon="start"
     ),
-    Control(Group.TIME, Action.STEP_BACK, "Left", "pause and go one step back", (pygame.K_LEFT,), icon="back"),
+    Control(
+        Group.TIME,
+        Action.STEP_BACK,
+        "Left",
+        "pause and go one step back",
+        (pygame.K_LEFT,),
+        icon="back",
+        repeats=True,
+    ),
     Control(
         Group.TIME, Action.PAUSE, "Space, P", "pause or resume", (pygame.K_SPACE,), "p", icon="pause", icon_on="play"
     ),
-    Control(Group.TIME, Action.STEP, "O, Right", "pause and do one step", (pygame.K_RIGHT,), "o", icon="step"),
+    Control(
+        Group.TIME,
+        Action.STEP,
+        "O, Right",
+        "pause and do one step",
+        (pygame.K_RIGHT,),
+        "o",
+        icon="step",
+        repeats=True,
+    ),
     Control(Group.TIME, Action.GO_TO_END, "End", "go to the latest step reached", (pygame.K_END,), icon="end"),
-    Control(Group.TIME, Action.SECOND_BACK, "Page Up", "go one second back", (pygame.K_PAGEUP,)),
+    Control(Group.TIME, Action.SECOND_BACK, "Page Up", "go one second back", (pygame.K_PAGEUP,), repeats=True),
     Control(
         Group.TIME,
         Action.SECOND_FORWARD,
         "Page Down",
         "go one second forward, at most to the latest step",
         (pygame.K_PAGEDOWN,),
+        repeats=True,
     ),
     Control(Group.TIME, Action.RESTART, "R", "restart and clear edits", (), "r", icon="restart"),
     Control(Group.TIME, Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-", icon="slower"),
@@ -118,15 +142,13 @@ CONTROLS = (
         (pygame.K_DELETE, pygame.K_BACKSPACE),
         icon="delete",
     ),
-    Control(Group.EDIT, Action.USE_IMPULSE, "I", "replace article by impulse, which accepts every edit", (), "i"),
-    Control(Group.EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ","),
-    Control(Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), "."),
-    Control(
-        Group.EDIT, Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left", (pygame.K_LEFT,), shift=True
-    ),
-    Control(Group.EDIT, Action.PUSH_RIGHT, "Shift Right", "push it to the right", (pygame.K_RIGHT,), shift=True),
-    Control(Group.EDIT, Action.PUSH_UP, "Shift Up", "push it up", (pygame.K_UP,), shift=True),
-    Control(Group.EDIT, Action.PUSH_DOWN, "Shift Down", "push it down", (pygame.K_DOWN,), shift=True),
+    Control(Group.EDIT, Action.USE_IMPULSE, "I", "replace article by impulse", (), "i"),
+    Control(Group.EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ",", repeats=True),
+    Control(Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), ".", repeats=True),
+    _push(Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left", pygame.K_LEFT),
+    _push(Action.PUSH_RIGHT, "Shift Right", "push it to the right", pygame.K_RIGHT),
+    _push(Action.PUSH_UP, "Shift Up", "push it up", pygame.K_UP),
+    _push(Action.PUSH_DOWN, "Shift Down", "push it down", pygame.K_DOWN),
     _layer(Layer.VELOCITY, "V", "velocity arrows, to where a ball would be in 0.2 s"),
     _layer(Layer.MOMENTUM, "M", "momentum arrows"),
     _layer(Layer.TRAILS, "T", "trails of where the balls were"),
@@ -147,7 +169,7 @@ CONTROLS = (
         icon_on="stop",
     ),
     Control(Group.WINDOW, Action.HELP, "F1", "show or hide the help", (pygame.K_F1,), icon="help"),
-    Control(Group.WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes, else quit", (pygame.K_ESCAPE,)),
+    Control(Group.WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes; twice, quit", (pygame.K_ESCAPE,)),
 )
 HELP = (
     ("Left drag", "pull the nearest ball; if paused, set its velocity"),

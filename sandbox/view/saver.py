@@ -31,11 +31,11 @@ class Saver:
         name = next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
         with self._notice.reporting():
             write(view.moment.scene, view.panes[pane].state, name)
-            self._notice.show(f"saved {name}: the balls as in {view.panes[pane].name}")
+            self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
 
     def save_picture(self, screen: Surface) -> None:
         """Save the window as a picture."""
         name = self.file_name(".png")
         with self._notice.reporting():
             save_picture(screen, name)
-            self._notice.show(f"saved {name}")
+            self._notice.show_saved(name)

@@ -8,7 +8,7 @@ from sandbox.errors import Refused, SandboxError
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.file_watcher import CHECK_INTERVAL, FileWatcher
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Kind, Notice
 from sandbox.view.scene_picker import ScenePicker
 
 
@@ -56,7 +56,7 @@ class SceneLoader:
             self._begin(scene, self._engines)
         except Refused as refusal:
             self._begin(scene, None)
-            self._notice.show(str(refusal))
+            self._notice.show(str(refusal), Kind.ERROR)
         self._opened(scene)
 
     def reload_if_edited(self) -> bool:

@@ -17,25 +17,26 @@ from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import draw_status
+from sandbox.view.compiling import caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
+from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
-from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.palette import FRAME
 from sandbox.view.pixels import fill
 from sandbox.view.playback import SPEEDS, Playback
-from sandbox.view.primitives import write
 from sandbox.view.recorder import Recorder
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
+from sandbox.view.status_line import draw_status_line
 from sandbox.view.time_bar import draw_time_bar
-from sandbox.view.toolbar import Button, Slider, Toolbar, Widget
+from sandbox.view.toolbar import ARROWS, ENTER, Button, Slider, Toolbar, Widget
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -43,6 +44,7 @@ ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
 REMEDY: Final = "Click, or press I, to replace article by impulse."
+QUIT_HINT: Final = "Esc again quits"
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -79,11 +81,13 @@ class Window:
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
+        self.key_repeat = KeyRepeat()
         self.showing = {Layer.CHARTS}
         self.help_open = False
         self.toolbar = Toolbar(self._widgets())
         self.actions = self._actions()
         pygame.display.init()
+        pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
         size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
@@ -207,6 +211,7 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.paused and self.playback.shows_current_step and not events
+                idle = idle and self.key_repeat.held is None
                 rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
                 self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         finally:  # the window can also be closed while a kernel is waited for
@@ -216,6 +221,9 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, video = self.playback, self.recorder.video
+        again = self.key_repeat.due(seconds)
+        if again:
+            self._on_press(again)
         if self._compilation and self._compilation.is_running:
             self._compilation.poll()
             self._outdated = True
@@ -235,20 +243,41 @@ class Window:
         """Handle an event."""
         self._outdated = True
         self.mouse.track(event)
-        if event.type == pygame.QUIT:
+        self.key_repeat.track(event)
+        if event.type == pygame.KEYDOWN:
+            self.key_repeat.press(event, repeats=self._repeats(event))
+            self._on_press(event)
+        elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
             self.scenes.picker.on_event(event)
-        elif self.toolbar.on_event(event, self.layout.toolbar):
-            pass
-        elif event.type == pygame.KEYDOWN:
-            control = control_of(event)
-            if control:
-                self.do(control)
         else:
-            self.mouse.on_event(event)
+            if event.type == pygame.MOUSEBUTTONDOWN:
+                self.notice.go_stale()
+            if not self.toolbar.on_event(event, self.layout.toolbar):
+                self.mouse.on_event(event)
+
+    def _repeats(self, event: Event) -> bool:
+        """Return whether a key is repeated while it is held."""
+        if self.scenes.picker:
+            return event.key not in (*ENTER, pygame.K_ESCAPE)
+        if self.toolbar.focus is not None and event.key in ARROWS:
+            return True
+        control = control_of(event)
+        return control is not None and control.repeats
+
+    def _on_press(self, event: Event) -> None:
+        """Handle a key."""
+        self._outdated = True
+        control = control_of(event)
+        if self.scenes.picker:
+            self.scenes.picker.on_event(event)
+        elif not self.toolbar.on_event(event, self.layout.toolbar) and control:
+            if control.action is not Action.ESCAPE:
+                self.notice.go_stale()
+            self.do(control)
 
     def do(self, control: Control) -> None:
         """Do a control's action, or show or hide its layer."""
@@ -279,11 +308,13 @@ class Window:
         self.help_open = not self.help_open
 
     def _escape(self) -> None:
-        """Close what is open over the panes; if nothing is, close the window."""
+        """Close what is open over the panes; if nothing is, close the window, the second time."""
         if self.scenes.error or self.mouse.adding or self.help_open:
             self.scenes.error, self.mouse.adding, self.help_open = "", False, False
-        else:
+        elif self.notice.text == QUIT_HINT:
             self.running = False
+        else:
+            self.notice.show(QUIT_HINT)
 
     # Drawing
 
@@ -313,7 +344,7 @@ class Window:
             whole = Surface(layout.window)
             self._draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
-        pygame.display.set_caption(f"{self.scene.title or self.scene.name} - sandbox")
+        pygame.display.set_caption(caption(self.scene))
         self._drawn = self.view.moment.step, self.status
         self._outdated = False
 
@@ -324,7 +355,15 @@ class Window:
         self.view.draw(surface, layout, self.showing)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
-        write(surface, self.status, layout.status, FAINT, layout.text_height)
+        draw_status_line(
+            surface,
+            layout.status,
+            layout.text_height,
+            self._time_line,
+            self.recorder.seconds,
+            self.notice,
+            self._scene_line,
+        )
         if self._compilation and self._compilation.is_running:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
@@ -353,10 +392,18 @@ class Window:
 
     @property
     def status(self) -> str:
-        """The status line, or a notice in its place."""
+        """What the status line says."""
+        recorded = "" if self.recorder.seconds is None else f"    {self.recorder.seconds:.1f} s"
+        return f"{self._time_line}{recorded}    {self.notice.text or self._scene_line}"
+
+    @property
+    def _time_line(self) -> str:
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go"
         pace = "paused" if playback.paused else playback.pace.text(playback.speed)
-        line = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {self.view.moment.time:.2f} s"
-        return self.notice.text or f"{line}    {pace}    F1 help"
+        return f"{self.view.moment.time:.2f} s    {pace}"
+
+    @property
+    def _scene_line(self) -> str:
+        return f"F1 help    seed {self.scene.seed}    {self.scene.title or self.scene.name}"

@@ -115,6 +115,14 @@ class Monkey(RuleBasedStateMachine):
     @rule(key=st.sampled_from(CODES), typed=texts, mod=st.sampled_from([0, pygame.KMOD_LSHIFT, pygame.KMOD_LCTRL]))
     def key(self, key: int, typed: str, mod: int) -> None:
         self.send(pygame.KEYDOWN, key=key, unicode=typed, mod=mod)
+        self.send(pygame.KEYUP, key=key, unicode=typed, mod=mod)
+
+    @rule(control=st.sampled_from(CONTROLS), frames=st.integers(1, 40))
+    def hold(self, control: Control, frames: int) -> None:
+        mod = pygame.KMOD_LSHIFT if control.shift else 0
+        self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
+        self.wait(1 / 30, frames)
+        self.send(pygame.KEYUP, key=0, unicode="", mod=0)
 
     @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:

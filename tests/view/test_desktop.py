@@ -151,7 +151,7 @@ class Desktop:
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""
         self.xdo("windowfocus", "--sync", self.window)
-        self.xdo("key", "Escape")
+        self.xdo("key", "--delay", 30, "Escape", "Escape")
         assert self.process.wait(30) == 0
         return load_inputs(self.folder / "inputs.jsonl", self.scene)
 

@@ -24,7 +24,7 @@ def test_a_saved_scene_loads_to_the_balls_shown(window: Window, tmp_path: Path) 
     press(window, "s")
     files = sorted(tmp_path.glob("*.toml"), key=os.path.getmtime)
     assert {file.name for file in files} == {"test-0-000033.toml", "test-0-000033-2.toml", "test-0-000033-3.toml"}
-    assert "saved test-0-000033-3.toml: the balls as in impulse" in window.status
+    assert f"saved test-0-000033-3.toml in {tmp_path}: the balls as in impulse" in window.status
     for file, pane in (("test-0-000033.toml", 0), ("test-0-000033-3.toml", 1)):
         start = spawn(load(tmp_path / file))
         assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
@@ -37,7 +37,7 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
     [file] = tmp_path.glob("*.png")
     assert file.name == "test-0-000001.png"
     assert np.array_equal(pixels(pygame.image.load(file)), pixels(window.screen))
-    assert window.status == f"saved {file.name}"
+    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
     panes = slice(window.layout.top, window.layout.strip.y)
     assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.01
-    assert window.status == f"saved {file.name}"
+    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 
 def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> None:
