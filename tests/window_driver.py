@@ -59,8 +59,8 @@ def drag(window: Window, start: tuple[int, int], end: tuple[int, int]) -> None:
 
 def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
     """Return the point of the screen at a place of the scene in a pane."""
-    arena, scale = window.layout.arenas[pane], window.layout.scale
-    return round(arena.x + x * scale), round(arena.y + y * scale)
+    right, down = window.layout.to_screen(pane, (x, y))
+    return round(right), round(down)
 
 
 def button(window: Window, action: Action | Layer) -> tuple[int, int]:

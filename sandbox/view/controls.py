@@ -48,6 +48,7 @@ class Action(Enum):
     PUSH_RIGHT = auto()
     PUSH_UP = auto()
     PUSH_DOWN = auto()
+    SHOW_ALL = auto()
     SAVE_PICTURE = auto()
     RECORD = auto()
     HELP = auto()
@@ -158,6 +159,7 @@ CONTROLS = (
     _layer(Layer.GHOSTS, "G", "outlines of the other pane's balls"),
     _layer(Layer.GRID, "L", "grid lines"),
     _layer(Layer.CHARTS, "H", "charts"),
+    Control(Group.WINDOW, Action.SHOW_ALL, "0", "show all of the arena again", (), "0"),
     Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
     Control(
         Group.WINDOW,
@@ -174,6 +176,7 @@ CONTROLS = (
 HELP = (
     ("Left drag", "pull the nearest ball; if paused, set its velocity"),
     ("Drag in the charts", "go to that time; without charts, drag in the bar"),
+    ("Wheel, middle drag", "zoom in and out, and move what the panes show"),
     ("Mouse on a ball", "show position, velocity and energy in every engine"),
     *((control.key_names, control.does) for control in CONTROLS),
     ("Tab, Enter, arrows", "next item of the toolbar, press it, move a slider"),

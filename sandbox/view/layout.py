@@ -1,6 +1,7 @@
 """The places of everything in a window: a toolbar, panes as large as they can be, charts, a status line."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Final
@@ -13,7 +14,32 @@ GAP: Final = 8  # px between panes and round them
 CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
 CHARTS_SHARE: Final = 0.27  # of the window's height, for the charts
 MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
+MAX_ZOOM: Final = 50.0
 ScreenPoint = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """Which part of the arena the panes show. zoom: 1 shows all of it; centre: as shares of its width and height."""
+
+    zoom: float = 1.0
+    centre: Vector = (0.5, 0.5)
+
+    def zoomed(self, factor: float, about: Vector) -> "Lens":
+        """Return the lens zoomed in by a factor, or out; the shares of the arena that stay where they are: about."""
+        zoom = min(max(self.zoom * factor, 1.0), MAX_ZOOM)
+        x, y = (at + (c - at) * self.zoom / zoom for c, at in zip(self.centre, about, strict=True))
+        return Lens(zoom, _inside((x, y), zoom))
+
+    def moved(self, by: Vector) -> "Lens":
+        """Return the lens moved by shares of the arena, as far as there is arena."""
+        return Lens(self.zoom, _inside((self.centre[0] + by[0], self.centre[1] + by[1]), self.zoom))
+
+
+def _inside(centre: Vector, zoom: float) -> Vector:
+    """Return the nearest centre from which only the arena is seen."""
+    x, y = (min(max(c, 0.5 / zoom), 1 - 0.5 / zoom) for c in centre)
+    return x, y
 
 
 @dataclass(frozen=True)
@@ -21,7 +47,7 @@ class Layout:
     """A window with one pane per engine, each a title over an arena; the toolbar above, charts and status line below.
 
     window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
-    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
+    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them. lens: what the panes show of the arena.
     """
 
     window: tuple[int, int]
@@ -29,6 +55,7 @@ class Layout:
     panes: int
     tools: tuple[tuple[float, ...], ...] = ()
     charts: int = 0
+    lens: Lens = Lens()
 
     @cached_property
     def text_height(self) -> int:
@@ -80,9 +107,23 @@ class Layout:
         return max(range(1, self.panes + 1), key=self._scale)
 
     @cached_property
+    def _whole(self) -> float:
+        """Px of the screen for one px of the scene, if a pane shows all of the arena."""
+        return self._scale(self.columns)
+
+    @cached_property
     def scale(self) -> float:
         """Px of the screen for one px of the scene."""
-        return self._scale(self.columns)
+        return self._whole * self.lens.zoom
+
+    @cached_property
+    def origin(self) -> Vector:
+        """Where the scene's origin is in a pane, px from its upper left."""
+        x, y = (
+            side * self._whole * (0.5 - c * self.lens.zoom)
+            for side, c in zip(self.arena, self.lens.centre, strict=True)
+        )
+        return x, y
 
     def _room(self, columns: int) -> Vector:
         """Return the width and height available to a pane's arena, px."""
@@ -98,7 +139,7 @@ class Layout:
     def arenas(self) -> list[Rect]:
         """Each pane's arena on the screen."""
         width, height = self._room(self.columns)
-        size = [max(1, round(side * self.scale)) for side in self.arena]
+        size = [max(1, round(side * self._whole)) for side in self.arena]
         rects = []
         for pane in range(self.panes):
             row, column = divmod(pane, self.columns)
@@ -128,7 +169,13 @@ class Layout:
     def to_scene(self, pane: int, point: ScreenPoint) -> Vector:
         """Turn a point of the screen into a position in the scene of a pane, px."""
         arena = self.arenas[pane]
-        return (point[0] - arena.x) / self.scale, (point[1] - arena.y) / self.scale
+        x, y = self.origin
+        return (point[0] - arena.x - x) / self.scale, (point[1] - arena.y - y) / self.scale
+
+    def to_screen(self, pane: int, position: Sequence[float]) -> tuple[float, float]:
+        """Turn a position in the scene of a pane, px, into a point of the screen."""
+        arena, (x, y) = self.arenas[pane], self.origin
+        return arena.x + x + position[0] * self.scale, arena.y + y + position[1] * self.scale
 
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""

@@ -13,7 +13,7 @@ from sandbox.run.inputs import Grab, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
-from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.layout import Layout, Lens, ScreenPoint
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
@@ -21,6 +21,7 @@ from sandbox.view.primitives import arrow, label
 from sandbox.view.time_bar import step_of_point
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
+ZOOM_STEP: Final = 1.25  # of a notch of the wheel
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
@@ -36,6 +37,8 @@ class MouseTool:
         self._layout = layout
         self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
         self.scrubbing = False  # the mouse drags the time
+        self.lens = Lens()
+        self._moved_from: ScreenPoint | None = None  # where the middle button has moved the panes' contents from
         self.reset()
 
     def reset(self) -> None:
@@ -97,6 +100,14 @@ class MouseTool:
             layout = self._layout()
             self.scrubbing = bool(layout.strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
+        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
+            self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
+        elif event.type == pygame.MOUSEBUTTONUP and event.button == 2:
+            self._moved_from = None
+        elif event.type == pygame.MOUSEWHEEL:
+            self._zoom(event.y)
+        elif event.type == pygame.MOUSEMOTION and self._moved_from:
+            self._move_lens(event.pos if event.buttons[1] else None)
         elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
             if not event.buttons[0]:
                 self.release()
@@ -107,6 +118,27 @@ class MouseTool:
         elif event.type == pygame.WINDOWFOCUSLOST:
             self.aim = self._pressed = None
             self.release()
+
+    def _zoom(self, notches: int) -> None:
+        """Zoom all panes about the position under the mouse."""
+        position = self.position
+        if position:
+            width, height = self._layout().arena
+            self.lens = self.lens.zoomed(ZOOM_STEP**notches, (position[0] / width, position[1] / height))
+
+    def _move_lens(self, point: ScreenPoint | None) -> None:
+        """Move what all panes show with the mouse to a point of the screen; stop if there is none."""
+        layout, before = self._layout(), self._moved_from
+        if point and before:
+            x, y = (
+                (old - new) / layout.scale / side for old, new, side in zip(before, point, layout.arena, strict=True)
+            )
+            self.lens = self.lens.moved((x, y))
+        self._moved_from = point
+
+    def show_all(self) -> None:
+        """Let the panes show all of the arena."""
+        self.lens = Lens()
 
     def _press(self, point: ScreenPoint) -> None:
         """Grab or select the ball nearest to a point of the screen, if it is near enough; or place a new one."""
@@ -185,7 +217,7 @@ class MouseTool:
         if ball is not None:
             radius = scene.bodies.radius[ball] * scale + 2 * width
             for pane, arena in zip(view.panes, layout.arenas, strict=True):
-                centre = (pane.state.position[ball] * scale).tolist()
+                centre = (pane.state.position[ball] * scale + layout.origin).tolist()
                 pygame.draw.circle(surface.subsurface(arena), ink, centre, radius, width)
             if self.aimed:
                 self._draw_velocity(surface, ball, self.aimed)
@@ -200,8 +232,10 @@ class MouseTool:
         width = max(2, round(layout.text_height / 7))
         vx, vy = velocity
         text = f"{math.hypot(vx, vy):.0f} px/s, {math.degrees(math.atan2(vy, vx)):.0f}\N{DEGREE SIGN}"
-        for pane, arena in zip(view.panes, layout.arenas, strict=True):
-            x, y = (arena.topleft + pane.state.position[ball] * layout.scale).tolist()
+        for index, (pane, arena) in enumerate(zip(view.panes, layout.arenas, strict=True)):
+            x, y = layout.to_screen(index, pane.state.position[ball].tolist())
+            if not arena.collidepoint(x, y):
+                continue
             tip = x + vx * ARROW_SECONDS * layout.scale, y + vy * ARROW_SECONDS * layout.scale
             arrow(surface, colours.ground, (x, y), tip, 2 * width)  # or the frame would hide it
             arrow(surface, colours.ink, (x, y), tip, width)

@@ -7,6 +7,7 @@ from pygame import Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.state import State
@@ -77,7 +78,7 @@ class Pane:
         other: State | None,
     ) -> None:
         """Draw the pane at its place in a layout. other: another engine's balls, for the ghosts."""
-        inside, scale = surface.subsurface(layout.arenas[index]), layout.scale
+        inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
         overlay = Overlay(
             inside,
             self.scene,
@@ -87,16 +88,17 @@ class Pane:
             other,
             scale=scale,
             text_height=layout.text_height,
+            origin=origin,
         )
         fill(inside, overlay.palette.ground)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state)
+            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state, origin)
         else:
-            draw_walls(inside, self.scene, scale)
-            self._discs.draw(inside, self.state.position, scale, self.state.angle)
+            draw_walls(inside, self.scene, scale, origin)
+            self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -121,11 +123,11 @@ class Pane:
         write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
-def draw_walls(surface: Surface, scene: Scene, scale: float) -> None:
-    """Draw a scene's walls. scale: px of the surface for one px of the scene."""
+def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
     ink = contrast(scene.arena.background)
     for wall in scene.walls:
-        start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
+        start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in (wall.start, wall.to))
         capsule(surface, ink, start, end, wall.thickness / 2 * scale)
 
 

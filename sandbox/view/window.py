@@ -163,6 +163,7 @@ class Window:
             Action.PUSH_RIGHT: partial(editor.push, 1, 0),
             Action.PUSH_UP: partial(editor.push, 0, -1),
             Action.PUSH_DOWN: partial(editor.push, 0, 1),
+            Action.SHOW_ALL: mouse.show_all,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
             Action.HELP: self._toggle_help,
@@ -183,7 +184,10 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
+        size = self.scene.arena.size
         self.playback.play(SessionView(scene, engines))
+        if scene.arena.size != size:
+            self.mouse.show_all()
         self.editor.select(None)
         self.mouse.reset()
         self.notice.clear()
@@ -333,7 +337,9 @@ class Window:
     def layout_in(self, size: tuple[int, int]) -> Layout:
         """Return the layout that the window would have in some size, px."""
         charts = self.view.chart_count(self.showing)
-        return layout_of(size, self.scene.arena.size, len(self.view.panes), self.toolbar.widths, charts)
+        return layout_of(
+            size, self.scene.arena.size, len(self.view.panes), self.toolbar.widths, charts, self.mouse.lens
+        )
 
     def draw(self) -> None:
         """Draw everything."""
@@ -385,8 +391,8 @@ class Window:
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
         if ball is None and self.editor.by_key and self.editor.selected is not None:
             ball = self.editor.selected
-            x, y = panes[0].state.position[ball] * layout.scale
-            point = layout.arenas[0].x + round(x), layout.arenas[0].y + round(y)
+            x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
+            point = round(x), round(y)
         if ball is not None and point:
             draw_ball_card(surface, layout, panes, ball, point)
 

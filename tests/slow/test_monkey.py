@@ -138,8 +138,8 @@ class Monkey(RuleBasedStateMachine):
             place = layout.arenas[which % len(window.view.panes)]
         if what == "ball":
             position = window.view.panes[which % len(window.view.panes)].state.position
-            bx, by = (position[which % len(position)] * layout.scale).tolist()
-            place = pygame.Rect(place.x + round(bx), place.y + round(by), 1, 1).inflate(10, 10)
+            bx, by = layout.to_screen(which % len(window.view.panes), position[which % len(position)].tolist())
+            place = pygame.Rect(round(bx), round(by), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
         self.send(pygame.MOUSEMOTION, pos=self.at, rel=(0, 0), buttons=tuple(int(k in self.down) for k in (1, 2, 3)))
 
