@@ -37,6 +37,7 @@ class Action(Enum):
     NEXT_SCENE = auto()
     NEXT_SEED = auto()
     SAVE_SCENE = auto()
+    SAVE_INPUTS = auto()
     UNDO = auto()
     REDO = auto()
     ADD_BALL = auto()
@@ -51,6 +52,7 @@ class Action(Enum):
     SHOW_ALL = auto()
     SAVE_PICTURE = auto()
     RECORD = auto()
+    FULL_SCREEN = auto()
     HELP = auto()
     ESCAPE = auto()
 
@@ -132,6 +134,15 @@ CONTROLS = (
     Control(
         Group.SCENE, Action.SAVE_SCENE, "S, Ctrl S", "save the balls as they are as a scene", (), "s\x13", icon="save"
     ),
+    Control(
+        Group.SCENE,
+        Action.SAVE_INPUTS,
+        "J, Ctrl C",
+        "save what you did, and copy the command",
+        (),
+        "j\x03",
+        icon="inputs",
+    ),
     Control(Group.EDIT, Action.UNDO, "U, Ctrl Z", "undo the last throw or edit", (), "u\x1a", icon="undo"),
     Control(Group.EDIT, Action.REDO, "Y, Ctrl Y", "redo what was undone", (), "y\x19", icon="redo"),
     Control(Group.EDIT, Action.ADD_BALL, "A", "add a ball at the mouse, or where you click next", (), "a", icon="add"),
@@ -170,6 +181,7 @@ CONTROLS = (
         icon="record",
         icon_on="stop",
     ),
+    Control(Group.WINDOW, Action.FULL_SCREEN, "F11", "full screen, or a window again", (pygame.K_F11,), icon="full"),
     Control(Group.WINDOW, Action.HELP, "F1", "show or hide the help", (pygame.K_F1,), icon="help"),
     Control(Group.WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes; twice, quit", (pygame.K_ESCAPE,)),
 )

@@ -47,7 +47,8 @@ class Layout:
     """A window with one pane per engine, each a title over an arena; the toolbar above, charts and status line below.
 
     window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
-    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them. lens: what the panes show of the arena.
+    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
+    lens: what the panes show of the arena.
     """
 
     window: tuple[int, int]

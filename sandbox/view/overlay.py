@@ -25,7 +25,8 @@ MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 class Overlay:
     """Draws layers on one pane's arena.
 
-    scale: px of the surface for one px of the scene. origin: where the scene's is on it. text_height: px. other: another engine's balls, drawn as ghosts.
+    scale: px of the surface for one px of the scene. origin: where the scene's is on it.
+    text_height: px. other: another engine's balls, drawn as ghosts.
     """
 
     def __init__(

@@ -92,6 +92,7 @@ class Window:
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.running = True
+        self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "")  # step and status in the window
 
@@ -152,6 +153,7 @@ class Window:
             Action.NEXT_SCENE: partial(scenes.open_bundled, 1),
             Action.NEXT_SEED: scenes.next_seed,
             Action.SAVE_SCENE: lambda: self.saver.save_scene(mouse.pane or 0),
+            Action.SAVE_INPUTS: self.saver.save_inputs,
             Action.UNDO: playback.undo,
             Action.REDO: playback.redo,
             Action.ADD_BALL: mouse.add_ball,
@@ -166,6 +168,7 @@ class Window:
             Action.SHOW_ALL: mouse.show_all,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
+            Action.FULL_SCREEN: self._toggle_full_screen,
             Action.HELP: self._toggle_help,
             Action.ESCAPE: self._escape,
         }
@@ -294,19 +297,21 @@ class Window:
 
     def is_on(self, control: Control) -> bool:
         """Return whether what a control turns on and off is on."""
-        match control.action:
-            case Layer():
-                return control.action in self.showing
-            case Action.PAUSE:
-                return self.playback.paused
-            case Action.RECORD:
-                return self.recorder.video is not None
-            case Action.ADD_BALL:
-                return self.mouse.adding
-            case Action.HELP:
-                return self.help_open
-            case _:
-                return False
+        on = {
+            Action.PAUSE: self.playback.paused,
+            Action.RECORD: self.recorder.video is not None,
+            Action.ADD_BALL: self.mouse.adding,
+            Action.FULL_SCREEN: self._window_size is not None,
+            Action.HELP: self.help_open,
+        }
+        return control.action in self.showing if isinstance(control.action, Layer) else on.get(control.action, False)
+
+    def _toggle_full_screen(self) -> None:
+        desktop = pygame.display.get_desktop_sizes()[0]
+        size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
+        self._window_size = None if self._window_size else self.screen.get_size()
+        with signals_deferred():  # set_mode discards exceptions
+            self.screen = pygame.display.set_mode(size, flags)
 
     def _toggle_help(self) -> None:
         self.help_open = not self.help_open

@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
+from sandbox.run.inputs import load_inputs
+from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.controls import CONTROLS, Action
@@ -38,6 +40,26 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
     assert file.name == "test-0-000001.png"
     assert np.array_equal(pixels(pygame.image.load(file)), pixels(window.screen))
     assert window.status.endswith(f"saved {file.name} in {tmp_path}")
+
+
+def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(window: Window, tmp_path: Path) -> None:
+    run(window, 5)
+    window.editor.set_velocity(1, (90.0, -60.0))
+    run(window, 10)
+    press(window, "j")
+    file = tmp_path / "test-0-000015.jsonl"
+    command = f"sandbox run test.toml --engines pymunk,impulse --inputs {file.name}"
+    assert window.status.endswith(f": {command}")
+    inputs = load_inputs(file, window.scene)
+    assert [one.do for one in inputs] == ["start", "velocity", "end"]
+    for pane in window.view.panes:
+        replay = simulate(window.scene, pane.name, steps=15, inputs=inputs)
+        assert np.array_equal(replay.position[-1], pane.state.position)
+    press(window, "j")
+    assert (tmp_path / "test-0-000015-2.jsonl").read_bytes() == file.read_bytes()
+    window.scenes.try_to_run(load("truths/corner"))
+    press(window, "j")
+    assert "sandbox run truths/corner --engines " in window.status
 
 
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:

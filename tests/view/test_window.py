@@ -98,6 +98,14 @@ def test_the_length_of_a_recording_is_shown_beside_a_red_dot(window: Window) -> 
     window.recorder.stop()
 
 
+def test_full_screen_and_back(window: Window) -> None:
+    press(window, "F11")
+    assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
+    assert window.screen.get_flags() & pygame.FULLSCREEN
+    press(window, "F11")
+    assert not window.screen.get_flags() & pygame.FULLSCREEN
+
+
 def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
     window: Window, all_objects_to_collect: None
 ) -> None:
