@@ -1,12 +1,11 @@
 """A card with the errors of a file that cannot be run."""
 
-import textwrap
 from typing import Final
 
 from pygame import Surface
 
 from sandbox.view.layout import Layout
-from sandbox.view.primitives import card, drawable, text_width
+from sandbox.view.primitives import card, wrapped
 
 MAX_LINES: Final = 8  # of errors, shown at once
 
@@ -14,11 +13,8 @@ MAX_LINES: Final = 8  # of errors, shown at once
 def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
     """Draw the errors of a file above the status line, as many lines as are shown at once."""
     height, window = layout.text_height, surface.get_rect()
-    letters = max(20, int((window.width - 4 * height) / (text_width("abcdefghij klmnopqrst", height) / 21)))
     errors = error.splitlines()
-    lines = [
-        part for one in errors[:MAX_LINES] for part in textwrap.wrap(drawable(one), letters, subsequent_indent="    ")
-    ]
+    lines = [part for one in errors[:MAX_LINES] for part in wrapped(one, window.width - 4 * height, height, "    ")]
     count = len(lines) + len(errors[MAX_LINES:])
     if count > MAX_LINES:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]

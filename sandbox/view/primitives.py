@@ -1,6 +1,7 @@
 """What the window is drawn with: text, thick segments, arrows, dashes, cards."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, cycle, pairwise
@@ -71,6 +72,12 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
         surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
         x += line.get_width() + space
     return min(x - space, place.right)
+
+
+def wrapped(text: str, width: int, height: int, indent: str = "") -> list[str]:
+    """Break a text into lines of about a width, px; all but the first are indented."""
+    letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
+    return textwrap.wrap(drawable(text), letters, subsequent_indent=indent)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

@@ -15,6 +15,7 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
+from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import caption, draw_status
@@ -79,6 +80,7 @@ class Window:
         self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
+        self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
         self.key_repeat = KeyRepeat()
@@ -94,7 +96,7 @@ class Window:
         self.running = True
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
-        self._drawn = (-1, "")  # step and status in the window
+        self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
 
     def _widgets(self) -> list[Widget]:
         playback, editor = self.playback, self.editor
@@ -194,6 +196,8 @@ class Window:
         self.editor.select(None)
         self.mouse.reset()
         self.notice.clear()
+        if scene.about != self.about.scene.about:
+            self.about = AboutCard(scene)
 
     def use_impulse(self) -> None:
         """Let impulse run in place of article, with the same inputs, to the same step."""
@@ -238,7 +242,7 @@ class Window:
             playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
             playback.catch_up()
-        if self._outdated or self._drawn != (self.view.moment.step, self.status):
+        if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):
             self.draw()
             pygame.display.flip()
         if not playback.paused:
@@ -263,6 +267,7 @@ class Window:
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
+                self.about.close()
             if not self.toolbar.on_event(event, self.layout.toolbar):
                 self.mouse.on_event(event)
 
@@ -314,12 +319,13 @@ class Window:
             self.screen = pygame.display.set_mode(size, flags)
 
     def _toggle_help(self) -> None:
-        self.help_open = not self.help_open
+        self.help_open = self.about.asked_for = not self.help_open
 
     def _escape(self) -> None:
         """Close what is open over the panes; if nothing is, close the window, the second time."""
         if self.scenes.error or self.mouse.adding or self.help_open:
-            self.scenes.error, self.mouse.adding, self.help_open = "", False, False
+            self.scenes.error, self.mouse.adding = "", False
+            self.help_open = self.about.asked_for = False
         elif self.notice.text == QUIT_HINT:
             self.running = False
         else:
@@ -356,7 +362,7 @@ class Window:
             self._draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment.step, self.status
+        self._drawn = self.view.moment.step, self.status, self.about.text
         self._outdated = False
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
@@ -383,6 +389,8 @@ class Window:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:
             draw_help(surface, layout)
+        if not self.scenes.error:
+            self.about.draw(surface, layout)
         if self.scenes.picker:
             self.scenes.picker.fit(surface.get_rect(), layout.text_height)
             self.scenes.picker.draw(surface)

@@ -98,6 +98,27 @@ def test_the_length_of_a_recording_is_shown_beside_a_red_dot(window: Window) -> 
     window.recorder.stop()
 
 
+def test_what_a_scene_is_about_is_shown_after_opening_and_under_help(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [100.0]
+    monkeypatch.setattr("sandbox.view.about_card.monotonic", lambda: clock[0])
+    scene = load("head-on")
+    window.begin(scene, None)
+    press(window, "p")
+    seen = []
+    for clock[0] in (101.0, 107.0, 109.0):
+        window.frame(1 / 60)
+        seen.append(pixels(window.screen))
+    assert np.array_equal(seen[0], seen[1])
+    assert (seen[1] != seen[2]).any(axis=2).sum() > 5000
+    assert window.about.text == ""
+    press(window, "F1")
+    assert window.about.text == scene.about
+    press(window, "Esc")
+    assert window.about.text == ""
+
+
 def test_full_screen_and_back(window: Window) -> None:
     press(window, "F11")
     assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
