@@ -70,18 +70,22 @@ class Layout:
 
     @cached_property
     def toolbar(self) -> list[Rect]:
-        """Each widget's place: rows from the left, with a gap between groups."""
-        side, places = round(1.75 * self.text_height), []
-        x, y = GAP, GAP // 2
+        """Each widget's place: rows of whole groups from the left, where wide widgets fill what the others leave."""
+        side, room = round(1.75 * self.text_height), self.window[0] - 2 * GAP
+        rows: list[list[Rect]] = [[]]
         for group in self.tools:
-            for share in group:
-                width = round(share * side)
-                if x + width > self.window[0] - GAP:
-                    x, y = GAP, y + side + 2
-                places.append(Rect(x, y, width, side))
+            widths = [round(share * side) for share in group]
+            x = rows[-1][-1].right - GAP + 2 + side // 3 if rows[-1] else 0
+            if x and x + sum(widths) + 2 * (len(widths) - 1) > room:
+                rows.append([])
+                x = 0
+            for width in widths:
+                if x + width > room:
+                    rows.append([])
+                    x = 0
+                rows[-1].append(Rect(GAP + x, GAP // 2 + (len(rows) - 1) * (side + 2), width, side))
                 x += width + 2
-            x += side // 3
-        return places
+        return [place for row in rows if row for place in _filled(row, GAP + room)]
 
     @cached_property
     def top(self) -> int:
@@ -181,6 +185,17 @@ class Layout:
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
+
+
+def _filled(row: list[Rect], right: int) -> list[Rect]:
+    """Widen the wide widgets of a row, to three times their width at most, so that it ends at the right."""
+    wide = sum(place.width > place.height for place in row)
+    spare, shift, filled = max(right - row[-1].right, 0), 0, []
+    for place in row:
+        more = min(spare // wide, 2 * place.width) if place.width > place.height else 0
+        filled.append(Rect(place.x + shift, place.y, place.width + more, place.height))
+        shift += more
+    return filled
 
 
 def _without(rect: Rect, covered: Rect) -> list[Rect]:

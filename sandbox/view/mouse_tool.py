@@ -72,6 +72,25 @@ class MouseTool:
         return ball if distance <= 0 else None
 
     @property
+    def over_grip(self) -> bool:
+        """Whether a press of the mouse here would grab something."""
+        pane, position = self.pane, self.position
+        if pane is None or position is None:
+            return False
+        view = self._playback.view
+        _, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+        return distance * self._layout().scale <= GRAB_DISTANCE
+
+    @property
+    def cursor(self) -> int:
+        """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
+        if self.holds or self._moved_from:
+            return pygame.SYSTEM_CURSOR_SIZEALL
+        if self.adding:
+            return pygame.SYSTEM_CURSOR_CROSSHAIR
+        return pygame.SYSTEM_CURSOR_HAND if self.over_grip else pygame.SYSTEM_CURSOR_ARROW
+
+    @property
     def holds(self) -> bool:
         """Whether the mouse holds a ball, or the tip of its velocity."""
         return self._pressed is not None or self._playback.session.held is not None

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -94,6 +95,7 @@ class Window:
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.running = True
+        self._cursor = pygame.SYSTEM_CURSOR_ARROW
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
@@ -354,6 +356,7 @@ class Window:
 
     def draw(self) -> None:
         """Draw everything."""
+        self._show_cursor()
         layout = self.layout
         if self.screen.get_size() == layout.window:
             self._draw_on(self.screen, layout)
@@ -364,6 +367,14 @@ class Window:
         pygame.display.set_caption(caption(self.scene))
         self._drawn = self.view.moment.step, self.status, self.about.text
         self._outdated = False
+
+    def _show_cursor(self) -> None:
+        over_panes = not self.scenes.picker and self.toolbar.over is None
+        cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
+        if cursor != self._cursor:
+            self._cursor = cursor
+            with suppress(pygame.error):  # a screen in memory has no pointers
+                pygame.mouse.set_cursor(cursor)
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""

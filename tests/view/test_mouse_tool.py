@@ -339,6 +339,22 @@ def test_every_layer_follows_the_zoom(window: Window) -> None:
     assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
 
 
+def test_the_pointer_changes_over_what_can_be_grabbed(window: Window) -> None:
+    def shown() -> int:
+        window.draw()
+        return window._cursor
+
+    hover(window, point(window, 400, 500))
+    assert shown() == pygame.SYSTEM_CURSOR_ARROW
+    hover(window, point(window, 600, 100))
+    assert shown() == pygame.SYSTEM_CURSOR_HAND
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    assert shown() == pygame.SYSTEM_CURSOR_SIZEALL
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 600, 100))
+    press(window, "/")
+    assert shown() == pygame.SYSTEM_CURSOR_ARROW
+
+
 def test_very_large_discs_are_drawn_when_zoomed() -> None:
     window = Window(scene_of("radius = 290\nposition = [400, 300]"), ["exact"])
     window.mouse.lens = Lens(50.0, (0.5, 0.5))
