@@ -258,7 +258,8 @@ class MouseTool:
             tip = x + vx * ARROW_SECONDS * layout.scale, y + vy * ARROW_SECONDS * layout.scale
             arrow(surface, colours.ground, (x, y), tip, 2 * width)  # or the frame would hide it
             arrow(surface, colours.ink, (x, y), tip, width)
-            label(surface, text, tip, layout.text_height, arena, colours)
+            beyond = tip[0], tip[1] + math.copysign(1.2 * layout.text_height, vy)
+            label(surface, text, beyond, layout.text_height, arena, colours)
 
 
 def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]:

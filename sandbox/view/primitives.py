@@ -174,12 +174,9 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
 
 
 def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:
-    """Write a line of text on a ground of its own below a point, or above it, inside a place. near: px."""
+    """Write a line of text on a ground of its own in the middle of a point, moved inside a place. near: px."""
     line = lettering(text, colours.ink, height)
-    place = line.get_rect(midtop=(round(near[0]), round(near[1]) + height)).inflate(height // 2, 0)
-    if place.bottom > within.bottom:
-        place.bottom = round(near[1]) - height
-    place.clamp_ip(within)
+    place = line.get_rect(center=(round(near[0]), round(near[1]))).inflate(height // 2, 0).clamp(within)
     surface.fill(colours.ground, place)
     surface.blit(line, line.get_rect(center=place.center))
 

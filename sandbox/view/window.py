@@ -399,7 +399,7 @@ class Window:
         if self.scenes.error:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:
-            draw_help(surface, layout)
+            draw_help(surface.subsurface((0, 0, layout.window[0], self.about.top(layout))), layout)
         if not self.scenes.error:
             self.about.draw(surface, layout)
         if self.scenes.picker:
