@@ -1,14 +1,19 @@
 """Run one rigid-body scene in several solvers side by side, and see how far they drift apart.
 
-    load      reads a scene: a TOML file, or a bundled scene
-    simulate  runs a scene in one engine, and returns its trajectory
-    compare   runs a scene in several engines, and returns how far they are apart, since when, and why
+    load        reads a scene: a TOML file, or a bundled scene
+    from_space  returns the scene of a live pymunk.Space
+    write       writes a scene file
+    simulate    runs a scene in one engine or several, and returns trajectories
+    compare     runs a scene in several engines, and returns how far they are apart, since when, and why
+    verify      scores engines against what scenes expect
+    sweep       runs a scene with many seeds, rates, engines and settings, and returns a table
+    watch       records what a live pymunk.Space does, and compares it with the exact reference
 
 >>> import sandbox
->>> scene = sandbox.load("article")
->>> sandbox.simulate(scene, "article", seconds=1).position.shape  # steps + 1, balls, x and y
+>>> sandbox.simulate("article", "article", seconds=1).position.shape  # steps + 1, balls, x and y
 (61, 3, 2)
->>> round(sandbox.compare(scene, ["pymunk", "article"]).runs["article"].figures.energy_ratio, 4)
+>>> comparison = sandbox.compare("article", ["pymunk", "article"])
+>>> round(comparison["article"].energy_ratio, 4)
 0.4159
 """
 
@@ -16,11 +21,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from sandbox.analysis.comparison import Comparison, compare
     from sandbox.engines import Engine
-    from sandbox.errors import Refused, SandboxError
-    from sandbox.run.trajectory import Trajectory, simulate
-    from sandbox.scene import Scene, load
+    from sandbox.errors import Refused, SandboxError, SpaceWarning
+    from sandbox.run.trajectory import Trajectory
+    from sandbox.scene import Scene, load, write
+    from sandbox.scene.from_pymunk import from_space
+    from sandbox.scripting.calls import compare, simulate, sweep, verify
+    from sandbox.scripting.comparison import Comparison
+    from sandbox.scripting.scores import Scores
+    from sandbox.scripting.sweep_table import SweepTable
+    from sandbox.scripting.watch import watch
     from sandbox.state import Contacts, State
 
 __version__ = "0.1.0"
@@ -32,26 +42,42 @@ __all__ = [
     "Refused",
     "SandboxError",
     "Scene",
+    "Scores",
+    "SpaceWarning",
     "State",
+    "SweepTable",
     "Trajectory",
     "__version__",
     "compare",
+    "from_space",
     "load",
     "simulate",
+    "sweep",
+    "verify",
+    "watch",
+    "write",
 ]
 
 _MODULES: Final = {
-    "Comparison": "analysis.comparison",
+    "Comparison": "scripting.comparison",
     "Contacts": "state",
     "Engine": "engines",
     "Refused": "errors",
     "SandboxError": "errors",
     "Scene": "scene",
+    "Scores": "scripting.scores",
+    "SpaceWarning": "errors",
     "State": "state",
+    "SweepTable": "scripting.sweep_table",
     "Trajectory": "run.trajectory",
-    "compare": "analysis.comparison",
+    "compare": "scripting.calls",
+    "from_space": "scene.from_pymunk",
     "load": "scene",
-    "simulate": "run.trajectory",
+    "simulate": "scripting.calls",
+    "sweep": "scripting.calls",
+    "verify": "scripting.calls",
+    "watch": "scripting.watch",
+    "write": "scene",
 }
 
 
@@ -65,6 +91,4 @@ if not TYPE_CHECKING:  # with this function, a type checker would accept any nam
         """Import a public name when it is first used: numba and pydantic are slow to import."""
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        if _MODULES[name] == "analysis.comparison":
-            import_module("sandbox.report.notebook")  # registers how a notebook shows a comparison
         return getattr(import_module(f"sandbox.{_MODULES[name]}"), name)

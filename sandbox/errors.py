@@ -29,6 +29,22 @@ class Refused(SandboxError):
     """An engine cannot run a scene; the text says why, and which engine can."""
 
 
+class EngineError(SandboxError):
+    """An engine that is not built in fails: it breaks the contract of docs/engines.md, or raises an exception.
+
+    engine: its name; time: s, when it failed; details: the engine's own traceback, empty if the message says all.
+    """
+
+    def __init__(self, engine: str, what: str, time: float = 0.0, details: str = "") -> None:
+        super().__init__(f"{engine}: {what}")
+        self.engine, self.time = engine, time
+        self.details = "".join(f"{printable(line)}\n" for line in details.splitlines())
+
+
+class SpaceWarning(UserWarning):
+    """A scene, or a recording, of a `pymunk.Space` leaves something out or differs from it."""
+
+
 class Terminated(BaseException):
     """A signal ends the program. A write to a closed pipe counts as SIGPIPE, which Python itself ignores."""
 

@@ -48,6 +48,11 @@ def momentum(velocity: Floats, mass: Floats) -> Floats:
     return np.einsum("...nk,n->...k", velocity, mass)
 
 
+def centre_of_mass(position: Floats, mass: Floats) -> Floats:
+    """Return the centre of mass, px: (..., 2)."""
+    return np.einsum("...nk,n->...k", position, mass / mass.sum())
+
+
 def length(vector: Floats) -> Floats:
     """Return the length of each vector: (..., 2) -> (...). The length of a velocity is its speed."""
     return np.hypot(vector[..., 0], vector[..., 1])

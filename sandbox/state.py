@@ -11,6 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Contacts = NDArray[np.void]  # (k,) of dtype CONTACT
+Pushes = NDArray[np.void]  # (k,) of dtype PUSH
 
 CONTACT: Final = np.dtype(
     [
@@ -22,6 +23,15 @@ CONTACT: Final = np.dtype(
         ("depth", "f8"),  # px, overlap when the contact was found
         ("tangential", "f8"),  # kg px/s along (-normal_y, normal_x), which friction gives to the second
         ("slip", "f8"),  # px/s along the same, of the first's rim past the second's before the contact
+    ]
+)
+
+
+PUSH: Final = np.dtype(
+    [
+        ("row", "i8"),  # of the state that the step leads to, in a block
+        ("ball", "i8"),
+        ("dv", "f8", (2,)),  # px/s, by which the ball's velocity changes before the step
     ]
 )
 
@@ -94,7 +104,7 @@ class States(NamedTuple):
             rows[row] = getattr(state, name)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)  # arrays have no truth value
 class Bodies:
     """The properties of the balls, which do not change while a scene runs: (n,) each.
 
@@ -113,6 +123,23 @@ class Bodies:
     def moment(self) -> Floats:
         """The moments of inertia of uniform discs, m r²/2: (n,) kg px²."""
         return self.mass * self.radius**2 / 2
+
+
+class Damping(NamedTuple):
+    """How an engine slows balls down in flight: velocities and spins, at the end of each substep, before gravity pulls.
+
+    per_second: the share of them that is left after a second; substeps: in each step.
+    """
+
+    per_second: float = 1.0
+    substeps: int = 1
+
+    def left_after(self, seconds: float) -> float:
+        """Return the share that is left after a time."""
+        return float(self.per_second**seconds)
+
+
+NO_DAMPING: Final = Damping()
 
 
 def no_contacts() -> Contacts:

@@ -2,8 +2,10 @@
 
 import csv
 import io
+import json
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:  # slow to import
@@ -33,21 +35,41 @@ def printable(text: str) -> str:
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
-def csv_text(lines: Iterable[Sequence[object]]) -> str:
-    r"""Return a table as CSV; None is an empty cell. Text that a spreadsheet might evaluate gets an apostrophe.
+class CsvDialect(StrEnum):
+    """How a table is written as CSV. With a decimal comma, as in much of Europe, cells are separated by semicolons."""
 
-    >>> csv_text([["=1+1", -2.0, None]])
-    "'=1+1,-2.0,\n"
+    DECIMAL_POINT = "decimal-point"
+    DECIMAL_COMMA = "decimal-comma"
+
+
+def csv_text(lines: Iterable[Sequence[object]], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+    r"""Return a table as CSV; None is an empty cell, and a list is JSON.
+
+    Text that a spreadsheet might evaluate gets an apostrophe.
+
+    >>> csv_text([["=1+1", -2.0, None, [1.5]]])
+    "'=1+1,-2.0,,[1.5]\n"
+    >>> csv_text([["a;b", -2.5]], CsvDialect.DECIMAL_COMMA)
+    '"a;b";-2,5\n'
     """
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([_safe_cell(cell) for cell in line] for line in lines)
+    comma = dialect is CsvDialect.DECIMAL_COMMA
+    writer = csv.writer(text, lineterminator="\n", delimiter=";" if comma else ",")
+    writer.writerows([_cell(cell, comma) for cell in line] for line in lines)
     return text.getvalue()
 
 
-def _safe_cell(cell: object) -> object:
-    if not isinstance(cell, str):
-        return cell
-    return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
+def _cell(cell: object, decimal_comma: bool) -> object:
+    if isinstance(cell, str):
+        return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
+    if isinstance(cell, list | tuple):
+        return json.dumps(cell)
+    return str(cell).replace(".", ",") if decimal_comma and isinstance(cell, float) else cell
+
+
+def json_text(value: object) -> str:
+    """Return a value as JSON, as every file has it."""
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
 def console(*, stderr: bool = False) -> "Console":
@@ -58,3 +80,27 @@ def console(*, stderr: bool = False) -> "Console":
     if terminal.width == 0:  # as with COLUMNS=0, where Rich would print nothing
         terminal.width = DEFAULT_WIDTH
     return terminal
+
+
+def text_of(show: "Callable[[Console], object]", width: int) -> str:
+    """Return what a function prints on a console so many columns wide, without colours."""
+    from rich.console import Console  # noqa: PLC0415
+
+    text = io.StringIO()
+    verbatim = Console(
+        file=text,
+        width=width,
+        color_system=None,
+        force_terminal=False,
+        force_jupyter=False,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
+    show(verbatim)
+    return "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines())
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun: 1 ball, 2 balls."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

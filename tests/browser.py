@@ -99,18 +99,25 @@ class Browser:
         self.wait_for(READY)
 
     @contextmanager
-    def frame_of(self, page: Path) -> Iterator[None]:
-        """Load a page, and send commands to the one frame in it, which has its own origin."""
+    def frame_of(self, page: Path, number: int = 0) -> Iterator[None]:
+        """Load a page, and send commands to one of the frames in it, which have their own origins."""
+        self.call("Page.navigate", url="about:blank")
+        while self._frames():  # of the page before
+            time.sleep(0.05)
         self.call("Page.navigate", url=page.as_uri())
-        while not (frames := [one for one in self.call("Target.getTargets")["targetInfos"] if one["type"] == "iframe"]):
+        while len(self._frames()) <= number:
             time.sleep(0.05)
         self.requests.clear()
         self.errors.clear()
-        self._attach(frames[0]["targetId"])
+        self._attach(self._frames()[number])
         try:
             yield
         finally:
             self._session = self._page
+
+    def _frames(self) -> list[str]:
+        targets = self.call("Target.getTargets")["targetInfos"]
+        return [target["targetId"] for target in targets if target["type"] == "iframe"]
 
     def run(self, script: str) -> Any:
         """Run a script in the page, and return its value."""

@@ -114,7 +114,7 @@ SET_UP = re.findall(r"^python3 -m venv .*$", README.read_text(), re.MULTILINE)
 
 def put_files(page: Path, folder: Path) -> None:
     """Put into a folder what a page's commands and examples read."""
-    (folder / "docs").mkdir()
+    shutil.copytree(ROOT / "docs" / "examples", folder / "docs" / "examples")
     write_inputs([Start(scene="article", seed=0, rate=60)], folder / "mouse.jsonl")
     shown = files(page)
     for name, text in shown.items():
@@ -161,7 +161,7 @@ def test_every_command_prints_what_stands_there(
     if pipe := line.partition(" | ")[2]:
         printed = subprocess.run(pipe, shell=True, input=printed, text=True, capture_output=True, check=True).stdout
     block.check_output(printed)
-    for written in re.findall(r"--(?:out|json|csv|report|save-inputs) ([\w./-]*\w)", line):
+    for written in re.findall(r"--(?:out|json|csv|series|plot|report|junit|save-inputs) ([\w./-]*\w)", line):
         assert (tmp_path / written).stat().st_size > 0
         if written.startswith("docs/"):
             check_picture(tmp_path / written, ROOT / written)

@@ -23,19 +23,27 @@ MODULES: Final = {
 }
 PLAIN: Final = ("bench.plain", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
 LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy and numba are imported everywhere
-    "pydantic": ("scene", "run", "view"),
+    "pydantic": ("scene", "run", "analysis.documents", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
+    "pandas": ("run.trajectory",),
     "PIL": ("scene", "view"),
     "llvmlite": ("compiled",),
-    "pymunk": ("engines.pymunk", "view.debug_draw", *PLAIN),
+    "pymunk": (
+        "engines.pymunk",
+        "engines.space_reader",
+        "scene.from_pymunk",
+        "scripting.watch",
+        "view.debug_draw",
+        *PLAIN,
+    ),
     "pyb2d3": ("engines.box2d",),
-    "distributed": ("sweep.workers",),
+    "distributed": ("sweeps.workers",),
     "bokeh": ("report",),
     "jinja2": ("report",),
     "pygame": ("view", "bench.window"),
     "av": ("view",),
-    "rich": ("cli", "text"),
+    "rich": ("cli", "report", "text"),
     "typer": ("cli",),
 }
 

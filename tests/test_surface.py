@@ -12,8 +12,20 @@ from conftest import REQUIRED
 
 import sandbox
 
-VERBS = ("compare", "load", "simulate")
-CLASSES = ("Comparison", "Contacts", "Engine", "Refused", "SandboxError", "Scene", "State", "Trajectory")
+VERBS = ("compare", "from_space", "load", "simulate", "sweep", "verify", "watch", "write")
+CLASSES = (
+    "Comparison",
+    "Contacts",
+    "Engine",
+    "Refused",
+    "SandboxError",
+    "Scene",
+    "Scores",
+    "SpaceWarning",
+    "State",
+    "SweepTable",
+    "Trajectory",
+)
 HEAVY = ("numpy", "numba", "pydantic", "pymunk", "pygame", "bokeh", "rich", "typer")
 
 
@@ -44,7 +56,7 @@ def test_importing_the_sandbox_imports_no_library() -> None:
 
 USER = """
 import sandbox
-from sandbox import Comparison, Contacts, Engine, Refused, SandboxError, Scene, State, Trajectory
+from sandbox import Comparison, Contacts, Engine, Refused, SandboxError, Scene, Scores, State, SweepTable, Trajectory
 
 
 class Mine:
@@ -66,7 +78,17 @@ def energy_left(name: str) -> float | None:
     trajectory: Trajectory = sandbox.simulate(scene, "pymunk", seconds=1)
     comparison: Comparison = sandbox.compare(scene, ["pymunk", "article"])
     print(trajectory.position.shape, sandbox.__version__.split("."))
-    return comparison.runs["article"].figures.energy_ratio
+    print(comparison.verdict, comparison.table().splitlines(), comparison.runs["article"].energy.mean())
+    comparison.save("figures.json")
+    return comparison["article"].energy_ratio
+
+
+def many() -> float:
+    both: dict[str, Trajectory] = sandbox.simulate("article", ["pymunk", "exact"], seed=3, steps=10)
+    scores: Scores = sandbox.verify(["oblique", sandbox.load("oblique")], "exact")
+    table: SweepTable = sandbox.sweep("article", seeds=range(4), rates=[60, 240], settings={"substeps": [1, 4]})
+    print(scores["oblique"]["exact"].lines, [row["engine"] for row in table])
+    return float(both["exact"].energy[0] + table.column("gap_rms").max())
 
 
 def drop(height: float) -> Scene:
@@ -90,7 +112,7 @@ def reason(error: Refused) -> str:
 WRONG = (
     ("sandbox.laod('article')", 'Module has no attribute "laod"'),
     ("sandbox.load(3)", 'Argument 1 to "load" has incompatible type "int"'),
-    ("sandbox.simulate(sandbox.load('article'))", 'Missing positional argument "engine" in call to "simulate"'),
+    ("sandbox.simulate(sandbox.load('article'))", 'No overload variant of "simulate" matches argument type "Scene"'),
     ("sandbox.compare(sandbox.load('article')).gap", '"Comparison" has no attribute "gap"'),
     ("sandbox.Scene(arena=3, balls=[])", 'Argument "arena" to "Scene" has incompatible type "int"'),
     ("sandbox.Scene(arena={}, balls=[], sped=3)", 'Unexpected keyword argument "sped" for "Scene"'),

@@ -13,8 +13,8 @@ from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import load_inputs
 from sandbox.scene.files import load
-from sandbox.sweep import as_csv, in_order, plan
-from sandbox.sweep.jobs import run_job
+from sandbox.sweeps import as_csv, in_order, plan
+from sandbox.sweeps.jobs import run_job
 from sandbox.text import csv_text
 
 pytestmark = pytest.mark.usefixtures("working_folder")
@@ -131,7 +131,7 @@ def test_a_spreadsheet_runs_no_cell_as_a_formula(name: str) -> None:
 
 
 def test_negative_numbers_are_numbers_in_a_spreadsheet() -> None:
-    assert cells(csv_text([[-1, -2.5, "-1", None, -1e-300, ("-",)]])) == ["-1", "-2.5", "'-1", "", "-1e-300", "('-',)"]
+    assert cells(csv_text([[-1, -2.5, "-1", None, -1e-300, ("-",)]])) == ["-1", "-2.5", "'-1", "", "-1e-300", '["-"]']
     comparison = compare(load("article").changed(seconds=2.0), ["article", "exact"])
     [row, _] = csv.DictReader(io.StringIO(comparison.as_csv()))
     assert float(row["ledger.small.energy"]) < 0

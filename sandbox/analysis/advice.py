@@ -2,16 +2,18 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.documents import TrialFigures
 from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
 from sandbox.engines import TUNED, settings_in, with_settings
+from sandbox.engines.specs import format_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, clock_of
@@ -53,8 +55,8 @@ class Trial:
 
     @property
     def settings(self) -> str:
-        """The changes as a scene writes them."""
-        return ", ".join(f"{key} = {value}" for key, value in self.changes.items()) or "no change"
+        """The changes, as in the name of an engine with settings."""
+        return format_settings(self.changes) or "no change"
 
     @property
     def agrees(self) -> str:
@@ -63,19 +65,21 @@ class Trial:
             return f"until {self.apart:.2f} s"
         return "to the end" if self.until is None else f"at least until {self.until:.2f} s"
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self, advised: bool) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return {
-            "changes": self.changes,
-            "passages": self.passages,
-            "escapes": self.escapes,
-            "apart": self.apart,
-            "gap": self.gap,
-            "theory": self.theory,
-            "energy_error": self.energy_error,
-            "astray": self.astray,
-            "gap_rms": self.gap_rms,
-        }
+        figures = TrialFigures(
+            changes=self.changes,
+            passages=self.passages,
+            escapes=self.escapes,
+            apart=self.apart,
+            gap=self.gap,
+            theory=self.theory,
+            energy_error=self.energy_error,
+            astray=self.astray,
+            gap_rms=self.gap_rms,
+            advised=advised,
+        )
+        return asdict(figures)
 
 
 class Rank(NamedTuple):
@@ -328,6 +332,6 @@ def as_json(trials: Sequence[Trial]) -> dict[str, Any]:
         return {}
     best = advised(trials)
     return {
-        "advice": [trial.as_json() | {"advised": trial is best} for trial in trials],
+        "advice": [trial.as_json(advised=trial is best) for trial in trials],
         "recommendation": recommend(trials),
     }

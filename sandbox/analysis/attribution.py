@@ -42,6 +42,7 @@ MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse 
 BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
 WITHIN_ARM: Final = 1e-3  # of friction, that float32 and the iterations of a solver may be off
 MOMENT_RATIOS: Final = (0.0, 0.5, 1.25, -1.0)  # of a disc's moment to an infinite one, a ring's, a sphere's; wrong sign
+NO_ERROR: Final = (Cause.ROUNDING, Cause.GRAVITY, Cause.DAMPING)  # causes that are not a contact's own
 MAX_TRACE_STEPS: Final = 3.0  # steps over which a contact is traced back at most
 
 FINDING: Final = np.dtype(
@@ -86,7 +87,8 @@ class SceneConstants(NamedTuple):
 
     wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs;
-    together, infers: as `Runner` has them, of the engine; centre: px, of the arena.
+    together, infers: as `Runner` has them, of the engine; centre: px, of the arena; left: the share of velocities and
+    spins that the engine's damping leaves after each of the substeps of a step.
     """
 
     radius: Floats
@@ -99,6 +101,8 @@ class SceneConstants(NamedTuple):
     together: bool
     infers: bool
     centre: tuple[float, float]
+    left: float
+    substeps: int
 
 
 class Unexplained(NamedTuple):
@@ -638,8 +642,19 @@ def _enter_friction_at_rest(
 
 
 @kernel
-def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> bool:
-    """Return whether a wall's impulse is right but for gravity's part in the step.
+def _by_damping(constants: SceneConstants, contact: Record, finding: Record) -> float:
+    """Return by how much (px/s) two part faster because restitution is of their speed before the substep's damping."""
+    e, _, _, _ = _pair_constants(constants, contact)
+    pull = 0.0
+    if contact.second < 0:
+        pull = constants.fall[0] * contact.normal[0] + constants.fall[1] * contact.normal[1]
+    returns: float = e * (finding.approach - pull * constants.dt / constants.substeps)
+    return returns * (1 / constants.left - 1)
+
+
+@kernel
+def _by_gravity(constants: SceneConstants, contact: Record, finding: Record, impulse: float) -> bool:
+    """Return whether a wall's impulse (kg px/s) is right but for gravity's part in the step.
 
     The speed before may lack gravity's pull of the step, or half of it, and so may the speed that restitution is of. Or
     the bounce was traced back, to first order in the depth.
@@ -648,7 +663,7 @@ def _by_gravity(constants: SceneConstants, contact: Record, finding: Record) -> 
     pull, depth = constants.fall[0] * contact.normal[0] + constants.fall[1] * contact.normal[1], finding.depth
     if pull == 0:
         return False
-    u, size = finding.approach, contact.impulse / constants.mass[contact.first]
+    u, size = finding.approach, impulse / constants.mass[contact.first]
     slight = NEGLIGIBLE * (abs(u) + abs(pull) * constants.dt)
     for a in range(5):
         for b in range(5):
@@ -728,28 +743,34 @@ def _cause_of_impulse(
     constants: SceneConstants,
     contact: Record,
     finding: Record,
+    undamped: float,
     uncertain: float,
     unowned: float,
     otherwise: int,
     at_rest: bool,
 ) -> int:
-    """Return why an impulse is not the expected one. The others: as for `_attribute_unmet`."""
+    """Return why an impulse is not the expected one.
+
+    undamped: the impulse without damping's part, kg px/s; the others: as for `_attribute_unmet`.
+    """
     expected, impulse = finding.expected_impulse, contact.impulse
-    error = abs(impulse - expected)
+    error = abs(undamped - expected)
     if impulse < 0 and constants.together:
         cause = Cause.STALE
-    elif error <= NEGLIGIBLE * expected:
+    elif abs(impulse - expected) <= NEGLIGIBLE * expected:
         cause = Cause.ROUNDING
+    elif error <= NEGLIGIBLE * expected:
+        cause = Cause.DAMPING
     elif otherwise == Cause.NORMAL:
         cause = Cause.NORMAL
     elif error <= uncertain:
         cause = Cause.UNTOLD
     elif error <= unowned:
         cause = Cause.UNKNOWN
-    elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding)):
+    elif contact.second < 0 and (at_rest or _by_gravity(constants, contact, finding, undamped)):
         cause = Cause.GRAVITY
     else:
-        cause = Cause.SMALL if impulse < expected else Cause.LARGE
+        cause = Cause.SMALL if undamped < expected else Cause.LARGE
     return cause
 
 
@@ -774,12 +795,13 @@ def attribute_single(
     if finding.turned == 0:
         delay, u_t, tx, ty = _trace_back(constants, contact, finding, reach, lx, ly, finding.depth)
     as_found, at_touch = (1 + e) * mu * u, (1 + e) * mu * u_t
-    expected = at_touch if abs(impulse - at_touch) < abs(impulse - as_found) else as_found
+    undamped = impulse - mu * _by_damping(constants, contact, finding)
+    expected = at_touch if abs(undamped - at_touch) < abs(undamped - as_found) else as_found
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     at_rest = _is_at_rest(constants, contact, finding)
-    cause = _cause_of_impulse(constants, contact, finding, uncertain, unowned, otherwise, at_rest)
+    cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest)
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
@@ -799,7 +821,7 @@ def attribute_single(
     if at_rest:
         _enter_rest(block, k, energy)
         timing, energy, by_elasticity, energy_expected = Cause.GRAVITY, 0.0, 0.0, 0.0
-    is_error, is_mistimed = cause not in (Cause.ROUNDING, Cause.GRAVITY), timing in (Cause.LATE, Cause.EARLY)
+    is_error, is_mistimed = cause not in NO_ERROR, timing in (Cause.LATE, Cause.EARLY)
     enter(block, Cause.ELASTICITY, by_elasticity, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, impulse_error if is_error else 0.0, 0.0)
     enter(block, timing, energy_expected - by_elasticity, timing_error if is_mistimed else 0.0, 0.0)
@@ -845,7 +867,7 @@ def _cause_of_largest(errors: tuple[float, float, float, float], causes: tuple[i
         return causes[3]
     if normal >= max(impulse, timing):
         return causes[2]
-    return causes[0] if impulse >= timing and causes[0] != Cause.GRAVITY else causes[1]
+    return causes[0] if impulse >= timing and causes[0] not in (Cause.GRAVITY, Cause.DAMPING) else causes[1]
 
 
 @kernel
@@ -891,13 +913,16 @@ def attribute_simultaneous(
     nx, ny = contact.normal[0], contact.normal[1]
     step_pull = abs(constants.fall[0] * nx + constants.fall[1] * ny) * constants.dt
     impulse_error = mu * abs(finding.approach_after + e * u)
+    undamped_error = mu * abs(finding.approach_after + e * u + _by_damping(constants, contact, finding))
     if impulse < 0:
         cause = Cause.STALE
     elif impulse_error <= NEGLIGIBLE * mu * abs(u):
         cause = Cause.ROUNDING
-    elif impulse_error <= 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0):
+    elif undamped_error <= NEGLIGIBLE * mu * abs(u):
+        cause = Cause.DAMPING
+    elif undamped_error <= 3 * (1 + e) * mu * _sum_unsteady(unexplained, contact, 0):
         cause = Cause.UNTOLD
-    elif contact.second < 0 and impulse_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
+    elif contact.second < 0 and undamped_error <= (1 + e) * mu * step_pull * (1 + NEGLIGIBLE):
         cause = Cause.GRAVITY
     elif constants.infers and block.friction[k] > 0:
         cause = Cause.UNKNOWN
@@ -1009,10 +1034,10 @@ def attribute_displacement(
         if by > NEGLIGIBLE * constants.radius[ball]:
             mends = mends and mends_overlap(constants, unexplained, before, ball, by)
     cause = _cause_of_displacement(constants, block, k, contact, unexplained, error, put_back, moved, mends)
-    is_error = cause not in (Cause.ROUNDING, Cause.GRAVITY)
+    is_error = cause not in NO_ERROR
     enter(block, block.timing[k], energy_expected, 0.0, 0.0)
     enter(block, cause, energy - energy_expected, 0.0, error if is_error else 0.0)
-    if finding.cause in (Cause.ROUNDING, Cause.GRAVITY):
+    if finding.cause in NO_ERROR:
         finding.cause = cause
 
 

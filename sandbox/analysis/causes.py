@@ -21,7 +21,7 @@ class Cause(IntEnum):
     ELASTICITY = 0, "the scene's elasticity"
     FRICTION = 1, "friction"
     SPIN = 2, "into spin, not in the sum"
-    HAND = 3, "the mouse"
+    HAND = 3, "the mouse or your code"
     SMALL = 4, "impulse too small"
     LARGE = 5, "impulse too large"
     FRICTION_SMALL = 6, "friction too small"
@@ -38,9 +38,12 @@ class Cause(IntEnum):
     UNCONVERGED = 17, "solver not converged"
     MISSED = 18, "contact missed"
     GRAVITY = 19, "inexact gravity"
-    UNTOLD = 20, "velocity changed without a reported contact"
-    ROUNDING = 21, "rounding"
-    UNKNOWN = 22, "unknown"
+    DAMPING = 20, "damping"
+    UNTOLD = 21, "velocity changed without a reported contact"
+    ROUNDING = 22, "rounding"
+    UNKNOWN = 23, "unknown"
+    SILENT = 24, "no contacts reported"
+    SOFT = 25, "contacts that last several steps"
 
     @property
     def key(self) -> str:

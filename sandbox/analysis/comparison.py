@@ -1,27 +1,37 @@
 """Engines in lockstep, compared: how far each is from the reference, since when, and why."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Final
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Final
 
 import numpy as np
 
 from sandbox.analysis.difference import Record
+from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
-from sandbox.engines import default_engines
-from sandbox.errors import SandboxError, suggestion
+from sandbox.engines import Engines, default_engines, named
+from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, States
-from sandbox.text import csv_text
+from sandbox.text import CsvDialect, csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
+
+
+@dataclass(frozen=True)
+class LimitCheck:
+    """A figure of an engine, compared with a limit. exceeded: by how much and since when, empty if it is not."""
+
+    engine: str
+    figure: str
+    exceeded: str
 
 
 @dataclass(frozen=True)
@@ -30,7 +40,7 @@ class Comparison:
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
     there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
-    runs' paths; inputs: replayed into all engines.
+    runs' paths; inputs: replayed into all engines; failed: engines that have no run, because they failed.
     """
 
     scene: Scene
@@ -41,8 +51,7 @@ class Comparison:
     trust: Trust
     stride: int
     inputs: tuple[Input, ...]
-
-    notebook_html: ClassVar[Callable[["Comparison"], str] | None] = None  # set by `sandbox.report.notebook`
+    failed: Mapping[str, EngineError] = field(default_factory=dict)
 
     @property
     def horizon(self) -> float | None:
@@ -66,36 +75,40 @@ class Comparison:
 
     def as_json(self) -> dict[str, Any]:
         """Return what `--json` writes."""
-        return {
-            "scene": self.scene.name,
-            "seed": self.scene.seed,
-            "rate": self.scene.rate,
-            "since": self.since,
-            "seconds": float(self.time[-1]),
-            "against": self.against,
-            "horizon": self.horizon,
-            "undecided": self.undecided,
-            "unresolved": self.unresolved,
+        return asdict(self.conditions) | {
             "engines": {name: _as_json(run) for name, run in self.runs.items()},
+            "failed": {name: asdict(Failure(error.time, str(error))) for name, error in self.failed.items()},
         }
 
-    def as_csv(self) -> str:
-        """Return what `--csv` writes: a row for each engine, nested figures under dotted names."""
-        document = self.as_json()
-        common = {key: value for key, value in document.items() if key != "engines"}
-        rows = [{"engine": name} | common | flatten(figures) for name, figures in document["engines"].items()]
-        columns = list(dict.fromkeys(key for row in rows for key in row))
-        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
+    @property
+    def conditions(self) -> Conditions:
+        """What all engines share, as JSON and CSV have it."""
+        return Conditions(
+            scene=self.scene.name,
+            seed=self.scene.seed,
+            rate=self.scene.rate,
+            since=self.since,
+            seconds=float(self.time[-1]),
+            against=self.against,
+            horizon=self.horizon,
+            undecided=self.undecided,
+            unresolved=self.unresolved,
+        )
 
-    def _repr_html_(self) -> str | None:
-        """Return what a notebook shows: the report if `sandbox.report.notebook` is imported, else nothing."""
-        show = type(self).notebook_html
-        return show(self) if show else None
+    def as_csv(self, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+        """Return what `--csv` writes: a row for each engine, nested figures under dotted names.
 
-    def exceeded_limits(
+        The columns are the same for all engines and scenes.
+        """
+        common = asdict(self.conditions)
+        columns = ("engine", *common, *figure_columns())
+        rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
+        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)], dialect)
+
+    def check_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
-    ) -> Iterator[str]:
-        """Report each limit that an engine exceeds: by how much, and since when.
+    ) -> Iterator[LimitCheck]:
+        """Compare each engine with each limit that is not None: by how much it exceeds it, and since when.
 
         Raises SandboxError if a limit cannot be judged: the engine is alone, or its figure is unknown at all times.
         """
@@ -115,12 +128,14 @@ class Comparison:
                 if np.isnan(values[1:]).all():
                     why = f"{self.against} means nothing from the start" if run.energy[0] else "its energy starts at 0"
                     raise SandboxError(f"{name}: there is no {what} to compare with the limit of {limit:g}: {why}")
+                message = ""
                 if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
-                    yield (
+                    message = (
                         f"{name}: {what} {np.nanmax(values):.6g}{unit} exceeds the limit of {limit:g}{unit}, "
                         f"first at {since:.3f} s"
                     )
+                yield LimitCheck(name, what, message)
 
 
 def _as_json(run: Run) -> dict[str, Any]:
@@ -151,7 +166,7 @@ def flatten(figures: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 def compare(
     scene: Scene,
-    engines: Sequence[str] | None = None,
+    engines: Engines | None = None,
     *,
     against: str | None = None,
     inputs: Sequence[Input] = (),
@@ -159,22 +174,44 @@ def compare(
 ) -> Comparison:
     """Run a scene in several engines, in lockstep, for its seconds.
 
-    engines: their names, by default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
+    engines: specs, classes or functions, or a mapping from names to these, as `sandbox.engines.named` reads them; by
+    default "pymunk", then "article" (or "impulse" if the article's rule cannot run the scene
     with its edits), and "exact"; against: the engine that the others are measured against, by default "exact" if it
     takes part, else the last; inputs: recorded inputs to
     replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
     covers what follows the last edit.
-    Raises SandboxError if an engine is unknown, Refused if one cannot run the scene.
+    An engine that is not built in and fails has no run, but an EngineError in `failed`.
+    Raises SandboxError if an engine is unknown, Refused if one cannot run the scene, EngineError if the reference
+    fails.
     """
-    if isinstance(engines, str):
-        raise SandboxError(f"engines must be a list of names, got {engines!r}")
     steps = clock_of(scene.rate, inputs).step(scene.seconds)
-    names = list(engines) if engines else _default_names(scene, [one for one in inputs if one.step < steps])
-    against = against or reference_of(names)
-    if against not in names:
-        hint = suggestion(against, names)
+    sources = named(engines or _default_names(scene, [one for one in inputs if one.step < steps]))
+    against = against or reference_of(list(sources))
+    if against not in sources:
+        hint = suggestion(against, sources)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
-    lockstep = Lockstep(scene, names, inputs)
+    failed: dict[str, EngineError] = {}
+    while True:
+        try:
+            return replace(_compare(scene, sources, against, steps, inputs, progress), failed=failed)
+        except EngineError as error:
+            if error.engine == against:
+                raise
+            failed[error.engine] = error
+            del sources[error.engine]
+
+
+def _compare(
+    scene: Scene,
+    engines: Engines,
+    against: str,
+    steps: int,
+    inputs: Sequence[Input],
+    progress: Callable[[float], object] | None,
+) -> Comparison:
+    """Run a scene in several engines for some steps. Raises EngineError as soon as one fails."""
+    lockstep = Lockstep(scene, engines, inputs)
+    names = list(lockstep.engines)
     segment = _Segment(lockstep, names, against, steps)
     while lockstep.steps < steps:
         lockstep.apply_due()
@@ -301,7 +338,6 @@ class _Segment:
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
             self.states |= self.reference.twin_states
-        self.pulled = np.full(self.rows, -1)
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
 
@@ -310,11 +346,10 @@ class _Segment:
         end = min(max(self.measured, 1) + self.chunk, self.rows, self.steps + 1 - self.before)
         rows = slice(self.filled, end)
         self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
-        if self.lockstep.pulled is not None:
-            self.pulled[rows.start] = self.lockstep.pulled
+        if self.lockstep.pushes:
             self.disturbed[self.before + rows.start] = True
             for name, measurement in self.measurements.items():
-                measurement.pull[rows.start] = self.lockstep.pulls[name]
+                measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
         if self.filled == end:
             self._measure()
         if self.filled == self.rows:
@@ -338,8 +373,7 @@ class _Segment:
         if self.measured < self.filled:
             self._measure()
         for measurement in self.measurements.values():
-            measurement.enter(self.filled, self.pulled[: self.filled])
-        self.pulled[:] = -1
+            measurement.enter(self.filled)
         self.before += self.filled - 1
         self.measured = self.filled = 1
 

@@ -21,16 +21,19 @@ import numpy as np
 from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
+    BY_STATES,
     DISORDERED,
     NO_CAUSE,
     UNCONVERGED,
     WRONG_REFERENCE,
     explain,
+    explain_damping,
     explain_flight,
     explain_gravity,
     explain_passage,
 )
 from sandbox.analysis.ledger import (
+    DAMPED,
     PUSHED_OUT,
     PUT_ELSEWHERE,
     SPIN_CHANGED,
@@ -68,16 +71,17 @@ class Kind(StrEnum):
     EXTRA = "extra"
     ORDER = "order"
     FLIGHT = "flight"
+    STATES = "states"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact in which an engine and the reference differ; or a ball's flight, if no contact shows it."""
+    """A contact in which an engine and the reference differ; or a ball's flight or states, if no contact shows it."""
 
     kind: Kind
     time: float  # s, in the engine; in the reference if it is missing
     first: int  # ball
-    second: int | None  # ball, or ~wall; None of a flight
+    second: int | None  # ball, or ~wall; None of a flight or of states
     cause: Cause
     because: str  # a sentence
     in_reference: bool  # whether the error is the reference's
@@ -107,7 +111,8 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
 class Record(NamedTuple):
     """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
 
-    clamps_early: whether the engine is known to limit friction by the impulse without restitution.
+    clamps_early: whether the engine is known to limit friction by the impulse without restitution; name: the engine's;
+    unjudged: why its contacts cannot be judged one by one, if so.
     """
 
     contacts: Contacts
@@ -115,6 +120,8 @@ class Record(NamedTuple):
     missed: Sequence[Passage]
     flights: Flights
     clamps_early: bool = False
+    name: str = "The engine"
+    unjudged: Cause | None = None
 
 
 class Place(NamedTuple):
@@ -143,6 +150,17 @@ class Error(NamedTuple):
     ball: int
     contact: int  # its number, or -1 if the error is in flight
     reason: Reason
+
+
+def difference_of_states(time: float, ball: int, own: Record, reference: Record) -> Difference:
+    """Return the difference that states show, where contacts cannot be judged: a ball is away from the reference's.
+
+    time: s, when it is first more than its radius away.
+    """
+    cause = reference.unjudged if own.unjudged is None else own.unjudged
+    assert cause is not None
+    reason = Reason(cause, BY_STATES, in_reference=own.unjudged is None)
+    return Difference(Kind.STATES, time, ball, None, *reason, None, None, None, None)
 
 
 def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
@@ -242,7 +260,9 @@ class _Matches:
         differing = tuple(self.difference(self._displacement_at(k), self._reason_of(k)) for k in contacts)
         errors = [
             error
-            for error in _errors_in_flight(self.scene, self.own, dict.fromkeys(range(len(self.scene.bodies)), np.inf))
+            for error in _errors_in_flight(
+                self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
+            )
             if error.time <= self.until + 1 / self.scene.rate and not (differing and differing[0].time <= error.time)
         ]
         return (self._flight(min(errors)), *differing) if errors else differing
@@ -280,8 +300,9 @@ class _Matches:
         first, second = self._bodies(place)
         time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
         until, contacts = _influence(record.contacts, [first, second], time)
-        errors = [*_errors_of_contacts(self.scene, record, contacts), *_errors_in_flight(self.scene, record, until)]
-        return min(errors, default=None)
+        other = self.reference if record is self.own else self.own
+        in_flight = _errors_in_flight(self.scene, record, other, until)
+        return min([*_errors_of_contacts(self.scene, record, contacts), *in_flight], default=None)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
@@ -469,7 +490,7 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
     for k in numbers:
         contact, finding = record.contacts[k], record.findings[k]
         cause, first = Cause(finding["cause"]), int(contact["first"])
-        if cause in (Cause.ROUNDING, Cause.GRAVITY):
+        if cause in (Cause.ROUNDING, Cause.GRAVITY, Cause.DAMPING):
             continue
         speed = finding["momentum_error"] / bodies.mass[first]
         fastest = np.abs(finding["before"]).max() + (bodies.radius[first] * np.abs(finding["spin_before"])).max()
@@ -479,9 +500,9 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
             yield Error(not of_velocity, float(contact["time"]), first, k, reason)
 
 
-def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> Iterator[Error]:
-    """Find the errors of some balls in flight, each up to a time (s), and of gravity."""
-    flights = record.flights
+def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[int, float]) -> Iterator[Error]:
+    """Find the errors of some balls in flight, each up to a time (s), of gravity, and damping that another has not."""
+    flights, of_other = record.flights, other.flights.damping
     for ball, time in until.items():
         for kind, cause in _IN_FLIGHT.items():
             step = int(flights.step[ball, kind])
@@ -492,6 +513,10 @@ def _errors_in_flight(scene: Scene, record: Record, until: dict[int, float]) -> 
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
             yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
+        damped = int(flights.step[ball, DAMPED])
+        if damped and (damped - 1) / scene.rate < time and flights.damping != of_other:
+            reason = Reason(Cause.DAMPING, explain_damping(flights.damping, other.name, of_other))
+            yield Error(False, damped / scene.rate, ball, -1, reason)
 
 
 def _has_unconverged_neighbour(record: Record, contact: np.void) -> bool:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
 SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is rounding, also in 32 bits
+
+T = TypeVar("T", bound=float | Vector)
 
 
 class Quantity(Enum):
@@ -103,25 +105,40 @@ class Score:
                 f"{self.expect.tolerance:g}): {' '.join(self.expect.because.split())}"
             )
 
-    def as_json(self) -> Iterator[dict[str, Any]]:
+    def misses(self) -> Iterator["Miss"]:
         """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
         for one in self.missed:
-            yield {
-                "at": self.expect.at,
-                "ball": self.expect.ball if one.quantity.of_ball else None,
-                "quantity": one.quantity.value,
-                "unit": one.quantity.unit,
-                "expected": one.expected,
-                "found": finite(one.found),
-                "error": finite(one.error),
-                "tolerance": self.expect.tolerance,
-                "because": self.expect.because,
-            }
+            yield Miss(
+                at=self.expect.at,
+                ball=self.expect.ball if one.quantity.of_ball else None,
+                quantity=one.quantity.value,
+                unit=one.quantity.unit,
+                expected=one.expected,
+                found=finite(one.found),
+                error=finite(one.error),
+                tolerance=self.expect.tolerance,
+                because=self.expect.because,
+            )
 
 
-def finite(value: float | Vector) -> float | Vector | None:
+@dataclass(frozen=True)
+class Miss:
+    """A quantity that an engine misses, as JSON has it: in its unit, at a time in s; ball is None for all together."""
+
+    at: float
+    ball: int | None
+    quantity: str
+    unit: str
+    expected: float | tuple[float, float]  # not a Vector, which has the limits of a scene's numbers
+    found: float | tuple[float, float] | None
+    error: float | None
+    tolerance: float
+    because: str
+
+
+def finite(value: T) -> T | None:
     """Return a number or a vector for JSON, None if it is not finite."""
-    return value if np.isfinite(value).all() else None
+    return value if np.isfinite(np.atleast_1d(value)).all() else None
 
 
 def _words(value: float | Vector) -> str:
@@ -192,7 +209,7 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> I
         centre = np.average(state.position, axis=0, weights=mass)
         yield Deviation(Quantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
     if expect.overlap is not None:
-        yield Deviation(Quantity.OVERLAP, expect.overlap, _overlap(scene, state.position))
+        yield Deviation(Quantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
 
 
 def _vector(values: Floats) -> Vector:
@@ -204,7 +221,7 @@ def _energy(scene: Scene, state: State) -> float:
     return float(energy(state, scene.bodies, scene.gravity, scene.arena.size))
 
 
-def _overlap(scene: Scene, position: Floats) -> float:
+def overlap_in(scene: Scene, position: Floats) -> float:
     """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
     radius = scene.bodies.radius
     return max(deepest_overlap(position, radius)[0], float((radius - wall_distance(scene, position)).max()))

@@ -147,6 +147,12 @@ def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed:
 
 # Measured and expected
 
+SPEEDS: Final = "distance of speeds from their law"
+WALL_PRESSURE: Final = "wall pressure, kg/s²"
+COMPRESSIBILITY: Final = "compressibility"
+CONTACT_RATE: Final = "contacts per second"
+THEORY_FIGURES: Final = (SPEEDS, WALL_PRESSURE, COMPRESSIBILITY, CONTACT_RATE)
+
 
 @dataclass(frozen=True)
 class TheoryRow:
@@ -159,11 +165,11 @@ class TheoryRow:
 
 
 def obeys_laws(scene: Scene) -> bool:
-    """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls."""
+    """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls alone."""
     bodies = scene.bodies
     alike = np.ptp(bodies.radius) == 0 and np.ptp(bodies.mass) == 0
     elastic = bool(np.all(bodies.elasticity == 1)) and scene.arena.elasticity == 1
-    alone = not scene.walls and not any(scene.gravity) and not bodies.friction.any()
+    alone = scene.arena.walls and not scene.walls and not any(scene.gravity) and not bodies.friction.any()
     return bool(len(bodies) > 1 and alike and elastic and alone)
 
 
@@ -187,11 +193,9 @@ def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: flo
     radius, mean_square_speed = float(bodies.radius[0]), 2 * kinetic / float(bodies.mass.sum())
     pairs = int(np.count_nonzero(contacts["second"] >= 0))
     exact = (
+        TheoryRow(SPEEDS, speed_distance(velocity), 0.0, "equal shares of the energy's sphere"),
         TheoryRow(
-            "distance of speeds from their law", speed_distance(velocity), 0.0, "equal shares of the energy's sphere"
-        ),
-        TheoryRow(
-            "wall pressure, kg/s²",
+            WALL_PRESSURE,
             wall_pressure(contacts, size, seconds),
             virial_pressure(contacts, bodies.radius, kinetic, size, seconds),
             "virial theorem",
@@ -202,10 +206,10 @@ def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: flo
     return (
         *exact,
         TheoryRow(
-            "compressibility",
+            COMPRESSIBILITY,
             pair_compressibility(contacts, bodies.radius, kinetic, seconds),
             compressibility(packing_fraction(bodies.radius, size)),
             "Henderson 1975",
         ),
-        TheoryRow("contacts per second", pairs / seconds, enskog_rate(n, radius, size, mean_square_speed), "Enskog"),
+        TheoryRow(CONTACT_RATE, pairs / seconds, enskog_rate(n, radius, size, mean_square_speed), "Enskog"),
     )

@@ -34,7 +34,7 @@ from sandbox.analysis.tunnelling import Passage, find_crossings, find_overlaps, 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import Bools, Contacts, Floats, Integers, States
+from sandbox.state import NO_DAMPING, Bools, Contacts, Damping, Floats, Integers, Pushes, States
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,11 @@ class Entry:
 class Flights(NamedTuple):
     """How an engine errs in flight, where no contact explains it.
 
-    step: (n, 4), the first step in which a ball's velocity changed, it was put elsewhere, it was pushed out of an
-    overlap, or its spin changed: the columns VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT and SPIN_CHANGED; 0 if never;
-    change: (n, 4, 2) px/s or px, by how much in that step, of a spin (rad/s, 0); before: (n, 4, 2) px/s, the velocity
-    before it, or (spin, 0); gravity: px/s², what pulls at the balls; off_parabola: px, from the
-    parabola of that gravity to the flight of each step.
+    step: (n, 5), the first step in which a ball's velocity changed, it was put elsewhere, it was pushed out of an
+    overlap, its spin changed, or it was damped: the columns VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT, SPIN_CHANGED
+    and DAMPED; 0 if never; change: (n, 5, 2) px/s or px, by how much in that step, of a spin (rad/s, 0); before:
+    (n, 5, 2) px/s, the velocity before it, or (spin, 0); gravity: px/s², what pulls at the balls; off_parabola: px,
+    from the parabola of that gravity to the flight of each step; damping: the share of velocities left after a second.
     """
 
     step: Integers
@@ -63,9 +63,10 @@ class Flights(NamedTuple):
     before: Floats
     gravity: tuple[float, float] = (0.0, 0.0)
     off_parabola: tuple[float, float] = (0.0, 0.0)
+    damping: float = 1.0
 
 
-VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT, SPIN_CHANGED = range(4)
+VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT, SPIN_CHANGED, DAMPED = range(KINDS_OF_FLIGHT := 5)
 MIN_SHARE_RIGHT: Final = 0.1  # of the balls' steps in flight that are right, for which gravity is
 MIN_SHARE_ALIKE: Final = 0.4  # of them that have the same error, for which it is gravity's
 MIN_FLIGHTS: Final = 8  # steps of balls in flight, from which another gravity than the scene's is read
@@ -77,8 +78,8 @@ class Scratch(NamedTuple):
     explained: (n, 2) px/s and spin: (n,) rad/s, the velocity and spin that the contacts so far lead to; flown: (n, 2)
     px since the step began; clock: (n,) s in the step, when the ball was moved last; last: (n,) its last contact in the
     step, or -1; uses: (n,) its contacts among those resolved together, 0 between them; score: (n,) px, how badly the
-    best contact so far explains the ball's change; torque: (1,) kg px²/s, the angular momentum that walls, gravity and
-    the mouse gave all balls.
+    best contact so far explains the ball's change; torque: (1,) kg px²/s, the angular momentum that walls, gravity, the
+    mouse and damping gave all balls; damped: (n, 2) px/s, the velocity that damping gave.
     """
 
     explained: Floats
@@ -89,10 +90,40 @@ class Scratch(NamedTuple):
     uses: Integers
     score: Floats
     torque: Floats
+    damped: Floats
 
 
 @kernel
-def _fly(constants: SceneConstants, scratch: Scratch, ball: int, now: float) -> None:
+def _damp(constants: SceneConstants, block: Block, scratch: Scratch, ball: int, substep: float) -> None:
+    """Damp a ball at the end of a substep (s): the velocity that it had before gravity pulled in it, and the spin."""
+    velocity, flown, lost = scratch.explained[ball], scratch.flown[ball], 1 - constants.left
+    x = -lost * (velocity[0] - substep * constants.fall[0])
+    y = -lost * (velocity[1] - substep * constants.fall[1])
+    turned, moment = -lost * scratch.spin[ball], constants.mass[ball] * constants.radius[ball] ** 2 / 2
+    energy = constants.mass[ball] * (x * (velocity[0] + x / 2) + y * (velocity[1] + y / 2))
+    energy += turn_energy(constants, ball, scratch.spin[ball], turned)
+    enter(block, Cause.DAMPING, energy, 0.0, 0.0)
+    scratch.torque[0] += constants.mass[ball] * (flown[0] * y - flown[1] * x) + moment * turned
+    for axis, change in enumerate((x, y)):
+        velocity[axis] += change
+        scratch.damped[ball, axis] += change
+    scratch.spin[ball] += turned
+
+
+@kernel
+def _fly(constants: SceneConstants, block: Block, scratch: Scratch, ball: int, now: float) -> None:
+    """Let a ball fly to a time in the step (s), and damp it at the end of each substep until then."""
+    if constants.left < 1:
+        substep = constants.dt / constants.substeps
+        begun = int(scratch.clock[ball] / substep + NEGLIGIBLE)
+        for end in range(begun + 1, int(now / substep + NEGLIGIBLE) + 1):
+            _fall(constants, scratch, ball, end * substep)
+            _damp(constants, block, scratch, ball, substep)
+    _fall(constants, scratch, ball, now)
+
+
+@kernel
+def _fall(constants: SceneConstants, scratch: Scratch, ball: int, now: float) -> None:
     """Let a ball fly on its parabola to a time in the step (s)."""
     velocity, flown, dt = scratch.explained, scratch.flown, now - scratch.clock[ball]
     before = flown[ball, 0] * velocity[ball, 1] - flown[ball, 1] * velocity[ball, 0]
@@ -151,13 +182,13 @@ def _fly_to_contacts(
         scratch.last[i] = k
         unexplained.contacts[i] += 1
         unexplained.partner[i] = j
-        _fly(constants, scratch, i, within[k])
+        _fly(constants, block, scratch, i, within[k])
         since = touched[i]
         if j >= 0:
             scratch.last[j] = k
             unexplained.contacts[j] += 1
             unexplained.partner[j] = i
-            _fly(constants, scratch, j, within[k])
+            _fly(constants, block, scratch, j, within[k])
             since = max(since, touched[j])
         block.findings[k].free_flight = contacts[k].time - since
 
@@ -256,6 +287,19 @@ def _begin_step(scratch: Scratch, unexplained: Unexplained, velocity: Floats, sp
         unexplained.room[ball] = 0.0
         for axis in range(2):
             scratch.explained[ball, axis], scratch.flown[ball, axis] = velocity[ball, axis], 0.0
+            scratch.damped[ball, axis] = 0.0
+
+
+@kernel
+def _push(constants: SceneConstants, block: Block, scratch: Scratch, position: Floats, push: Record) -> None:
+    """Enter what a hand gives a ball before a step. position: (n, 2) px."""
+    ball, velocity, mass = push.ball, scratch.explained, constants.mass[push.ball]
+    for axis in range(2):
+        mean = velocity[ball, axis] + push.dv[axis] / 2
+        enter(block, Cause.HAND, mass * push.dv[axis] * mean, 0.0, 0.0)
+        velocity[ball, axis] += push.dv[axis]
+        lever = mass * (position[ball, 1 - axis] - constants.centre[1 - axis])
+        scratch.torque[0] += (2 * axis - 1) * lever * push.dv[axis]
 
 
 @kernel
@@ -276,7 +320,7 @@ def _find_unexplained(
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
     fastest, furthest, momentum, unflown = 0.0, 0.0, 0.0, False
     for ball in range(len(constants.mass)):
-        _fly(constants, scratch, ball, constants.dt)
+        _fly(constants, block, scratch, ball, constants.dt)
         by_gravity = error = away = slight = 0.0
         for axis in range(2):
             moved = after[0][ball, axis] - before[0][ball, axis]
@@ -290,6 +334,7 @@ def _find_unexplained(
             other, sign = 1 - axis, 1 - 2 * axis
             lever = before[0][ball, axis] - constants.centre[axis]
             turned = lever * constants.fall[other] * constants.dt + off_parabola[axis] * after[1][ball, other]
+            turned += lever * scratch.damped[ball, other]
             scratch.torque[0] += sign * constants.mass[ball] * turned
         radius = constants.radius[ball]
         unexplained.spin[ball], unexplained.spin_cause[ball] = after[2][ball] - scratch.spin[ball], Cause.UNTOLD
@@ -427,6 +472,8 @@ def _enter_unexplained(
         enter(block, cause, 0.0, constants.mass[ball] * math.hypot(change[0], change[1]), 0.0)
         if cause == Cause.UNTOLD:
             _note_flight(flights, ball, VELOCITY_CHANGED, step, change, before[1][ball])
+    if constants.left < 1 and (before[1][ball].any() or before[2][ball] != 0):
+        _note_flight(flights, ball, DAMPED, step, scratch.damped[ball], before[1][ball])
     _enter_spin(constants, block, unexplained, flights, ball, before[2][ball], after[2][ball], step)
     energy, unsteady = -constants.mass[ball] * (constants.gravity[0] * place[0] + constants.gravity[1] * place[1]), 0.0
     if abs(place[0]) + abs(place[1]) <= NEGLIGIBLE * constants.radius[ball]:
@@ -446,6 +493,15 @@ def _enter_unexplained(
     if scratch.last[ball] < 0:
         unexplained.unsteady[ball, 1] = unsteady
         unexplained.flown[ball] = True
+
+
+@kernel
+def _sum_damped(constants: SceneConstants, scratch: Scratch, momentum: Floats) -> None:
+    """Write the momentum that damping gave all balls in a step: (2,) kg px/s."""
+    for axis in range(2):
+        momentum[axis] = 0.0
+        for ball in range(len(constants.mass)):
+            momentum[axis] += constants.mass[ball] * scratch.damped[ball, axis]
 
 
 @kernel
@@ -478,8 +534,7 @@ def _replay(
     unexplained: Unexplained,
     flights: Flights,
     states: States,
-    pulled: Integers,
-    pull: Floats,
+    pushes: Pushes,
     off_parabola: Floats,
     contacts: Contacts,
     step_of: Integers,
@@ -487,28 +542,24 @@ def _replay(
     touched: Floats,
     steps_before: int,
     torques: Floats,
+    damped: Floats,
 ) -> int:
     """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
-    states: of steps + 1 rows; pulled: (steps + 1,), the ball that the mouse pulled in each step,
-    or -1, and pull: (steps + 1, 2) px/s, by how much; off_parabola: (2,) px between the engine's flight in a step and
-    a parabola; contacts: (contacts,) CONTACT, step_of: their steps, and within: s since these began; touched: (n,) s,
-    when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, written.
+    states: of steps + 1 rows; pushes: by a hand, by row; off_parabola: (2,) px between the engine's flight in a step
+    and a parabola; contacts: (contacts,) CONTACT, step_of: their steps, within: s since these began; touched: (n,) s,
+    when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, and
+    damped: (steps, 2) kg px/s, both written.
     """
     position, velocity, _, spin = states
-    n, at = position.shape[1], 0
+    n, at, pushed = position.shape[1], 0, 0
     for step in range(1, len(position)):
         before = position[step - 1], velocity[step - 1], spin[step - 1]
         after = position[step], velocity[step], spin[step]
         _begin_step(scratch, unexplained, velocity[step - 1], spin[step - 1])
-        ball = pulled[step]
-        if ball >= 0:
-            for axis in range(2):
-                mean = scratch.explained[ball, axis] + pull[step, axis] / 2
-                enter(block, Cause.HAND, constants.mass[ball] * pull[step, axis] * mean, 0.0, 0.0)
-                scratch.explained[ball, axis] += pull[step, axis]
-                lever = constants.mass[ball] * (before[0][ball, 1 - axis] - constants.centre[1 - axis])
-                scratch.torque[0] += (2 * axis - 1) * lever * pull[step, axis]
+        while pushed < len(pushes) and pushes[pushed].row == step:
+            _push(constants, block, scratch, before[0], pushes[pushed])
+            pushed += 1
 
         # Replay contact by contact, or all contacts of a time if they are resolved together.
         begin = at
@@ -539,6 +590,7 @@ def _replay(
                 constants, block, scratch, unexplained, flights, ball, before, after, steps_before + step
             )
         torques[step - 1] = scratch.torque[0]
+        _sum_damped(constants, scratch, damped[step - 1])
     return at
 
 
@@ -546,11 +598,20 @@ class Ledger:
     """The ledger of one engine, kept block by block of steps.
 
     together, infers: whether the engine resolves all contacts of one time together, and whether its impulses are
-    inferred; max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
+    inferred; damping: the engine's; unjudged: the line of all that it changes, if its contacts cannot be judged;
+    max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
     """
 
-    def __init__(self, scene: Scene, *, together: bool, infers: bool = False) -> None:
-        self._scene = scene
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        together: bool,
+        infers: bool = False,
+        damping: Damping = NO_DAMPING,
+        unjudged: Cause | None = None,
+    ) -> None:
+        self._scene, self._damping, self._unjudged = scene, damping, unjudged
         bodies = scene.bodies
         gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
         self._constants = SceneConstants(
@@ -564,6 +625,8 @@ class Ledger:
             together,
             infers,
             (scene.arena.size[0] / 2, scene.arena.size[1] / 2),
+            damping.left_after(1 / scene.rate / damping.substeps),
+            damping.substeps,
         )
         n = len(bodies)
         self._scratch = Scratch(
@@ -575,6 +638,7 @@ class Ledger:
             uses=np.zeros(n, np.int64),
             score=np.empty(n),
             torque=np.empty(1),
+            damped=np.empty((n, 2)),
         )
         self._unexplained = Unexplained(
             velocity=np.empty((n, 2)),
@@ -589,7 +653,8 @@ class Ledger:
             partner=np.full(n, -1),
             room=np.empty(n),
         )
-        self._flights = Flights(np.zeros((n, 4), np.int64), np.zeros((n, 4, 2)), np.zeros((n, 4, 2)))
+        kinds = (n, KINDS_OF_FLIGHT)
+        self._flights = Flights(np.zeros(kinds, np.int64), np.zeros((*kinds, 2)), np.zeros((*kinds, 2)))
         self._off_parabola: Floats | None = None
         self._findings: list[Findings] = []
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
@@ -599,12 +664,11 @@ class Ledger:
         self.max_overlap = 0.0
         self._steps = 0
 
-    def add(self, states: States, contacts: Contacts, pulled: Integers, pull: Floats) -> Floats:
+    def add(self, states: States, contacts: Contacts, pushes: Pushes) -> tuple[Floats, Floats]:
         """Enter a block of steps. states: of steps + 1 rows, from the last state of the block before.
 
-        pulled: (steps + 1,), the ball that the mouse pulled in each step, or -1; pull: (steps + 1, 2) px/s, by how
-        much. Returns the angular momentum about the arena's centre that walls, gravity and mouse gave in each step,
-        (steps,) kg px²/s.
+        pushes: by a hand, by row. Returns what was given in each step: the angular momentum about the arena's centre by
+        walls, gravity, hand and damping, (steps,) kg px²/s, and the momentum by damping, (steps, 2) kg px/s.
         """
         position, velocity = states.position, states.velocity
         steps = len(position) - 1
@@ -618,7 +682,7 @@ class Ledger:
         if not self._steps:
             at_wall = wall_distance(self._scene, position[0]) <= self._constants.radius * (1 + NEGLIGIBLE)
             self._touched[at_wall] = 0.0
-        if self._off_parabola is None:
+        if self._off_parabola is None and self._unjudged is None:
             self._read_gravity(position, velocity, contacts, step_of)
         energy, momentum, displacement, count = self._sums
         block = Block(
@@ -636,7 +700,7 @@ class Ledger:
             crowded=_crowded(contacts),
             friction=pair_friction(self._scene, contacts),
         )
-        torques = np.empty(steps)
+        torques, damped = np.empty(steps), np.empty((steps, 2))
         replayed = _replay(
             self._constants,
             block,
@@ -644,8 +708,7 @@ class Ledger:
             self._unexplained,
             self._flights,
             states,
-            pulled,
-            pull,
+            pushes,
             np.zeros(2) if self._off_parabola is None else self._off_parabola,
             contacts,
             step_of,
@@ -653,6 +716,7 @@ class Ledger:
             self._touched,
             self._steps,
             torques,
+            damped,
         )
         assert replayed == len(contacts)
         if len(block.findings):
@@ -662,8 +726,9 @@ class Ledger:
             turning = spin_energy(states.spin[[0, -1]], self._scene.bodies.moment)
             self._sums[0, Cause.SPIN] += turning[1] - turning[0]
         self._check_overlaps(position, velocity, contacts, step_of)
-        self._check_inner_walls(position, contacts, step_of, within)
-        return torques
+        if self._unjudged is None:
+            self._check_inner_walls(position, contacts, step_of, within)
+        return torques, damped
 
     def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
         """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
@@ -703,7 +768,7 @@ class Ledger:
 
     def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
-        read = _engine_gravity(self._scene, position, velocity, contacts, step_of)
+        read = _engine_gravity(self._scene, self._damping, position, velocity, contacts, step_of)
         if read is not None:
             fall, self._off_parabola = read
             fall_x, fall_y = fall.tolist()
@@ -713,7 +778,8 @@ class Ledger:
     def flights(self) -> Flights:
         """How the engine errs in flight, so far."""
         off = (0.0, 0.0) if self._off_parabola is None else (float(self._off_parabola[0]), float(self._off_parabola[1]))
-        return self._flights._replace(gravity=self._constants.fall, off_parabola=off)
+        damping = self._damping.per_second
+        return self._flights._replace(gravity=self._constants.fall, off_parabola=off, damping=damping)
 
     def _check_overlaps(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
         """Find the deepest overlap, and the pairs that pass into each other without a reported contact."""
@@ -726,7 +792,8 @@ class Ledger:
             position, velocity, self._constants.radius, reported[order], bounds, self._deepening
         )
         self.max_overlap = max(self.max_overlap, deepest)
-        self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
+        if self._unjudged is None:
+            self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
 
     def _check_inner_walls(self, position: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> None:
         """Find the balls that go through an inner wall without a reported contact."""
@@ -752,11 +819,20 @@ class Ledger:
 
     def entries(self) -> tuple[Entry, ...]:
         """Return a line for each cause that occurred, in the order of Cause."""
+        sums = self._sums if self._unjudged is None else _in_one_line(self._sums, self._unjudged)
         return tuple(
             Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
-            for cause, (energy, momentum, displacement, contacts) in zip(Cause, self._sums.T, strict=True)
+            for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
             if energy or contacts
         )
+
+
+def _in_one_line(sums: Floats, line: Cause) -> Floats:
+    """Return the sums of a ledger, (4, causes), with all that the engine changes in one line."""
+    changed, kept = np.zeros_like(sums), [Cause.SPIN, Cause.HAND, Cause.ROUNDING]
+    changed[:, kept] = sums[:, kept]
+    changed[:, line] = np.delete(sums, kept, axis=1).sum(axis=1)
+    return changed
 
 
 def steps_containing(time: Floats, rate: int) -> Integers:
@@ -791,8 +867,21 @@ def _wall_constants(scene: Scene) -> Floats:
     return np.array(rows, float)
 
 
+def _damped_flight(velocity: Floats, gravity: Floats, dt: float, damping: Damping) -> tuple[Floats, Floats]:
+    """Return by how much damping changes velocities and places in a step of flight, (k, 2) px/s and px.
+
+    velocity: (k, 2) px/s, before the step; gravity: (2,) px/s²; dt: s.
+    """
+    slowed, behind, substep = np.zeros_like(velocity), np.zeros_like(velocity), dt / damping.substeps
+    left = damping.left_after(substep)
+    for k in range(damping.substeps):
+        behind += slowed * substep
+        slowed = left * slowed - (1 - left) * (velocity + k * substep * gravity)
+    return slowed, behind
+
+
 def _engine_gravity(
-    scene: Scene, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
+    scene: Scene, damping: Damping, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
 ) -> tuple[Floats, Floats] | None:
     """Return what pulls at balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
 
@@ -815,6 +904,9 @@ def _engine_gravity(
     before, fall = velocity[:-1][steps, balls], np.hypot(*gravity) * dt
     sped = (np.diff(velocity, axis=0)[steps, balls] - gravity * dt) / fall
     moved = (np.diff(position, axis=0)[steps, balls] - before * dt - gravity * dt * dt / 2) / (fall * dt)
+    if damping.per_second < 1:
+        slowed, behind = _damped_flight(before, gravity, dt, damping)
+        sped, moved = sped - slowed / fall, moved - behind / (fall * dt)
     slight = 1e-7 + NEGLIGIBLE * length(before) / fall
     if _share(sped, still, slight) * _share(moved, still, slight) > MIN_SHARE_RIGHT:
         return gravity, still

@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.difference import Difference, Record, differences
-from sandbox.analysis.expectations import Score, score
+from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
+from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
-from sandbox.quantity import angular_momentum, energy, length, momentum, outside, tangent
+from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import Bools, Contacts, Floats, Integers, State, States
+from sandbox.state import PUSH, Bools, Contacts, Floats, Integers, State, States
 
 OF_REPORTS: Final = (Cause.UNTOLD, Cause.VELOCITY, Cause.LATE, Cause.EARLY)  # of an engine whose balls are all in place
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -27,19 +28,19 @@ SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared 
 
 @dataclass(frozen=True)
 class Figures:
-    """One engine's figures; the names are those of JSON and CSV."""
+    """One engine's figures; the names are those of JSON and CSV. What an engine does not report is None."""
 
     energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
     energy_drift: float | None  # the largest change of that fraction, at any time
     energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
-    momentum_drift: float  # unexplained by walls, gravity or mouse, as a fraction of the sum of all balls' |momentum|
-    angular_momentum_drift: float  # likewise of angular momentum about the arena's centre, of flight and spin
+    momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
+    angular_momentum_drift: float | None  # likewise of angular momentum about the arena's centre, of flight and spin
     gap_rms: float  # px from the reference, over all balls and times
     gap_max: float  # px, of any ball at any time
-    pair_contacts: int
-    wall_contacts: int
+    pair_contacts: int | None
+    wall_contacts: int | None
     max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre is outside the arena at the end
+    escaped: int  # balls whose centre is outside the arena's walls at the end
     expected: int  # of the scene's expectations, the number that fall into the run and can be judged
     met: int  # the number of those that the engine meets
     skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
@@ -49,7 +50,7 @@ class Figures:
 
 def keeps_energy(scene: Scene) -> bool:
     """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
-    factors = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls), *scene.bodies.elasticity]
+    factors = [*(wall.elasticity for wall in scene.surfaces), *scene.bodies.elasticity]
     return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
 
 
@@ -62,16 +63,19 @@ class Escape(NamedTuple):
     furthest: float  # px from the arena
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """What one engine did, over time.
 
     energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
-    its start, give or take a step, NaN where the reference's energy means nothing; momentum: (steps + 1, 2) kg px/s;
+    its start, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part of
+    the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's centre;
+    centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: in order of time; differences: from the reference, until the
     two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
+    unjudged: why its contacts cannot be judged one by one, None if they can;
     scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
@@ -80,6 +84,8 @@ class Run:
     energy: Floats
     energy_gap: Floats
     momentum: Floats
+    angular_momentum: Floats
+    centre_of_mass: Floats
     gap_rms: Floats
     gap_max: Floats
     gap_of_ball: Floats
@@ -88,34 +94,55 @@ class Run:
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
     escape: Escape | None
+    unjudged: Cause | None
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
     final: State
 
+    def __repr__(self) -> str:
+        return (
+            f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
+        )
+
+
+def _why_unjudged(runner: Runner) -> Cause | None:
+    """Return why an engine's contacts cannot be judged one by one, None if they can."""
+    if not runner.reports_contacts:
+        return Cause.SILENT
+    return Cause.SOFT if runner.is_soft else None
+
 
 class Measurement:
     """Measures one engine, as its states come in.
 
-    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pull: (rows, 2)
-    px/s, by how much the mouse changed the pulled ball's velocity in the step that led to each.
+    states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pushes: by the mouse
+    and by kicks, in the block so far: the row of the state that the step led to, the ball, and px/s.
     """
 
     def __init__(self, scene: Scene, runner: Runner, rows: int, stride: int, steps: int) -> None:
         n = len(scene.bodies)
         self.runner = runner
         self.states = States.empty(rows, n)
-        self.pull = np.zeros((rows, 2))
+        self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(scene, together=runner.together, infers=runner.infers_impulses)
+        self._ledger = Ledger(
+            scene,
+            together=runner.together,
+            infers=runner.infers_impulses,
+            damping=runner.damping,
+            unjudged=_why_unjudged(runner),
+        )
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
+        self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
         self._momentum = np.empty((steps + 1, 2))
-        self._pull_momentum = np.zeros((steps + 1, 2))  # kg px/s, given by the mouse in the step that led to each state
+        self._given = np.zeros((steps + 1, 2))  # kg px/s, by pushes and damping in the step that led to each state
+        self._centre_of_mass = np.empty((steps + 1, 2))  # px
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._centre = np.divide(scene.arena.size, 2)
@@ -123,7 +150,7 @@ class Measurement:
         self._torques = np.empty(steps)  # the change of it that walls, gravity and mouse explain
         self._levers = np.empty(steps + 1)  # the most that it can be at these speeds and spins, kg px²/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
-        self._apart: float | None = None  # s
+        self._apart: tuple[float, int] | None = None  # s, ball
         self._gap_of_ball = np.zeros(n)
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
@@ -146,7 +173,10 @@ class Measurement:
         steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
+        if self.runner.is_soft:
+            self._touching[steps] = [overlap_in(scene, one) > 0 for one in position]
         self._momentum[steps] = momentum(velocity, bodies.mass)
+        self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
         speed = length(velocity)
         self._lengths[steps] = np.einsum("tn,n->t", speed, bodies.mass)
         about_centre = states._replace(position=position - self._centre)
@@ -156,9 +186,10 @@ class Measurement:
         self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
         self._gap_max[steps] = gap.max(axis=1)
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
-        if self._apart is None and (apart := (gap > bodies.radius).any(axis=1)).any():
-            self._apart = float((first + apart.argmax()) / scene.rate)
-        if position.min() < 0 or (position > scene.arena.size).any():
+        if self._apart is None and (apart := gap > bodies.radius).any():
+            step, ball = np.argwhere(apart)[0].tolist()
+            self._apart = (first + step) / scene.rate, ball
+        if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
             self._note_escapes(outside(position, scene.arena.size), first)
         self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
         if self._obeys_laws:
@@ -180,23 +211,22 @@ class Measurement:
         """Score an expectation that falls between the last step and the end of the run."""
         self._scores[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
 
-    def enter(self, rows: int, pulled: Integers) -> None:
-        """Enter the first rows of the block in the ledger, and begin another block with the last of them.
-
-        pulled: (rows,), the ball that the mouse pulled in the step that led to each, or -1.
-        """
+    def enter(self, rows: int) -> None:
+        """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
         contacts = self.runner.engine.contacts()
         if (np.diff(contacts["time"]) < 0).any():
             contacts = contacts[np.argsort(contacts["time"], kind="stable")]
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
-        torques = self._ledger.add(states, self._contacts[-1], pulled, self.pull[:rows])
+        pushes = np.array(self.pushes, PUSH)
+        torques, damped = self._ledger.add(states, self._contacts[-1], pushes)
         self._torques[self._entered : self._entered + rows - 1] = torques
-        steps = self._entered + np.flatnonzero(pulled >= 0)
-        self._pull_momentum[steps] = self._scene.bodies.mass[pulled[pulled >= 0], None] * self.pull[:rows][pulled >= 0]
+        self._given[self._entered + 1 : self._entered + rows] = damped
+        pushed = self._scene.bodies.mass[pushes["ball"], None] * pushes["dv"]
+        np.add.at(self._given, self._entered + pushes["row"], pushed)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
-        self.pull[:] = 0.0
+        self.pushes.clear()
 
     @property
     def _final(self) -> State:
@@ -213,6 +243,8 @@ class Measurement:
             self._ledger.missed,
             self._ledger.flights,
             self.runner.clamps_friction_early,
+            self.runner.name,
+            _why_unjudged(self.runner),
         )
 
     def run(
@@ -222,7 +254,7 @@ class Measurement:
 
         reference: its contacts, None for the reference's own run; reference_energy: (steps + 1,) kg px²/s²;
         trusted_until: s, when the reference's paths first mean nothing, None if they do to the end; disturbed:
-        (steps + 1,), whether the mouse pulled a ball in the step that led to each state.
+        (steps + 1,), whether a ball was pushed in the step that led to each state.
         """
         record, scene = self.record, self._scene
         contacts = record.contacts
@@ -230,30 +262,34 @@ class Measurement:
         total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
         final = self._final
         trusted = math.inf if trusted_until is None else trusted_until
-        apart = self._apart if self._apart is not None and self._apart < trusted else None
+        away = self._apart if self._apart is not None and self._apart[0] < trusted else None
+        apart = away[0] if away else None
         until, known = comparable_until(trusted, final.time, scene.rate)
         until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
-        differing = differences(scene, record, reference, until, known) if reference else ()
+        differing: tuple[Difference, ...] = ()
+        if reference and record.unjudged is None and reference.unjudged is None:
+            differing = differences(scene, record, reference, until, known)
+        elif reference and away:
+            differing = (difference_of_states(*away, record, reference),)
         steps = slice(math.ceil(min(trusted, final.time) * scene.rate) + 1)
         if (gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all():
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
-        unexplained, turning = self._unexplained_momentum(at_wall), self._unexplained_angular_momentum(at_wall)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]
         figures = Figures(
             energy_ratio=float(total_energy[-1] / start) if start else None,
-            energy_drift=float(np.abs(total_energy / start - 1).max()) if start else None,
+            energy_drift=float(np.abs(total_energy / start - 1)[~self._touching].max(initial=0.0)) if start else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
-            momentum_drift=float(unexplained.max(initial=0.0) / (self._lengths.max() or 1.0)),
-            angular_momentum_drift=float(turning.max(initial=0.0) / (self._levers.max() or 1.0)),
+            momentum_drift=self._momentum_drift(at_wall) if record.unjudged is None else None,
+            angular_momentum_drift=self._angular_momentum_drift(at_wall) if record.unjudged is None else None,
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
-            pair_contacts=len(contacts) - len(at_wall),
-            wall_contacts=len(at_wall),
+            pair_contacts=len(contacts) - len(at_wall) if self.runner.reports_contacts else None,
+            wall_contacts=len(at_wall) if self.runner.reports_contacts else None,
             max_overlap=self._ledger.max_overlap,
-            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)),
+            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)) if scene.arena.walls else 0,
             expected=sum(not one.skipped for one in scores),
             met=sum(one.passed for one in scores if not one.skipped),
             skipped=sum(bool(one.skipped) for one in scores),
@@ -265,6 +301,8 @@ class Measurement:
             energy=total_energy,
             energy_gap=energy_gap,
             momentum=self._momentum,
+            angular_momentum=self._angular_momentum,
+            centre_of_mass=self._centre_of_mass,
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,
@@ -273,6 +311,7 @@ class Measurement:
             differences=differing,
             missed=tuple(sorted(record.missed)),
             escape=self._escape(),
+            unjudged=record.unjudged,
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
@@ -291,6 +330,7 @@ class Measurement:
         above = np.maximum(self.energy - around.max(axis=0), 0.0)
         below = np.minimum(self.energy - around.min(axis=0), 0.0)
         gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
+        gap[1:][self._touching[1:]] = np.nan
         gap[1:][np.arange(1, len(gap)) >= until * self._scene.rate * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
@@ -300,13 +340,19 @@ class Measurement:
         furthest = self._furthest_outside
         return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
 
+    def _momentum_drift(self, at_wall: Contacts) -> float:
+        return float(self._unexplained_momentum(at_wall).max(initial=0.0) / (self._lengths.max() or 1.0))
+
+    def _angular_momentum_drift(self, at_wall: Contacts) -> float:
+        return float(self._unexplained_angular_momentum(at_wall).max(initial=0.0) / (self._levers.max() or 1.0))
+
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
-        """Return the momentum that no reported impulse of a wall, gravity or the mouse gave: (steps,) kg px/s.
+        """Return the momentum that no reported impulse of a wall, gravity, mouse or damping gave: (steps,) kg px/s.
 
         In a step with any contact at a wall nothing counts if the engine reports no impulses.
         """
         scene = self._scene
-        unexplained = np.diff(self._momentum, axis=0) - self._pull_momentum[1:]
+        unexplained = np.diff(self._momentum, axis=0) - self._given[1:]
         unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
         step = self._rows_of(at_wall)
         normal = at_wall["normal"]
@@ -328,6 +374,6 @@ class Measurement:
         return np.clip(steps_containing(contacts["time"], self._scene.rate), 1, len(self._momentum) - 1) - 1
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
-        if not self._obeys_laws:
+        if not self._obeys_laws or self.record.unjudged is not None:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()

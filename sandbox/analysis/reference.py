@@ -91,11 +91,11 @@ class Twins:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
         self._hidden, self._radius = lockstep.hidden, scene.bodies.radius
         self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
-        renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, engine))
-        by_event = engine == REFERENCE
-        self._searches = [_TieSearch(renumbered, scene)]
-        if by_event:
-            self._searches += [_TieSearch(one, scene) for one in self._shifted]
+        renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, lockstep.builds[engine]))
+        by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
+        shortest = HOP_TIME if by_event else 1 / scene.rate
+        searched = [renumbered, *(self._shifted if by_event else ())]
+        self._searches = [_TieSearch(one, scene, shortest) for one in searched]
         self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._horizon: float | None = None
         self._unresolved: float | None = None
@@ -154,17 +154,19 @@ class Twins:
 class _TieSearch:
     """Searches for a tie where a twin parts from the original.
 
-    parted: the step after which the twin first differs by more than rounding; None while that is to come.
+    shortest: s, between two contacts of bodies at rest; parted: the step after which the twin first differs by more
+    than rounding; None while that is to come.
     """
 
-    def __init__(self, runner: Runner, scene: Scene) -> None:
+    def __init__(self, runner: Runner, scene: Scene, shortest: float) -> None:
         self.runner = runner
         self.parted: int | None = None
         self._radius, self._rate = scene.bodies.radius, scene.rate
-        shortest = HOP_TIME if runner.name == REFERENCE else 1 / scene.rate  # s, between contacts of bodies at rest
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
         self._theirs = self._mine = runner.engine.contacts()  # of the twin and the original in that step
         self._compared = 0  # steps
+        self._searched = 0, 0  # contacts of both when a tie was searched for last
+        self._tie: Tie | None = None
 
     def compare(self, original: States, twin: States, time: Floats) -> None:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
@@ -186,7 +188,10 @@ class _TieSearch:
         if len(hits) and len(self._mine):
             hits = hits[hits["time"] > self._mine["time"][-1]]
         self._mine = np.concatenate([self._mine, hits])
-        tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+        if self._searched != (len(self._mine), len(self._theirs)):
+            self._searched = len(self._mine), len(self._theirs)
+            self._tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+        tie = self._tie
         return tie if tie and (self._compared > self.parted or not self._is_cut(tie.time)) else None
 
     def _is_cut(self, time: Floats | float) -> Bools:

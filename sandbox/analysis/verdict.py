@@ -18,6 +18,12 @@ from sandbox.engines import TUNED
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
+NO_CAUSES: Final = (
+    Cause.SPIN,
+    Cause.ROUNDING,
+    Cause.SILENT,
+    Cause.SOFT,
+)  # lines that are no error that the ledger has found
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
 MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may have in error before the verdict says so
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
@@ -115,10 +121,13 @@ def verdict(comparison: Comparison) -> str:
     parts = (
         _alone,
         _start,
+        _failures,
+        _unjudged,
         _agreement,
         _trust,
         _errors_of_reference,
         _energy,
+        _damping,
         _passages,
         _escapes,
         _statistics,
@@ -158,6 +167,28 @@ def _start(comparison: Comparison) -> str:
     gaps = ", ".join(f"{name} up to {gap:.4g} px" for name, gap in away.items())
     against = _reference(comparison)
     return f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
+
+
+def _failures(comparison: Comparison) -> str:
+    """Say which engines failed, and when."""
+    return " ".join(f"{name} failed at {error.time:.3f} s." for name, error in comparison.failed.items())
+
+
+def _unjudged(comparison: Comparison) -> str:
+    """Say which engines have contacts that cannot be judged one by one, and why."""
+    silent = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SILENT]
+    soft = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SOFT]
+    sentences = []
+    if silent:
+        sentences.append(
+            f"{' and '.join(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by states alone."
+        )
+    if soft:
+        sentences.append(
+            f"Contacts of {' and '.join(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
+            "energy while nothing overlaps."
+        )
+    return " ".join(sentences)
 
 
 def _agreement(comparison: Comparison) -> str:
@@ -230,6 +261,7 @@ def _errors_of_reference(comparison: Comparison) -> str:
     """
     run = comparison.runs[comparison.against]
     start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
+    error -= sum(entry.energy for entry in _of_damping(run))  # a setting, of which the verdict has a sentence
     largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
     if abs(error) <= MAX_OWN_ERROR * abs(start) or largest > abs(start):
         return ""
@@ -242,7 +274,7 @@ def _errors_of_reference(comparison: Comparison) -> str:
 
 def _errors(run: Run) -> list[Entry]:
     """Return the lines of an engine's ledger that are its errors."""
-    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, Cause.SPIN, Cause.ROUNDING)]
+    return [entry for entry in run.figures.ledger if entry.cause not in (*NO_ERROR, *NO_CAUSES)]
 
 
 def _main_cause(run: Run, error: float) -> Cause | None:
@@ -267,8 +299,39 @@ def _energy(comparison: Comparison) -> str:
     than = f"{'less' if share < 0 else 'more'} than {_reference(comparison)}"
     return (
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
-        f"{100 * abs(share):.3g} % of the start's energy {than}{through}."
+        f"{100 * abs(share):.3g} % of the start's energy {than}{through}.{_pushed(comparison, name)}"
     ).strip()
+
+
+def _pushed(comparison: Comparison, name: str) -> str:
+    """Say by how much more energy pushes gave an engine than the reference: they act on other velocities there."""
+    own, reference = (
+        sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.HAND)
+        for one in (name, comparison.against)
+    )
+    start = abs(float(comparison.runs[name].energy[0]))
+    if abs(own - reference) <= NEGLIGIBLE_ENERGY * start:
+        return ""
+    than = f"{'less' if own < reference else 'more'} than {_reference(comparison)}"
+    return f" In all, {Cause.HAND.label} gave it {100 * abs(own - reference) / start:.3g} % {than}."
+
+
+def _damping(comparison: Comparison) -> str:
+    """Say how much of the energy damping takes in each engine, and how to turn it off."""
+    taken = []
+    for name, run in comparison.runs.items():
+        energy, start = sum(entry.energy for entry in _of_damping(run)), abs(float(run.energy[0]))
+        if abs(energy) > NEGLIGIBLE_ENERGY * start:
+            taken.append((f"{-100 * energy / start:.3g} % of the energy" if start else "Energy", name))
+    if not taken:
+        return ""
+    (share, name), *others = taken
+    also = "".join(f", {share} in {name}" for share, name in others)
+    return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
+
+
+def _of_damping(run: Run) -> list[Entry]:
+    return [entry for entry in run.figures.ledger if entry.cause == Cause.DAMPING]
 
 
 def _energy_error(run: Run) -> float:
@@ -286,8 +349,9 @@ def _rightful(comparison: Comparison, step: int) -> str:
     if not run.energy[0] or not (_others(comparison) or comparison.against == REFERENCE):
         return ""
     least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
-    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and abs(entry.energy) > least]
     share = float(run.energy[step] / run.energy[0] - 1)
+    sign = math.copysign(1.0, share * run.energy[0])  # what gave energy is no reason for a loss
+    causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and sign * entry.energy > least]
     errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
         return ""  # part of the change is the reference's own error
@@ -312,7 +376,7 @@ def _elasticities(comparison: Comparison) -> set[float]:
     """Return the elasticities of all contacts of a scene."""
     scene = comparison.scene
     balls = np.unique(scene.bodies.elasticity).tolist()
-    others = [scene.arena.elasticity, *(wall.elasticity for wall in scene.walls)]
+    others = [wall.elasticity for wall in scene.surfaces]
     others += balls if len(scene.bodies) > 1 else []
     return {round(ball * other, 12) for ball in balls for other in others}
 
@@ -359,7 +423,7 @@ def _statistics(comparison: Comparison) -> str:
     found, agree = [], []
     for name, run in comparison.runs.items():
         cools = (run.figures.energy_drift or 0.0) > MAX_COOLING  # then there is no equilibrium, and no theory
-        if cools or run.figures.pair_contacts < MIN_SAMPLE:
+        if cools or (run.figures.pair_contacts or 0) < MIN_SAMPLE:
             continue
         wrong = [(error, row) for row in run.theory if (error := _beyond_noise(comparison, run, row))]
         if wrong:
@@ -406,7 +470,7 @@ def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:
     if exact and exact is not run:
         off = max((abs(_error(one)) for one in exact.theory if one.figure == row.figure), default=off)
     error = _error(row)
-    return error if abs(error) > SAMPLING_ERRORS / math.sqrt(max(contacts, 1)) + off else 0.0
+    return error if abs(error) > SAMPLING_ERRORS / math.sqrt(max(contacts or 0, 1)) + off else 0.0
 
 
 def _error(row: TheoryRow) -> float:

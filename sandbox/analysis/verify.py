@@ -3,16 +3,16 @@
 import traceback
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from itertools import chain, count
 from typing import Any, Final
-from xml.etree import ElementTree
 
-from sandbox.analysis.expectations import Score, finite, relative_error, score, steps_around, worst
+from sandbox.analysis.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
+from sandbox.analysis.junit import Ending, TestCase, junit_xml
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import check_name
-from sandbox.errors import Refused, SandboxError
+from sandbox.errors import EngineError, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
@@ -20,7 +20,6 @@ from sandbox.state import State, States
 from sandbox.text import printable
 
 MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and not kept
-NOT_IN_XML: Final = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}  # printable text may have them
 
 
 class Outcome(Enum):
@@ -66,17 +65,83 @@ class Result:
         by_error = sorted(self.scores, key=relative_error, reverse=True)
         return [line for one in by_error for line in one.lines()] or [self.message]
 
-    def as_json(self) -> dict[str, Any]:
+    def document(self) -> "Judged | Unjudged | Refusal | Breakage | NotRun":
         """Return what `--json` writes."""
         match self.outcome:
-            case Outcome.REFUSED | Outcome.BROKE | Outcome.NOT_RUN:
-                return {self.outcome.name.lower(): self.message}
-        skipped = [{"at": one.expect.at, "because": one.skipped} for one in self.scores if one.skipped]
+            case Outcome.REFUSED:
+                return Refusal(refused=self.message)
+            case Outcome.BROKE:
+                return Breakage(broke=self.message)
+            case Outcome.NOT_RUN:
+                return NotRun(not_run=self.message)
+        skipped = [Skip(at=one.expect.at, because=one.skipped) for one in self.scores if one.skipped]
         if self.outcome is Outcome.SKIPPED:
-            return {"skipped": skipped}
-        figures = {"error": finite(self.worst.error), "tolerance": self.worst.expect.tolerance}
-        missed = [one for score in self.scores for one in score.as_json()]
-        return figures | {"passed": self.outcome is Outcome.MET, "missed": missed, "skipped": skipped}
+            return Unjudged(skipped=skipped)
+        return Judged(
+            error=finite(self.worst.error),
+            tolerance=self.worst.expect.tolerance,
+            passed=self.outcome is Outcome.MET,
+            missed=[miss for score in self.scores for miss in score.misses()],
+            skipped=skipped,
+        )
+
+
+@dataclass(frozen=True)
+class Skip:
+    """An expectation that could not be judged. at: s."""
+
+    at: float
+    because: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An engine's result in a scene. error, tolerance: of what it misses most; error is None if it is not finite."""
+
+    error: float | None
+    tolerance: float
+    passed: bool
+    missed: list[Miss]
+    skipped: list[Skip]
+
+
+@dataclass(frozen=True)
+class Unjudged:
+    """No expectation of the scene could be judged."""
+
+    skipped: list[Skip]
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why the engine cannot run the scene."""
+
+    refused: str
+
+
+@dataclass(frozen=True)
+class Breakage:
+    """The exception that the engine raised."""
+
+    broke: str
+
+
+@dataclass(frozen=True)
+class NotRun:
+    """In which scene the engine broke before."""
+
+    not_run: str
+
+
+@dataclass(frozen=True)
+class Scores:
+    """What `sandbox verify --json` writes; docs/formats.md explains the keys.
+
+    scenes: scene -> engine -> result; tally: engine -> outcome -> number of scenes.
+    """
+
+    scenes: dict[str, dict[str, Judged | Unjudged | Refusal | Breakage | NotRun]]
+    tally: dict[str, dict[str, int]]
 
 
 Row = dict[str, Result]  # by engine
@@ -138,6 +203,8 @@ def _result(scene: Scene, engine: str) -> Result:
         scores = tuple(_scores(scene, engine))
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
+    except EngineError as error:
+        return Result(Outcome.BROKE, message=str(error), details=error.details)
     except SandboxError as error:
         return Result(Outcome.BROKE, message=str(error))
     except Exception as error:  # whatever an engine raises ends its own column only
@@ -167,15 +234,16 @@ def _states(lockstep: Lockstep, engine: str, steps: Sequence[int]) -> dict[int, 
     return states
 
 
-def as_json(board: Board) -> dict[str, object]:
+def as_json(board: Board) -> dict[str, Any]:
     """Return what `--json` writes."""
-    return {
-        "scenes": {scene: {name: result.as_json() for name, result in row.items()} for scene, row in board.items()},
-        "tally": {
+    scores = Scores(
+        scenes={scene: {name: result.document() for name, result in row.items()} for scene, row in board.items()},
+        tally={
             name: {outcome.name.lower(): count for outcome, count in counts.items()}
             for name, counts in tally(board).items()
         },
-    }
+    )
+    return asdict(scores)
 
 
 def tally(board: Board) -> dict[str, dict[Outcome, int]]:
@@ -187,31 +255,28 @@ def tally(board: Board) -> dict[str, dict[Outcome, int]]:
     }
 
 
+_ENDINGS: Final = {
+    Outcome.MET: Ending.PASSED,
+    Outcome.MISSED: Ending.FAILURE,
+    Outcome.BROKE: Ending.ERROR,
+    Outcome.SKIPPED: Ending.SKIPPED,
+    Outcome.REFUSED: Ending.SKIPPED,
+    Outcome.NOT_RUN: Ending.SKIPPED,
+}
+
+
 def as_junit(board: Board) -> str:
     """Return what `--junit` writes: XML with a test case for each scene and engine."""
-    suite = ElementTree.Element("testsuite", name="sandbox verify")
-    kinds = {
-        Outcome.MISSED: "failure",
-        Outcome.BROKE: "error",
-        Outcome.SKIPPED: "skipped",
-        Outcome.REFUSED: "skipped",
-        Outcome.NOT_RUN: "skipped",
-    }
-    for scene, row in board.items():
-        for engine, result in row.items():
-            case = ElementTree.SubElement(suite, "testcase", classname=engine, name=scene)
-            if result.outcome in kinds:
-                ElementTree.SubElement(case, kinds[result.outcome], message=result.lines[0]).text = (
-                    result.details or "\n".join(result.lines)
-                )
-    for kind in ("failure", "error", "skipped"):
-        suite.set({"failure": "failures", "error": "errors"}.get(kind, kind), str(len(suite.findall(f"*/{kind}"))))
-    suite.set("tests", str(len(suite)))
-    root = ElementTree.Element("testsuites")
-    root.append(suite)
-    ElementTree.indent(root)
-    xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
-    return xml.decode().translate(NOT_IN_XML) + "\n"
+    return junit_xml(
+        "sandbox verify",
+        (
+            TestCase(
+                engine, scene, _ENDINGS[result.outcome], result.lines[0], result.details or "\n".join(result.lines)
+            )
+            for scene, row in board.items()
+            for engine, result in row.items()
+        ),
+    )
 
 
 def all_passed(board: Board, engines: Sequence[str] | None) -> bool:

@@ -16,9 +16,9 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import States
-from sandbox.sweep import Sweep, plan
-from sandbox.sweep.jobs import reference_job, run_job, run_shared
-from sandbox.sweep.workers import groups
+from sandbox.sweeps import Sweep, plan
+from sandbox.sweeps.jobs import reference_job, run_job, run_shared
+from sandbox.sweeps.workers import groups
 
 SECONDS_PER_ROUND: Final = 0.5  # at least, for which each side of a ratio is measured
 SWEPT_SEEDS: Final = 25  # in a round

@@ -3,10 +3,10 @@
 Slow imports happen inside the commands that need them.
 """
 
-import json
 import os
 import sys
 from collections.abc import Sequence
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -14,16 +14,18 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from sandbox import __version__
-from sandbox.cli.exit import exit_codes
+from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.inputs import print_warnings, scene_and_inputs
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
+    CsvDialectOption,
     Engines,
     EnginesToCompare,
     EnginesToScore,
     Inputs,
     JsonFile,
+    JunitFile,
     Layers,
     Parts,
     Rate,
@@ -48,10 +50,11 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import console, printable
+from sandbox.text import CsvDialect, console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
+    from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
@@ -168,6 +171,13 @@ def compare(
     inputs: Inputs = None,
     json_file: JsonFile = None,
     csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
+    series: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write energy, gap and more at every step as CSV.")
+    ] = None,
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
+    plot: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw energy and gap over time as a .png or .svg file.")
+    ] = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")] = None,
     max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
     max_drift: Annotated[
@@ -179,37 +189,71 @@ def compare(
             min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."
         ),
     ] = None,
+    junit: JunitFile = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
-    FILE may be -, for standard output. Exit code 1: a limit was exceeded.
+    FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
     from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.cli.tables import print_advice, print_comparison
+    from sandbox.analysis.junit import limits_as_junit
+    from sandbox.analysis.series import write_series
+    from sandbox.cli.tables import print_advice
+    from sandbox.report.tables import print_comparison
 
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
-    check_outputs({"--json": json_file, "--csv": csv_file, "--report": report}, [scene, inputs])
+    if plot:
+        from sandbox.view.plot import check_plot, save_plot
+
+        check_plot(plot)
+    limits = {"max_gap": max_gap, "max_drift": max_drift, "max_energy_error": max_energy_error}
+    if junit is not None and all(limit is None for limit in limits.values()):
+        raise SandboxError("--junit: reports limits; set one, such as --max-energy-error 1e-6")
+    outputs = {
+        "--json": json_file,
+        "--csv": csv_file,
+        "--series": series,
+        "--plot": plot,
+        "--report": report,
+        "--junit": junit,
+    }
+    check_outputs(outputs, [scene, inputs])
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     comparison = compare_with_bar(chosen, engines, against, replayed)
     trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
-        _write(_json(comparison.as_json() | advice_as_json(trials)), json_file)
+        _write(json_text(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
-        _write(comparison.as_csv(), csv_file)
+        _write(comparison.as_csv(csv_dialect), csv_file)
+    if series:
+        write_series(comparison, series, csv_dialect)
+    if plot:
+        save_plot(comparison, plot)
     if report:
         from sandbox.report.comparison import page
 
         _write(page(comparison, trials), report)
-    if not {json_file, csv_file, report} & {*STANDARD_OUTPUT}:
-        print_comparison(comparison)
+    if not {*outputs.values()} & {*STANDARD_OUTPUT}:
+        print_comparison(comparison, console())
         print_advice(trials)
-    if exceeded := list(comparison.exceeded_limits(max_gap, max_drift, max_energy_error)):
+    checks = list(comparison.check_limits(**limits))
+    if junit:
+        _write(limits_as_junit(chosen.name, checks), junit)
+    _exit_of(comparison, [check.exceeded for check in checks if check.exceeded])
+
+
+def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
+    """Print the engines that failed and the limits exceeded, if any, and end with their exit code."""
+    for error in comparison.failed.values():
+        print_error(error)
+    if exceeded:
         print("\n".join(exceeded), file=sys.stderr)
-        raise typer.Exit(1)
+    if comparison.failed or exceeded:
+        raise typer.Exit(2 if comparison.failed else 1)
 
 
 @app.command()
@@ -222,6 +266,7 @@ def trace(
     rate: Rate = None,
     inputs: Inputs = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="A .npz, .csv or extended .xyz file; - prints CSV.")] = "-",
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer, write_trace
@@ -229,12 +274,12 @@ def trace(
     if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
-    trace_writer(out)  # rejects an unknown ending before anything runs
+    trace_writer(out, csv_dialect)  # rejects an unknown ending before anything runs
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
-    write_trace(trajectory, out)
+    write_trace(trajectory, out, csv_dialect)
 
 
 @app.command()
@@ -247,7 +292,7 @@ def verify(
     ] = None,
     engines: EnginesToScore = None,
     json_file: JsonFile = None,
-    junit: Annotated[str | None, typer.Option(metavar="FILE", help="Write the results as JUnit XML.")] = None,
+    junit: JunitFile = None,
 ) -> None:
     """Score engines against what scenes expect.
 
@@ -256,20 +301,17 @@ def verify(
     """
     from sandbox.analysis.verify import all_passed, as_json, as_junit
     from sandbox.analysis.verify import verify as score_engines
-    from sandbox.cli.tables import Scoreboard, print_misses, print_tally
     from sandbox.engines import registry
-    from sandbox.scene.files import bundled, load
+    from sandbox.report.tables import Scoreboard, print_misses, print_tally
+    from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
     show_compiling()
-    chosen = [load(scene) for scene in scenes or (*bundled("truths"), *bundled())]
-    scored = [scene for scene in chosen if scene.expect]
-    if not scored:
-        raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scenes or ())}")
+    scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
     rows = score_engines(scored, names)
     printed = not {json_file, junit} & {*STANDARD_OUTPUT}
-    scoreboard = Scoreboard([scene.name for scene in scored], names) if printed else None
+    scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
     for scene, row in rows:
         board[scene] = row
@@ -279,13 +321,13 @@ def verify(
             if result.details:
                 print(result.details, end="", file=sys.stderr)
     if json_file:
-        _write(_json(as_json(board)), json_file)
+        _write(json_text(as_json(board)), json_file)
     if junit:
         _write(as_junit(board), junit)
     if printed:
-        print_misses(board)
+        print_misses(board, console())
         print()
-        print_tally(board)
+        print_tally(board, console())
     if not all_passed(board, engines):
         raise typer.Exit(1)
 
@@ -300,6 +342,7 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="Write the table as CSV; - prints it.")] = "-",
+    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
     workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None,
     scheduler: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
@@ -313,12 +356,14 @@ def sweep(
     """
     from sandbox.engines import default_engines
     from sandbox.scene.files import load
-    from sandbox.sweep import in_order, open_journal, plan, write
-    from sandbox.sweep.workers import core_count
+    from sandbox.sweeps import in_order, open_journal, plan, write
+    from sandbox.sweeps.workers import check_scheduler, core_count
 
-    if workers and scheduler:
+    if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
     check_outputs({"--out": out, "--report": report}, [scene])
+    if scheduler is not None:
+        check_scheduler(scheduler)
     show_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
     planned = plan(
@@ -336,7 +381,7 @@ def sweep(
             from sandbox.report.sweep import page
 
             _write(page(planned, rows), report)
-        write(planned, rows, out)
+        write(planned, rows, out, csv_dialect)
     if failures:
         raise typer.Exit(1)
 
@@ -352,7 +397,6 @@ def check(
 
     Warnings point out what may be unintended: overlaps, and balls too fast for the time step.
     """
-    from sandbox.cli.tables import counted
     from sandbox.scene.files import load
     from sandbox.scene.spawn import spawn, warnings
 
@@ -415,23 +459,40 @@ def bench(
         if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
-        _write(_json([vars(figure) for figure in found]), json_file)
+        _write(json_text([vars(figure) for figure in found]), json_file)
     if against and json_file not in STANDARD_OUTPUT:
         print_worse(found, earlier)
     if worse(found, earlier):
         raise typer.Exit(1)
 
 
+class Document(StrEnum):
+    """What has a JSON Schema: scene files, and what two commands write with --json."""
+
+    SCENE = "scene"
+    COMPARE = "compare"
+    VERIFY = "verify"
+
+
 @app.command(name="schema")
-def print_schema() -> None:
-    """Print the JSON Schema of scene files."""
+def print_schema(
+    document: Annotated[
+        Document, typer.Argument(help="Scene files, or what compare or verify writes with --json.")
+    ] = Document.SCENE,
+) -> None:
+    """Print the JSON Schema of scene files, or of what compare or verify writes with --json."""
+    from sandbox.analysis.documents import comparison_schema, json_schema
+    from sandbox.analysis.verify import Scores
     from sandbox.scene.files import schema
 
-    print(_json(schema()), end="")
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
+    match document:
+        case Document.SCENE:
+            found = schema()
+        case Document.COMPARE:
+            found = comparison_schema()
+        case Document.VERIFY:
+            found = json_schema(Scores)
+    print(json_text(found), end="")
 
 
 def _write(text: str, file: str) -> None:
@@ -440,12 +501,14 @@ def _write(text: str, file: str) -> None:
 
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
-    from sandbox.cli.tables import print_comparison
+    from sandbox.report.tables import print_comparison
     from sandbox.view.picture import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})
     comparison = compare_with_bar(scene, names, None, inputs)
-    print_comparison(comparison)
+    print_comparison(comparison, console())
     save_picture(draw_picture(comparison), path)
     print(f"Picture of the end: {path}")
+    for error in comparison.failed.values():
+        print_error(error)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, TextIO
 
-from sandbox.errors import SandboxError, Terminated
+from sandbox.errors import EngineError, SandboxError, Terminated
 from sandbox.files import write_errors
 from sandbox.signals import signals_as_exceptions
 
@@ -32,7 +32,7 @@ def exit_codes() -> Iterator[None]:
                         sys.stdout.flush()
         except SandboxError as error:
             try:
-                print(error, file=sys.stderr)
+                print_error(error)
             finally:  # even if standard error cannot be written
                 sys.exit(2)
         except (Terminated, SystemError) as error:
@@ -46,6 +46,13 @@ def exit_codes() -> Iterator[None]:
                 process.join()
             signal.signal(end.number, signal.SIG_DFL)
             signal.raise_signal(end.number)
+
+
+def print_error(error: SandboxError) -> None:
+    """Print an error to standard error, after the traceback of an engine that is not built in."""
+    if isinstance(error, EngineError):
+        print(error.details, end="", file=sys.stderr)
+    print(error, file=sys.stderr)
 
 
 @contextmanager

@@ -4,13 +4,16 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Annotated, Any, Final, NamedTuple, TypeVar
+from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
 
 import typer
 
 from sandbox.errors import SandboxError, suggestion
-from sandbox.text import printable
+from sandbox.text import CsvDialect, printable
 from sandbox.view.layers import Layer
+
+if TYPE_CHECKING:
+    from sandbox.engines.specs import Value
 
 T = TypeVar("T")
 
@@ -39,10 +42,10 @@ DEFAULT_SIZE: Final = Size(1280, 720)
 
 
 class Setting(NamedTuple):
-    """A setting of Pymunk, and the values to run it with."""
+    """A setting of Pymunk or a key of the scene, and the values to run it with."""
 
     key: str
-    values: Sequence[float]
+    values: "Sequence[Value]"
 
 
 def parse_names(text: str) -> Sequence[str]:
@@ -59,6 +62,13 @@ def parse_names(text: str) -> Sequence[str]:
     if len(set(names)) < len(names):
         raise OptionError(f"{text}: has a name twice")
     return names
+
+
+def parse_engines(text: str) -> Sequence[str]:
+    """Parse "pymunk,exact". The message for an empty text says how to run the default engines."""
+    if not text.strip(" ,"):
+        raise OptionError(f"{text!r}: must name an engine, as in pymunk,exact; leave the option out for the default")
+    return parse_names(text)
 
 
 def parse_layers(text: str) -> Sequence[Layer]:
@@ -92,8 +102,8 @@ def parse_seeds(text: str) -> range:
 
 def parse_rates(text: str) -> Sequence[int]:
     """Parse "60,240"."""
-    if not re.fullmatch(r"\d{1,9}(,\d{1,9})*", text):
-        raise OptionError(f"{text}: must be whole numbers separated by commas, such as 60,240")
+    if not re.fullmatch(r"[1-9]\d{0,8}(,[1-9]\d{0,8})*", text):
+        raise OptionError(f"{text!r}: must be whole numbers from 1 on, separated by commas, such as 60,240")
     return [int(rate) for rate in text.split(",")]
 
 
@@ -103,14 +113,19 @@ def parse_setting(text: str) -> Setting:
     >>> parse_setting("collision_bias=0.5,1")
     Setting(key='collision_bias', values=[0.5, 1])
     """
+    from sandbox.engines.specs import parse_value, split_values
+
     key, _, values = text.partition("=")
     try:
-        return Setting(key, [int(value) if value.isdecimal() else float(value) for value in values.split(",")])
-    except ValueError:
-        raise OptionError(f"{text}: must be a setting of Pymunk and its values, such as substeps=1,4") from None
+        return Setting(key.strip(), [parse_value(value) for value in split_values(values)])
+    except (ValueError, TypeError):
+        raise OptionError(
+            f"{text}: must be a setting of Pymunk or a key of the scene, and its values, such as substeps=1,4 or "
+            "gravity=[0, 0],[0, 900]"
+        ) from None
 
 
-def settings_by_key(settings: Sequence[Setting]) -> dict[str, Sequence[float]]:
+def settings_by_key(settings: Sequence[Setting]) -> "dict[str, Sequence[Value]]":
     """Return the values of each setting. Raises SandboxError if one is given twice; a parser sees one --set only."""
     keys = [setting.key for setting in settings]
     for key in keys:
@@ -144,23 +159,25 @@ SceneArgument = Annotated[
     str,
     typer.Argument(metavar="SCENE", help="A file, or the name of a bundled scene.", autocompletion=complete_scene),
 ]
-_NAMES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_names}
+_ENGINES: Final[dict[str, Any]] = {"metavar": "A,B,...", "parser": parse_engines}
 Engines = Annotated[
     Sequence[str] | None,
     typer.Option(
-        **_NAMES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
+        **_ENGINES, help="Engines. Default: pymunk, and article or else impulse.", autocompletion=complete_engine
     ),
 ]
 EnginesToCompare = Annotated[
     Sequence[str] | None,
     typer.Option(
-        **_NAMES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
+        **_ENGINES, help="Engines. Default: pymunk, article or else impulse, exact.", autocompletion=complete_engine
     ),
 ]
 EnginesToScore = Annotated[
-    Sequence[str] | None, typer.Option(**_NAMES, help="Engines. Default: all.", autocompletion=complete_engine)
+    Sequence[str] | None, typer.Option(**_ENGINES, help="Engines. Default: all.", autocompletion=complete_engine)
 ]
-Parts = Annotated[Sequence[str] | None, typer.Option(**_NAMES, help="Parts to measure. Default: all.")]
+Parts = Annotated[
+    Sequence[str] | None, typer.Option(metavar="A,B,...", parser=parse_names, help="Parts to measure. Default: all.")
+]
 Against = Annotated[
     str | None,
     typer.Option(
@@ -175,6 +192,11 @@ Inputs = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
 ]
 JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
+CsvDialectOption = Annotated[
+    CsvDialect,
+    typer.Option("--csv-dialect", help="How CSV is written; decimal-comma separates cells by semicolons."),
+]
+JunitFile = Annotated[str | None, typer.Option("--junit", metavar="FILE", help="Write the results as JUnit XML.")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
 Layers = Annotated[
     Sequence[Layer],
@@ -191,6 +213,6 @@ Settings = Annotated[
         "--set",
         metavar="KEY=V,V,...",
         parser=parse_setting,
-        help="Run Pymunk with each value of a setting; may be repeated.",
+        help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
     ),
 ]

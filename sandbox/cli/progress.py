@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
-    from sandbox.sweep import Journal, Sweep
+    from sandbox.sweeps import Journal, Sweep
     from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
@@ -96,7 +96,7 @@ def advise_with_bar(scene: "Scene", against: str, inputs: "Sequence[Input]") -> 
 
 def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:
     """Run the jobs of a sweep that have no row yet, and print each failure; return the number of failures."""
-    from sandbox.sweep import missing, run
+    from sandbox.sweeps import missing, run
 
     failures, bar = 0, _runs_bar()
     with displayed(bar):
@@ -126,7 +126,7 @@ class _TerminalCompiler:
         """Show the progress until the kernels of a module are compiled."""
         from rich.progress import BarColumn, Progress, TextColumn
 
-        from sandbox.sweep.workers import core_count
+        from sandbox.sweeps.workers import core_count
         from sandbox.view.compilation import COMPUTATION, Compilation
 
         terminal = console(stderr=True)

@@ -188,6 +188,7 @@ def _unsupported(scene: Scene) -> list[str]:
     """List the features of the scene that the article does not model."""
     bodies, arena = scene.bodies, scene.arena
     features = {
+        "arena.walls = false": not arena.walls,
         "gravity": scene.gravity != (0, 0),
         "a second radius": np.ptp(bodies.radius) > 0,
         "a second mass": np.ptp(bodies.mass) > 0,

@@ -225,8 +225,8 @@ class _Materials:
     """
 
     def __init__(self, scene: Scene) -> None:
-        of_walls = (scene.arena.elasticity, *(wall.elasticity for wall in scene.walls))
-        self._elasticities = sorted({*scene.bodies.elasticity.tolist(), *map(float, of_walls)})
+        of_walls = (float(wall.elasticity) for wall in scene.surfaces)
+        self._elasticities = sorted({*scene.bodies.elasticity.tolist(), *of_walls})
         pairs = list(product(self._elasticities, repeat=2))
         if len(pairs) > FILTER_BITS:
             raise Refused(
@@ -277,9 +277,9 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
 
 
 def _add_walls(world: Any, materials: _Materials, scene: Scene) -> Segments:
-    """Add the arena's walls (left, top, right, bottom) and the scene's own, numbered after the balls.
+    """Add the arena's walls, if they stand, and the scene's own; return the segments of all, numbered after the balls.
 
-    The segment of an arena wall lies in the middle of its slab, and has the same inner face.
+    The segment of an arena wall (left, top, right, bottom) lies in the middle of its slab, and has the same inner face.
     """
     n, arena, (width, height) = len(scene.bodies), scene.arena, scene.arena.size
     long = WALL_THICKNESS + width + height
@@ -300,7 +300,8 @@ def _add_walls(world: Any, materials: _Materials, scene: Scene) -> Segments:
             (ox * deep - oy * along, oy * deep + ox * along)
             for deep, along in ((0, -long), (0, long), (WALL_THICKNESS, long), (WALL_THICKNESS, -long))
         ]
-        add((x, y), arena, pyb2d3.polygon(np.array(slab) / METRE))
+        if arena.walls:
+            add((x, y), arena, pyb2d3.polygon(np.array(slab) / METRE))
         deep = WALL_THICKNESS / 2
         a, b = ((x + ox * deep - oy * s, y + oy * deep + ox * s) for s in (-long, long))
         segments.append((a, b, deep))

@@ -211,10 +211,12 @@ def _walls_of(scene: Scene) -> Floats:
     """Return the walls as the kernel expects them, (m, 7): left, top, right, bottom, then the scene's own.
 
     A row of the arena: its outward normal, the face's distance along it (px), 0, 0, elasticity, friction. A row of the
-    scene's own: both ends (px), half the thickness (px), elasticity, friction.
+    scene's own: both ends (px), half the thickness (px), elasticity, friction. Walls that do not stand are infinitely
+    far.
     """
     (width, height), of_arena = scene.arena.size, (scene.arena.elasticity, scene.arena.friction)
-    faces = [(-1, 0, 0), (0, -1, 0), (1, 0, width), (0, 1, height)]
+    nearest = 0 if scene.arena.walls else math.inf
+    faces = [(-1, 0, nearest), (0, -1, nearest), (1, 0, width + nearest), (0, 1, height + nearest)]
     arena = [(*face, 0, 0, *of_arena) for face in faces]
     inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
     return np.array([*arena, *inner], float)

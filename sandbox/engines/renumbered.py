@@ -1,23 +1,26 @@
 """An engine whose balls have other numbers inside."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from sandbox.engines import advance, create
+from sandbox.engines.engine import Engine, advance
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State, States
 
 
 class RenumberedEngine:
-    """Runs a scene in the named engine with its balls in reverse order; outside, they have the scene's numbers.
+    """Runs a scene in an engine with its balls in reverse order; outside, they have the scene's numbers.
 
-    Wherever the engine does not depend on the numbers, it does the same to the bit.
+    build: builds the engine from a scene and a state. Wherever the engine does not depend on the numbers, it does the
+    same to the bit.
     """
 
-    def __init__(self, name: str, scene: Scene, initial: State) -> None:
+    def __init__(self, build: Callable[[Scene, State], Engine], scene: Scene, initial: State) -> None:
         # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
         reverse = scene.changed(balls=scene.balls[::-1], expect=())
-        self._engine = create(name, reverse, _reversed(initial))
+        self._engine = build(reverse, _reversed(initial))
         self.together = getattr(self._engine, "together", False)
         self._last = len(initial.position) - 1
 

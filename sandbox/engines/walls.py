@@ -53,7 +53,7 @@ def separation(
 
 
 def pieces_of(scene: Scene) -> NDArray[np.void]:
-    """Return the faces of the arena (left, top, right, bottom), then a face and two ends for each other wall."""
+    """Return the faces of the arena if they stand (left, top, right, bottom), then a face and two ends of each wall."""
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
     arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
@@ -65,7 +65,7 @@ def pieces_of(scene: Scene) -> NDArray[np.void]:
         )
         for number, wall in enumerate(scene.walls, len(arena))
     )
-    return np.array([*arena, *chain.from_iterable(inner)], PIECE)
+    return np.array([*(arena if scene.arena.walls else ()), *chain.from_iterable(inner)], PIECE)
 
 
 def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:

@@ -15,12 +15,11 @@ from bokeh.transform import dodge
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.series import contacts_by, energies, thinned
+from sandbox.engines.colours import colours_of
 from sandbox.quantity import length
-from sandbox.scene.fields import PALETTE
 from sandbox.state import Floats
 
-MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
 LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
@@ -75,7 +74,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. No two share a dash and a marker; the reference's is black."""
+    """How an engine's lines and bars are drawn. No two share a dash and a marker."""
 
     color: str
     dash: str
@@ -83,9 +82,13 @@ class Style:
     hatch: str
 
 
-def style_of(index: int) -> Style:
-    """Return the style of an engine by its number, distinct in dash, marker and hatch as well as in colour."""
-    return Style(*(kind[index % len(kind)] for kind in (PALETTE, LINE_DASHES, MARKERS, HATCHES)))
+def styles_of(names: Sequence[str], reference: str | None = None) -> dict[str, Style]:
+    """Return each engine's style, distinct in dash, marker and hatch as well as in colour."""
+    colours, others = colours_of(names), [name for name in names if name != reference]
+    styles = {reference: Style(colours[reference], "solid", "x", "blank")} if reference else {}
+    for index, name in enumerate(others):
+        styles[name] = Style(colours[name], *(kind[index % len(kind)] for kind in (LINE_DASHES, MARKERS, HATCHES)))
+    return {name: styles[name] for name in names}
 
 
 def charts(comparison: Comparison) -> list[Chart]:
@@ -118,35 +121,8 @@ def _renumbered(node: Any, numbers: dict[str, str]) -> Any:
     }
 
 
-def thinned(values: Floats, most: int = MAX_POINTS) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Return about `most` indices of a series: its ends, and the lowest and the highest value of each interval."""
-    if len(values) <= most:
-        return np.arange(len(values))
-    size = -(-2 * len(values) // most)
-    intervals = np.pad(values, (0, -len(values) % size), mode="edge").reshape(-1, size)
-    starts = np.arange(len(intervals)) * size
-    chosen = np.concatenate([[0], starts + intervals.argmin(axis=1), starts + intervals.argmax(axis=1)])
-    return np.unique(np.append(np.minimum(chosen, len(values) - 1), len(values) - 1))
-
-
-def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: % of the start, or kg px²/s² if that was 0."""
-    runs = comparison.runs
-    if all(run.energy[0] for run in runs.values()):
-        return {name: 100 * run.energy / run.energy[0] for name, run in runs.items()}, "%"
-    return {name: run.energy for name, run in runs.items()}, "kg px²/s²"
-
-
-def contacts_by(time: Floats, run: Run) -> Floats:
-    """Return the number of a run's contacts up to each time."""
-    return np.searchsorted(run.contacts["time"], time + 1e-9, side="right").astype(float)
-
-
 def _styles(comparison: Comparison) -> dict[str, Style]:
-    others = [name for name in comparison.runs if name != comparison.against]
-    styles = {comparison.against: Style("#000000", "solid", "x", "blank")}
-    styles |= {name: style_of(index) for index, name in enumerate(others)}
-    return {name: styles[name] for name in comparison.runs}
+    return styles_of([*comparison.runs], comparison.against)
 
 
 # Over time

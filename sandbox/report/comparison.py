@@ -20,14 +20,16 @@ from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import Run
+from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
-from sandbox.report.charts import as_document, charts, contacts_by, energies
+from sandbox.report.charts import as_document, charts
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
+MAX_NOTEBOOK_PATHS_BYTES: Final = 240_000  # in a notebook, whose cells stay under 1 MB
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
@@ -38,6 +40,7 @@ KINDS: Final = {
     Kind.EXTRA: "extra",
     Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
+    Kind.STATES: "by states",
 }
 KEYS: Final = (
     ("Space", "play or pause"),
@@ -50,16 +53,16 @@ KEYS: Final = (
 )
 
 
-def page(comparison: Comparison, trials: Sequence[Trial] = ()) -> str:
-    """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page."""
+def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: bool = False) -> str:
+    """Return a comparison, with trials of other settings, as one page of HTML. The same input gives the same page.
+
+    in_notebook: for a frame in a notebook, with fewer frames, and without Bokeh's script, for which it asks its parent.
+    """
     scene = comparison.scene
-    every = thinning(comparison)
+    every = thinning(comparison, MAX_NOTEBOOK_PATHS_BYTES if in_notebook else MAX_PATHS_BYTES)
     drawn = charts(comparison)
     document, roots = as_document(drawn)
-    scripts = {
-        "bokeh": Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0],
-        "player": _text("player.js"),
-    }
+    scripts = {"bokeh": bokeh_script(), "player": _text("player.js")}
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {"number": _number, "share": _share, "minus": _minus}
     return environment.from_string(_text("page.html")).render(
@@ -91,15 +94,22 @@ def page(comparison: Comparison, trials: Sequence[Trial] = ()) -> str:
         policy=_policy(scripts.values()),
         style=_text("page.css"),
         scripts=scripts,
+        in_notebook=in_notebook,
         data=_json(_data(comparison, every)),
         document=_json({"document": document, "roots": roots}),
     )
 
 
-def thinning(comparison: Comparison) -> int:
-    """Return the number n such that the page shows every n-th frame of the paths."""
+def bokeh_script() -> str:
+    """Return the library that draws the charts, without what they do not need."""
+    script: str = Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0]
+    return script
+
+
+def thinning(comparison: Comparison, max_bytes: int = MAX_PATHS_BYTES) -> int:
+    """Return the number n such that every n-th frame of the paths fits into some bytes of a page."""
     whole = sum(run.path.size for run in comparison.runs.values()) * 2 * 4 / 3  # two bytes a number, then base64
-    return max(1, int(np.ceil(whole / MAX_PATHS_BYTES)))
+    return max(1, int(np.ceil(whole / max_bytes)))
 
 
 def fixed_point(scene: Scene) -> tuple[float, float]:
@@ -176,7 +186,7 @@ def _hex(color: str) -> str:
 
 def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
-    replayed = " Recorded mouse input was replayed into all engines." if comparison.inputs else ""
+    replayed = " Recorded inputs were replayed into all engines." if comparison.inputs else ""
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
     rate = f"{scene.rate} step{'s' * (scene.rate > 1)} per second"
     return f"{run} at {rate}, {reference_words(comparison)}.{replayed}"

@@ -255,16 +255,38 @@
   scrubber.max = last;
   new ResizeObserver(fit).observe(element("panes"));
 
-  const charts = read("document");
-  Bokeh.set_log_level("warn");
-  Bokeh.embed
-    .embed_items({ charts: charts.document }, [{ docid: "charts", roots: charts.roots, root_ids: Object.keys(charts.roots) }])
-    .then(() => {
-      for (const figure of Bokeh.documents[0].roots()) {
-        const found = figure.center.filter((renderer) => renderer.name === "cursor");
-        cursors.push(...found);
-        if (found.length) figure.on_event("tap", (event) => seek(Math.round(event.x / data.frame)));
-      }
-      show(frame);
-    });
+  function drawCharts() {
+    const charts = read("document");
+    Bokeh.set_log_level("warn");
+    Bokeh.embed
+      .embed_items({ charts: charts.document }, [{ docid: "charts", roots: charts.roots, root_ids: Object.keys(charts.roots) }])
+      .then(() => {
+        for (const figure of Bokeh.documents[0].roots()) {
+          const found = figure.center.filter((renderer) => renderer.name === "cursor");
+          cursors.push(...found);
+          if (found.length) figure.on_event("tap", (event) => seek(Math.round(event.x / data.frame)));
+        }
+        show(frame);
+      });
+  }
+
+  // In a notebook, one output has the library for all. The page's policy lets no other script run.
+  function receiveLibrary(event) {
+    if (globalThis.Bokeh || event.source !== parent) return;
+    document.body.append(Object.assign(document.createElement("script"), { textContent: event.data }));
+    element("waiting").remove();
+    drawCharts();
+  }
+
+  function requestLibrary() {
+    if (globalThis.Bokeh) return;
+    parent.postMessage("sandbox: send Bokeh", "*");
+    setTimeout(requestLibrary, 500); // the other output may come later
+  }
+
+  if (globalThis.Bokeh) drawCharts();
+  else {
+    addEventListener("message", receiveLibrary);
+    requestLibrary();
+  }
 })();

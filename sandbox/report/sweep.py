@@ -16,9 +16,9 @@ from bokeh.models.widgets import Div
 from bokeh.plotting import figure
 from bokeh.resources import INLINE
 
-from sandbox.report.charts import Style, style_of
+from sandbox.report.charts import Style, styles_of
 from sandbox.scene.fields import PALETTE
-from sandbox.sweep.jobs import SPEED_CLASSES, Row, Sweep
+from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep
 
 WIDTH: Final = 1150  # px
 CHART_OPTIONS: Final[dict[str, Any]] = {"width": WIDTH, "height": 420, "toolbar_location": None}
@@ -75,7 +75,7 @@ def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
 
 
 def _styles(rows: Sequence[Row]) -> dict[str, Style]:
-    return {name: style_of(index) for index, name in enumerate(dict.fromkeys(map(_name, rows)))}
+    return styles_of(list(dict.fromkeys(map(_name, rows))))
 
 
 def _error_by_rate(rows: Sequence[Row]) -> Any:

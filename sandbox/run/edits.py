@@ -4,7 +4,6 @@ Like all inputs, an edit belongs to a step. After it, every engine is rebuilt fr
 state, so engines need not support edits.
 """
 
-import math
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
@@ -15,6 +14,7 @@ import numpy as np
 from sandbox.errors import SandboxError
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
+from sandbox.scene.keys import with_every_contact
 from sandbox.scene.model import Scene
 from sandbox.state import State, States
 
@@ -124,13 +124,7 @@ class SetElasticity(Edit):
 
     def change_scene(self, scene: Scene) -> Scene:
         """Set the factors of all balls and walls."""
-        factor = {"elasticity": math.sqrt(self.elasticity)}
-        return scene.changed(
-            arena=scene.arena.model_copy(update=factor),
-            balls=tuple(group.model_copy(update=factor) for group in scene.balls),
-            walls=tuple(wall.model_copy(update=factor) for wall in scene.walls),
-            expect=(),
-        )
+        return with_every_contact(scene, "elasticity", self.elasticity)
 
 
 class SetGravity(Edit):

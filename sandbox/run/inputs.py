@@ -6,6 +6,7 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
     {"step": 12, "do": "grab", "ball": 1, "at": [400.0, 300.0]}
     {"step": 13, "do": "move", "at": [410.0, 300.0]}
     {"step": 40, "do": "release"}
+    {"step": 45, "do": "kick", "ball": 1, "velocity": [0.0, -200.0]}
     {"step": 50, "do": "add", "position": [60.0, 60.0], "velocity": [120.0, 0.0], "radius": 20.0}
     {"step": 60, "do": "delete", "ball": 0}
     {"step": 70, "do": "velocity", "ball": 2, "velocity": [0.0, -60.0]}
@@ -16,7 +17,8 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, get_args
 
@@ -73,6 +75,16 @@ class Release(Model):
     do: Literal["release"] = "release"
 
 
+class Kick(Model):
+    """A program adds to a ball's velocity before this step, in every engine alike."""
+
+    step: Index
+    do: Literal["kick"] = "kick"
+    ball: Index
+    velocity: Vector
+    """What is added, px/s."""
+
+
 class End(Model):
     """The recording ended before this step."""
 
@@ -80,8 +92,8 @@ class End(Model):
     do: Literal["end"] = "end"
 
 
-Input = Start | Grab | Move | Release | Edit | End
-_AnyInput = Start | Grab | Move | Release | AnyEdit | End  # with each kind of edit, for pydantic to choose from
+Input = Start | Grab | Move | Release | Kick | Edit | End
+_AnyInput = Start | Grab | Move | Release | Kick | AnyEdit | End  # with each kind of edit, for pydantic to choose from
 _READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(discriminator="do")])
 INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
@@ -97,38 +109,56 @@ def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
 
 def load_inputs(path: Path, scene: Scene) -> list[Input]:
     """Read a file of inputs to replay on a scene. Raises SandboxError with every error in it: `file:line: ...`."""
+    name = printable(str(path))
+    lines = enumerate(read_text(path, MAX_INPUTS_BYTES).split("\n"), 1)
+    entries = ((f"{name}:{number}", partial(_parse, line)) for number, line in lines if line.strip())
+    return _checked(entries, scene, name)
+
+
+def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
+    """Return inputs to replay on a scene: models of this module, or objects as in a file.
+
+    Raises SandboxError with every error: `inputs[3]: ...`.
+    """
+    entries = ((f"inputs[{number}]", partial(_read, one)) for number, one in enumerate(given))
+    return _checked(entries, scene, "inputs")
+
+
+def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, source: str) -> list[Input]:
+    """Return the inputs that functions read, each with its place in messages. Raises SandboxError with every error."""
     inputs: list[Input] = []
     found: list[str] = []
-    edits, name = 0, printable(str(path))
-    for number, line in enumerate(read_text(path, MAX_INPUTS_BYTES).split("\n"), 1):
-        if not line.strip():
-            continue
+    edits = 0
+    for place, read in entries:
         try:
-            given = _parse(line)
+            given = read()
             if inputs and given.step < inputs[-1].step:
                 raise SandboxError(f"step must be at least {inputs[-1].step}, got {given.step}")
             if isinstance(given, Start) and inputs:
                 raise SandboxError("start must come before all other inputs")
-            if isinstance(given, Grab):
+            if isinstance(given, Grab | Kick):
                 check_ball(given.ball, scene)
             edits += isinstance(given, Edit)
             if edits > MAX_EDITS:
-                found.append(f"{name}:{number}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
+                found.append(f"{place}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
                 break
             if isinstance(given, Start | Edit):
                 scene = given.change_scene(scene)
             inputs.append(given)
         except SandboxError as error:
-            found += [f"{name}:{number}: {what}" for what in str(error).split("\n")]
+            found += [f"{place}: {what}" for what in str(error).split("\n")]
             if len(found) > MAX_REPORTED_ERRORS:
                 break
     if found:
-        raise first_errors(found, name)
+        raise first_errors(found, source)
     return inputs
 
 
 def _parse(line: str) -> Input:
-    document = _document(line)
+    return _read(_document(line))
+
+
+def _read(document: object) -> Input:
     try:
         return _READER.validate_python(document)
     except ValidationError as error:

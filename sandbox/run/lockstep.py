@@ -1,6 +1,6 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -8,21 +8,26 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines import Engine, advance, create
+from sandbox.engines import Engine, Engines, Source, advance, create, named
+from sandbox.engines.checked import CheckedEngine
+from sandbox.engines.stopping import StoppingEngine
+from sandbox.errors import Refused, SandboxError
+from sandbox.quantity import dot, energy
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate
-from sandbox.run.inputs import Input
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
+from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Contacts, State, States
+from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
+AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
-
 Build = Callable[[Scene, State], Engine]
+Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
 
 
 class Runner:
@@ -37,7 +42,8 @@ class Runner:
         self.engine = build(scene, state)
         self._clock = clock
         self._steps = steps
-        self._start = clock.time(steps)  # s, when the engine was built
+        self.start = clock.time(steps)  # s, when the engine was built
+        self.step_seconds: float | None = None  # s that a step took lately, for information only
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
@@ -55,16 +61,40 @@ class Runner:
         """Whether the engine is known to limit friction by the impulse without restitution."""
         return getattr(self.engine, "clamps_friction_early", False)
 
+    @property
+    def damping(self) -> Damping:
+        """How the engine damps velocities and spins in flight."""
+        return getattr(self.engine, "damping", NO_DAMPING)
+
+    @property
+    def reports_contacts(self) -> bool:
+        """Whether the engine reports contacts; if not, it reports states only."""
+        return getattr(self.engine, "reports_contacts", True)
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether the engine's contacts last several steps."""
+        return getattr(self.engine, "soft", False)
+
+    @property
+    def can_be_dragged(self) -> bool:
+        """Whether the mouse can drag the engine's balls."""
+        return getattr(self.engine, "can_be_dragged", True)
+
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
             engine.contacts()
-        self.engine, self._start = engine, self._clock.time(self._steps)
+        self.engine, self.start = engine, self._clock.time(self._steps)
 
     def step(self) -> None:
         """Advance by one step."""
+        begun = perf_counter()
         self.engine.step()
+        taken = perf_counter() - begun
+        before = taken if self.step_seconds is None else self.step_seconds
+        self.step_seconds = before + (taken - before) / AVERAGED_STEPS
         self._steps += 1
 
     def advance(self, states: States) -> None:
@@ -88,36 +118,60 @@ class Runner:
 
     def _latest(self) -> Contacts:
         contacts = self.engine.contacts()
-        contacts["time"] += self._start
+        contacts["time"] += self.start
         return contacts
+
+
+def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -> Engine:
+    engine = create(source, scene, state, name)
+    return StoppingEngine(engine) if stops and isinstance(engine, CheckedEngine) else engine
 
 
 class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
-    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene.
+    stops: whether an engine that fails stops there, and does not raise EngineError; expendable: the engine without
+    which the others go on if it raises SandboxError in a step.
+    Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
+    inputs ask.
     """
 
-    def __init__(self, scene: Scene, names: Iterable[str], inputs: Sequence[Input] = ()) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        engines: Engines,
+        inputs: Sequence[Input] = (),
+        *,
+        stops: bool = False,
+        expendable: str | None = None,
+    ) -> None:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
         self.clock = Clock(scene.rate)
-        self.engines = {name: self.new_runner(name, self.initial) for name in names}
+        self.builds: dict[str, Build] = {
+            name: partial(_build, name, source, stops) for name, source in named(engines).items()
+        }
+        self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.hidden: list[Runner] = []  # run along, but excluded from results
         self.mouse = Mouse(scene)
-        self.pulled: int | None = None  # the ball that the mouse pulled in the last step
-        self.pulls: dict[str, Vector] = {}  # px/s that the pull added to the ball's velocity, by engine
+        self.pushes: dict[str, list[Push]] = {}  # before the last step, by the mouse and by kicks, by engine
+        self._kicks: list[Push] = []  # before the next step
+        self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
+        self.dropped = ""  # why the expendable engine runs no more
+        self._expendable = expendable
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.edited = False  # since the last step
         self._balls_ever = len(self.balls)
         self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
+        for given in inputs:
+            self._check_drag(given)
 
     def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
         """Build an engine that continues from a state at this step; by default the named one."""
-        return Runner(name, build or partial(create, name), self.scene, state, self.clock, self.steps)
+        return Runner(name, build or self.builds[name], self.scene, state, self.clock, self.steps)
 
     @property
     def time(self) -> float:
@@ -127,19 +181,27 @@ class Lockstep:
     def apply(self, given: Input) -> None:
         """Apply an input of the next step.
 
-        Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses.
+        Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses, and for a
+        drag that one refuses.
         """
+        self._check_drag(given)
         if isinstance(given, Edit):
             self._edit(given)
+        elif isinstance(given, Kick):
+            check_ball(given.ball, self.scene)
+            self._kicks.append((given.ball, given.velocity))
         self.given.append(given)
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
+        before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
         self.scene = self.mouse.scene = scene
+        for name, after in self.energies(self.states()).items():
+            self.work[name] += after - before[name]
         self.edited = True
         match edit:
             case AddBall():
@@ -150,6 +212,12 @@ class Lockstep:
             case SetRate(rate=rate):
                 self.clock.change(self.steps, rate)
 
+    def _check_drag(self, given: Input) -> None:
+        if isinstance(given, Grab | Kick):
+            for name, runner in self.engines.items():
+                if not runner.can_be_dragged:
+                    raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
+
     def apply_due(self) -> None:
         """Apply the inputs of the next step."""
         while self._pending and self._pending[-1].step <= self.steps:
@@ -159,7 +227,15 @@ class Lockstep:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
         self._begin_step()
         for runner in self._runners:
-            runner.step()
+            is_expendable = runner.name == self._expendable
+            if is_expendable and self.dropped:  # a hidden copy of the engine that just failed
+                continue
+            try:
+                runner.step()
+            except SandboxError as error:
+                if not is_expendable:
+                    raise
+                self._drop(str(error))
         self.steps += 1
 
     def advance(self, arrays: Mapping[Runner, States]) -> int:
@@ -170,7 +246,7 @@ class Lockstep:
         pulls a ball.
         """
         self._begin_step()
-        most = self._steps_per_call if self.pulled is None else 1
+        most = self._steps_per_call if self.mouse.ball is None else 1
         steps = min(most, *(len(states.position) for states in arrays.values()))
         if self._pending:
             steps = min(steps, self._pending[-1].step - self.steps)
@@ -182,16 +258,36 @@ class Lockstep:
         return steps
 
     def _begin_step(self) -> None:
-        """Apply the inputs of this step, and pull the grabbed ball."""
+        """Apply the inputs of this step, kick the balls that they kick, and pull the grabbed ball."""
         self.apply_due()
-        ball = self.mouse.ball
-        self.pulled, self.pulls, self.edited = ball, {}, False
-        if ball is None:
+        ball, kicks, self._kicks = self.mouse.ball, self._kicks, []
+        self.pushes, self.edited = {}, False
+        if ball is None and not kicks:
             return
         for runner in self._runners:
-            pull = self.mouse.pull(runner.state())
-            runner.kick(ball, pull)
-            self.pulls.setdefault(runner.name, pull)  # a hidden engine may have the same name
+            state = runner.state()
+            pushes = list(kicks)
+            if ball is not None:
+                pushes.append((ball, self.mouse.pull(state)))
+            for pushed, dv in pushes:
+                runner.kick(pushed, dv)
+            if runner.name not in self.pushes:  # a hidden engine may have the same name
+                self.pushes[runner.name] = pushes
+                self.work[runner.name] += self._work_of(pushes, state)
+
+    def _work_of(self, pushes: Sequence[Push], state: State) -> float:
+        """Return what pushes add to a state's energy, kg px²/s²."""
+        velocity, work = state.velocity.copy(), 0.0
+        for ball, dv in pushes:
+            work += float(self.scene.bodies.mass[ball] * dot(velocity[ball] + np.divide(dv, 2), np.asarray(dv)))
+            velocity[ball] += dv
+        return work
+
+    def _drop(self, why: str) -> None:
+        """Go on without the expendable engine and its hidden copies."""
+        self.dropped = why
+        del self.engines[str(self._expendable)]
+        self.hidden[:] = [runner for runner in self.hidden if runner.name != self._expendable]
 
     @property
     def _runners(self) -> list[Runner]:
@@ -200,3 +296,10 @@ class Lockstep:
     def states(self) -> dict[str, State]:
         """Return the state of every engine that is not hidden."""
         return {name: runner.state() for name, runner in self.engines.items()}
+
+    def energies(self, states: Mapping[str, State]) -> dict[str, float]:
+        """Return the energy of each of some states, kg px²/s²."""
+        scene = self.scene
+        return {
+            name: float(energy(state, scene.bodies, scene.gravity, scene.arena.size)) for name, state in states.items()
+        }

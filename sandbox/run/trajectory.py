@@ -1,33 +1,42 @@
 """The trajectory of a scene in one engine, and its files."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
 
+from sandbox.engines import Source
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
+from sandbox.quantity import energy
 from sandbox.run.edits import AddBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, Integers, States
+from sandbox.text import CsvDialect, counted, csv_text
+
+if TYPE_CHECKING:
+    import pandas
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
+COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a table
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """The run of a scene in one engine, at the start and after every step.
 
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
     mass: (n,) kg; size: width and height of the arena, px; angle: (steps + 1, n) rad; spin: (steps + 1, n) rad/s;
-    contacts: (k,) CONTACT, by time. The n balls are the scene's and then the added ones, in order; the position,
-    velocity, angle and spin of a ball are NaN before it is added and after it is deleted.
+    contacts: (k,) CONTACT, by time; energy: (steps + 1,) kg px²/s², of flight, spin and gravity. The n balls are the
+    scene's and then the added ones, in order; the position, velocity, angle and spin of a ball are NaN before it is
+    added and after it is deleted.
     """
 
     time: Floats
@@ -39,11 +48,39 @@ class Trajectory:
     angle: Floats
     spin: Floats
     contacts: Contacts
+    energy: Floats
+
+    def __repr__(self) -> str:
+        steps, balls = self.angle.shape
+        ran = f"{counted(balls, 'ball')}, {counted(steps - 1, 'step')} to {self.time[-1]:g} s"
+        return f"<Trajectory: {ran}, {counted(len(self.contacts), 'contact')}>"
+
+    @property
+    def momentum(self) -> Floats:
+        """The momentum of all balls: (steps + 1, 2) kg px/s."""
+        total: Floats = np.nansum(self.velocity * self.mass[:, None], axis=1)
+        return total
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """Return a pandas table with a row for each ball and step, and the columns of a trace as CSV.
+
+        Raises SandboxError if pandas is not installed.
+        """
+        try:
+            import pandas  # noqa: PLC0415  (optional)
+        except ImportError:
+            raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
+        step, ball = np.nonzero(~np.isnan(self.position[..., 0]))
+        x, y = self.position[step, ball].T
+        vx, vy = self.velocity[step, ball].T
+        turning = self.angle[step, ball], self.spin[step, ball]
+        columns = (self.time[step], ball, x, y, vx, vy, self.radius[ball], self.mass[ball], *turning, self.energy[step])
+        return pandas.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
 
 
 def simulate(
     scene: Scene,
-    engine: str,
+    engine: Source | Mapping[str, Source],
     *,
     seconds: float | None = None,
     steps: int | None = None,
@@ -51,7 +88,8 @@ def simulate(
 ) -> Trajectory:
     """Run a scene in one engine, for a number of steps, or else of seconds; by default for the scene's seconds.
 
-    engine: its name, such as "pymunk"; inputs: recorded inputs to replay. Each state includes the edits of its step.
+    engine: its name, such as "pymunk", or a class or a function; or a mapping from another name to one of these;
+    inputs: recorded inputs to replay. Each state includes the edits of its step.
     Raises SandboxError if the engine is unknown, the duration invalid or the trajectory too large, Refused if the
     engine cannot run the scene.
     """
@@ -66,23 +104,29 @@ def simulate(
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
-    lockstep = Lockstep(scene, [engine], inputs)
-    runner = lockstep.engines[engine]
+    lockstep = Lockstep(scene, engine, inputs)
+    if len(lockstep.engines) != 1:
+        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
+    [runner] = lockstep.engines.values()
     states = States.empty(steps + 1, balls)
     for part in states:
         part[:] = np.nan
-    contacts = [runner.contacts()]
+    contacts, energies = [runner.contacts()], np.empty(steps + 1)
     while True:
         lockstep.apply_due()
         step, present, state = lockstep.steps, np.array(lockstep.balls), runner.state()
+        bodies, gravity = lockstep.scene.bodies, lockstep.scene.gravity
         for part, now in zip(states, States.of(state), strict=True):
             part[step, present] = now[0]
+        energies[step] = energy(state, bodies, gravity, scene.arena.size)
         if step == steps:
             break
         block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
         done = slice(step + 1, step + lockstep.advance({runner: block}))  # the last one may be edited first
-        for part, more in zip(states, block.rows(slice(done.stop - done.start)), strict=True):
+        block = block.rows(slice(done.stop - done.start))
+        for part, more in zip(states, block, strict=True):
             part[done, present] = more
+        energies[done] = energy(block, bodies, gravity, scene.arena.size)
         contacts.append(_among_all(runner.contacts(), present))
     time = np.array([clock.time(step) for step in range(steps + 1)])
     radius = np.append(scene.bodies.radius, [given.radius for given in added])
@@ -97,6 +141,7 @@ def simulate(
         states.angle,
         states.spin,
         np.concatenate(contacts),
+        energies,
     )
 
 
@@ -110,33 +155,36 @@ def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
     return contacts
 
 
-def write_trace(trajectory: Trajectory, path: str | Path) -> None:
+def write_trace(trajectory: Trajectory, path: str | Path, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
     """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; to standard output as CSV.
 
     Raises SandboxError for another ending, or if the file cannot be written.
     """
-    write = trace_writer(path)
+    write = trace_writer(path, dialect)
     with whole_file(path) as file:
         write(trajectory, file)
 
 
-def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
-    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending."""
+def trace_writer(path: str | Path, dialect: CsvDialect) -> Callable[[Trajectory, IO[bytes]], None]:
+    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending.
+
+    dialect: of CSV.
+    """
     ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
-    return _WRITERS[ending]
+    return partial(_write_csv, dialect=dialect) if ending == ".csv" else _WRITERS[ending]
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    arrays = ("time", "position", "velocity", "radius", "mass", "angle", "spin")
+    arrays = ("time", "position", "velocity", "radius", "mass", "angle", "spin", "energy")
     np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
 
 
-def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
-    file.write(b"time,ball,x,y,vx,vy,radius,mass,angle,spin\n")
-    for time, balls in _frames(trajectory):
-        file.writelines(f"{time!r},{ball},{','.join(map(repr, numbers))}\n".encode() for ball, numbers in balls)
+def _write_csv(trajectory: Trajectory, file: IO[bytes], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
+    file.write(csv_text([COLUMNS], dialect).encode())
+    for time, energy_then, balls in _frames(trajectory):
+        file.write(csv_text(([time, ball, *numbers, energy_then] for ball, numbers in balls), dialect).encode())
 
 
 def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
@@ -146,22 +194,29 @@ def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
         f'Lattice="{width!r} 0 0 0 {height!r} 0 0 0 1" pbc="F F F" '
         "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time="
     )
-    for time, balls in _frames(trajectory):
-        file.write(f"{len(balls)}\n{head}{time!r}\n".encode())
+    for time, energy_then, balls in _frames(trajectory):
+        file.write(f"{len(balls)}\n{head}{time!r} energy={energy_then!r}\n".encode())
         file.writelines(
             f"X {x!r} {y!r} 0 {vx!r} {vy!r} 0 {' '.join(map(repr, others))}\n".encode()
             for _, (x, y, vx, vy, *others) in balls
         )
 
 
-def _frames(trajectory: Trajectory) -> Iterator[tuple[float, list[tuple[int, list[float]]]]]:
-    """Yield each time with the balls that exist then: number, and x, y, vx, vy, radius, mass, angle, spin."""
+def _frames(trajectory: Trajectory) -> Iterator[tuple[float, float, list[tuple[int, list[float]]]]]:
+    """Yield each time, the energy, and the balls that exist: number, and x, y, vx, vy, radius, mass, angle, spin."""
     constants, turns = (trajectory.radius, trajectory.mass), np.stack([trajectory.angle, trajectory.spin], axis=-1)
-    states = zip(trajectory.time, trajectory.position, trajectory.velocity, turns, strict=True)
-    for time, position, velocity, turn in states:
+    states = zip(
+        trajectory.time.tolist(),
+        trajectory.energy.tolist(),
+        trajectory.position,
+        trajectory.velocity,
+        turns,
+        strict=True,
+    )
+    for time, energy_then, position, velocity, turn in states:
         existing = np.flatnonzero(~np.isnan(position[:, 0]))
         rows = np.column_stack([position, velocity, *constants, turn])[existing].tolist()
-        yield float(time), list(zip(existing.tolist(), rows, strict=True))
+        yield time, energy_then, list(zip(existing.tolist(), rows, strict=True))
 
 
 _WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv, ".xyz": _write_xyz}

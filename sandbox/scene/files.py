@@ -5,7 +5,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -14,13 +14,13 @@ import numpy as np
 import tomlkit
 from pydantic import ValidationError
 
-from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, suggestion
+from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
 from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
 from sandbox.scene.validation import problems_of
-from sandbox.state import State
+from sandbox.state import Bodies, State
 from sandbox.text import printable
 
 TRUTHS: Final = "truths"  # folder of the bundled scenes that each test a law of physics
@@ -35,11 +35,13 @@ def bundled(folder: str = "") -> dict[str, Path]:
     return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in found}
 
 
-def load(scene: str | Path) -> Scene:
+def load(scene: str | os.PathLike[str]) -> Scene:
     """Read a scene from a TOML file, or a bundled scene by its name, such as "article" or "truths/corner".
 
     Raises SandboxError if there is no such scene, or with every error in the file: a line each, `file:line: key ...`.
     """
+    if not isinstance(scene, str | os.PathLike):
+        raise SandboxError(f"a scene must be the name of a bundled scene or a file, got {shown(scene)}")
     path = Path(scene)
     if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises if the name is too long)
         name = path.as_posix()
@@ -78,14 +80,15 @@ def _document(text: str, name: str) -> dict[str, Any]:
         raise SandboxError(f"{name}: contains a number with too many digits") from None
 
 
-def write(scene: Scene, state: State, path: str | Path) -> None:
-    """Write a scene file whose balls start in a state, to the bit. Expectations are left out.
+def write(scene: Scene, path: str | Path, state: State | None = None) -> None:
+    """Write a scene file, which loads to an equal scene.
 
+    With a state, its balls start in that state, to the bit but for their angles, and expectations are left out.
     Raises SandboxError if the file would not load again, or cannot be written.
     """
-    numbers = np.column_stack([state.position, state.velocity]).tolist()
-    too_large = len(repr(numbers)) > MAX_TEXT_FILE_BYTES  # checked first: to dump it would take minutes
-    text = "" if too_large else _dumped(scene, state)
+    document = _document_of(scene, state)
+    too_large = len(repr(document)) > MAX_TEXT_FILE_BYTES  # checked first: to dump it would take minutes
+    text = "" if too_large else tomlkit.dumps(_plain(document))
     if too_large or len(text.encode()) > MAX_TEXT_FILE_BYTES:
         raise SandboxError(
             f"{path}: {len(scene.bodies):,} balls do not fit in the {MAX_TEXT_FILE_BYTES:,} bytes of a scene file"
@@ -95,33 +98,41 @@ def write(scene: Scene, state: State, path: str | Path) -> None:
         file.write(text.encode())
 
 
-def _dumped(scene: Scene, state: State) -> str:
-    document = scene.model_dump(mode="json", by_alias=True, exclude_defaults=True, exclude={"balls", "expect"})
-    document["arena"]["overlap"] = _overlap(scene, state)
-    if not document["arena"]["overlap"]:
-        del document["arena"]["overlap"]
-    document["balls"] = list(_groups(scene, state))
-    return tomlkit.dumps(_plain(document))
+def _document_of(scene: Scene, state: State | None) -> dict[str, Any]:
+    """Return the keys of a scene that are not at their defaults. With a state, its balls start there."""
+    document = scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+    if state:
+        document.pop("expect", None)
+        document["arena"]["overlap"] = _overlap(scene, state)
+        if not document["arena"]["overlap"]:
+            del document["arena"]["overlap"]
+        document["balls"] = list(ball_groups(scene.bodies, state, scene.colors))
+    return document
 
 
 def _overlap(scene: Scene, state: State) -> float:
     """Return the largest depth of a ball in a wall of the arena, px, rounded up; 0 if no ball is in a wall."""
+    if not scene.arena.walls:
+        return 0.0
     radius, size = scene.bodies.radius[:, None], np.array(scene.arena.size)
     depth = np.maximum(radius - state.position, state.position + radius - size)
     return 0.0 if (depth <= DECIMAL_ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000
 
 
-def _groups(scene: Scene, state: State) -> Iterator[dict[str, Any]]:
-    """Yield a ball group for each run of balls of one kind."""
-    bodies = scene.bodies
-    kinds = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction]).tolist()
+def ball_groups(bodies: Bodies, state: State, colors: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
+    """Yield the table of a ball group for each run of balls of one kind and spin, which start in a state.
+
+    colors: one for each ball; without them, groups have the palette's in turn.
+    """
+    kinds = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction, state.spin]).tolist()
     for kind, alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
         balls = list(alike)
-        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction"), kind, strict=True))
-        for key, default in (("mass", 1), ("elasticity", 1), ("friction", 0)):
+        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction", "spin"), kind, strict=True))
+        for key, default in (("mass", 1), ("elasticity", 1), ("friction", 0), ("spin", 0)):
             if group[key] == default:
                 del group[key]
-        group["colors"] = _shortest_cycle([scene.colors[ball] for ball in balls])
+        if colors:
+            group["colors"] = _shortest_cycle([colors[ball] for ball in balls])
         rows = {"position": state.position[balls].tolist(), "velocity": state.velocity[balls].tolist()}
         if len(balls) == 1:
             yield group | {key: values[0] for key, values in rows.items()}

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, Strict, ValidationInfo, field_validator, model_validator
 
 from sandbox.errors import KeyPath
 from sandbox.scene.balls import MAX_BALLS, BallGroup
@@ -38,10 +38,12 @@ ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the sce
 
 
 class Arena(Model):
-    """The box around the balls, with four static walls."""
+    """The view, and the box around the balls, with four static walls unless there are none."""
 
     size: tuple[NotTiny, NotTiny]
     """Width and height, px."""
+    walls: Annotated[bool, Strict()] = True
+    """Whether the four walls stand; without them the arena is only the view, and balls may be outside it."""
     elasticity: Elasticity = 1
     """The four walls' factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative = 0
@@ -66,6 +68,9 @@ class Wall(Model):
     friction: NotNegative = 0
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
 
+    joined: Annotated[bool, Strict()] = False
+    """Whether it continues the joined wall before it: Pymunk then ignores the crack between the two."""
+
     @model_validator(mode="after")
     def _check_length(self) -> Self:
         if math.dist(self.start, self.to) < 1e-6:
@@ -86,6 +91,8 @@ class PymunkSettings(Model):
     """Share of an overlap that is left after one second."""
     collision_persistence: Annotated[Index, Field(le=1_000_000)] | None = None
     """Number of steps for which the solution of a contact is kept."""
+    damping: Annotated[Number, Field(gt=0, le=1)] | None = None
+    """Share of each velocity and spin that is left after one second of flight; 1 is no damping."""
 
 
 class Expect(Model):
@@ -130,7 +137,11 @@ class Expect(Model):
 
 def _check_in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
     arena = info.data.get("arena")  # None if it has errors of its own
-    if arena and (found := [*group.errors_in(arena.size, arena.overlap)]):
+    if (
+        arena
+        and (arena.walls or group.placement.is_random)
+        and (found := [*group.errors_in(arena.size, arena.overlap)])
+    ):
         raise invalid(*found)
     return group
 
@@ -266,12 +277,21 @@ class Scene(Model):
 
         return Bodies(each("radius"), each("mass"), each("elasticity"), each("friction"))
 
+    @property
+    def surfaces(self) -> tuple[Arena | Wall, ...]:
+        """What has the elasticity and friction of walls: the arena, if its walls stand, and the scene's own walls."""
+        return (self.arena, *self.walls) if self.arena.walls else self.walls
+
+    @property
+    def wall_numbers(self) -> range:
+        """Numbers of the walls that stand: 0 to 3 are the arena's, the scene's own follow."""
+        return range(0 if self.arena.walls else len(ARENA_WALLS), len(ARENA_WALLS) + len(self.walls))
+
     @cached_property
     def is_rough(self) -> bool:
         """Whether two things that can touch have friction, which is the product of their factors."""
         balls = np.count_nonzero(self.bodies.friction)
-        walls = (self.arena.friction, *(wall.friction for wall in self.walls))
-        return bool(balls > 1 or (balls == 1 and any(walls)))
+        return bool(balls > 1 or (balls == 1 and any(wall.friction for wall in self.surfaces)))
 
     @property
     def turns(self) -> bool:
@@ -288,5 +308,5 @@ class Scene(Model):
         return tuple(colors)
 
     def wall_name(self, wall: int) -> str:
-        """Return the name of a wall in messages: walls 0 to 3 are the arena's, the scene's own follow."""
+        """Return the name of a wall in messages, by its number, see `wall_numbers`."""
         return f"the {ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"

@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from random import Random
+from typing import ClassVar
 
 from sandbox.scene.fields import Range, Vector
 from sandbox.scene.validation import Problem
@@ -13,7 +14,12 @@ Pack = Callable[[Vector, Vector], Iterable[Vector]]  # lowest and highest centre
 
 
 class Placement(ABC):
-    """Where the balls of a group are at the start. arena: its width and height, px."""
+    """Where the balls of a group are at the start. arena: its width and height, px.
+
+    is_random: whether the places are drawn at random, which are always inside the arena.
+    """
+
+    is_random: ClassVar = False
 
     @property
     def default_count(self) -> int:
@@ -76,6 +82,7 @@ class AtPoints(Placement):
 class AtRandom(Placement):
     """At coordinates drawn at random; the balls may overlap."""
 
+    is_random: ClassVar = True
     x: Range
     y: Range
 
@@ -92,6 +99,7 @@ class AtRandom(Placement):
 class Packed(Placement):
     """At random places wholly inside a rectangle, overlapping neither each other nor earlier balls nor walls."""
 
+    is_random: ClassVar = True
     corners: tuple[Vector, Vector]
     radius: float
 

@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final
 
@@ -89,10 +89,10 @@ def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int | None:
 
 @dataclass(frozen=True)
 class Source:
-    """A TOML file: its path, and its text."""
+    """A TOML file: its path, and its text. All are equal: where a scene was read from is no part of the scene."""
 
-    file: str = "scene"
-    text: str = ""
+    file: str = field(default="scene", compare=False)
+    text: str = field(default="", compare=False)
 
     @cached_property
     def _lines(self) -> Mapping[KeyPath, int]:

@@ -28,6 +28,7 @@ _MESSAGES: Final[Mapping[str, str]] = {
     "less_than": "must be less than {lt:g}, got {got}",
     "less_than_equal": "must be at most {le:g}, got {got}",
     "finite_number": "must be a finite number, got {got}",
+    "bool_type": "must be true or false, got {got}",
     "float_type": "must be a number, got {got}",
     "int_type": "must be a whole number, got {got}",
     "string_type": "must be text in quotes, got {got}",

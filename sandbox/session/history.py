@@ -16,8 +16,9 @@ MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, 
 class Moment:
     """One step of a run, as it is shown.
 
-    states, contacts (found in the step that led here), counts (of contacts so far): for each engine. balls: each
-    ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
+    states, contacts (found in the step that led here), counts (of contacts so far), energy (kg px²/s²), work (what
+    mouse and edits have added to it): for each engine. balls: each ball's number among all that ever were in the run.
+    held: the ball that the mouse holds, pulled to target (px).
     """
 
     step: int
@@ -26,6 +27,8 @@ class Moment:
     states: dict[str, State]
     contacts: dict[str, Contacts]
     counts: dict[str, int]
+    energy: dict[str, float]
+    work: dict[str, float]
     balls: tuple[int, ...]
     held: int | None
     target: Vector

@@ -8,10 +8,11 @@ import numpy as np
 
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
 from sandbox.analysis.ledger import Ledger
-from sandbox.analysis.reference import Trust, Twins, comparable_until, reference_of
+from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.run.lockstep import Lockstep
-from sandbox.state import Contacts, State, States, no_contacts
+from sandbox.scene.fields import Vector
+from sandbox.state import PUSH, Contacts, State, States, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
 MAX_BOOKED: Final = 5_000  # balls times steps that are entered in a ledger at once, so that no frame takes much longer
@@ -23,24 +24,27 @@ class Marks:
     """Times in a run that stand out, s.
 
     trust: until when the reference means anything; differences: for each engine that has one, its first from the
-    reference.
+    reference; stopped: when the reference could go on no longer, and its message.
     """
 
     trust: Trust = field(default_factory=Trust)
     differences: Mapping[str, float] = field(default_factory=dict)
+    stopped: tuple[float, str] | None = None
 
 
 class Monitor:
     """Follows the engines of a lockstep and marks what stands out.
 
-    An engine is followed until it differs, or for MAX_CONTACTS_COMPARED contacts.
+    An engine whose contacts can be judged one by one is followed until it differs, or for MAX_CONTACTS_COMPARED
+    contacts.
     """
 
-    def begin(self, lockstep: Lockstep) -> None:
-        """Follow engines that are at their first step."""
+    def begin(self, lockstep: Lockstep, reference: str) -> None:
+        """Follow engines that are at their first step. Without their reference, nothing stands out."""
         self._lockstep = lockstep
-        self._reference = reference_of(list(lockstep.engines))
+        self._reference = reference
         self._marked = Trust()
+        self._stopped: tuple[float, str] | None = None
         self._differences: dict[str, float] = {}
         self._compiled = False
         self._begin_segment()
@@ -48,10 +52,14 @@ class Monitor:
     @property
     def marks(self) -> Marks:
         """What has been found so far."""
-        return Marks(self._marked, dict(self._differences))
+        return Marks(self._marked, dict(self._differences), self._stopped)
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
+        if self._reference not in states:
+            if self._lockstep.dropped and not self._stopped:
+                self._stopped = self._lockstep.time, self._lockstep.dropped
+            return
         if self._lockstep.edited:
             self._begin_segment()
             return
@@ -85,9 +93,12 @@ class Monitor:
     def _begin_segment(self) -> None:
         """Follow the engines that have not differed yet from the present step on."""
         lockstep = self._lockstep
+        if self._reference not in lockstep.engines:
+            return
         self._twins = Twins(lockstep, self._reference)
-        names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
-        followed = [*names, self._reference] if names else []
+        judged = [name for name, one in lockstep.engines.items() if one.reports_contacts and not one.is_soft]
+        names = [name for name in judged if name != self._reference and name not in self._differences]
+        followed = [*names, self._reference] if names and self._reference in judged else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
         self._steps = 0  # since the segment began
         self._last_contact = 0  # its step, counted likewise
@@ -132,7 +143,9 @@ class _FollowedEngine:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
         self._scene = lockstep.scene
-        self._ledger = Ledger(lockstep.scene, together=runner.together, infers=runner.infers_impulses)
+        self._ledger = Ledger(
+            lockstep.scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping
+        )
         self._contacts = [no_contacts()]
         self._begin_block(runner.state())
 
@@ -140,25 +153,24 @@ class _FollowedEngine:
         """Begin a block of steps that are entered in the ledger together."""
         self._states = [state]
         self._block = [no_contacts()]
-        self._pulled, self._pulls = [-1], [(0.0, 0.0)]
+        self._pushes: list[tuple[int, int, Vector]] = []
 
     def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
         """Add a step."""
         if len(contacts):
             self._block.append(_since(contacts, self._since))
+        self._pushes += [(len(self._states), ball, dv) for ball, dv in lockstep.pushes.get(self._name, ())]
         self._states.append(state)
-        self._pulled.append(-1 if lockstep.pulled is None else lockstep.pulled)
-        self._pulls.append(lockstep.pulls.get(self._name, (0.0, 0.0)))
 
     def try_ledger(self) -> None:
         """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
         states = States.stack([self._states[0]] * 2)
-        Ledger(self._scene, together=True).add(states, no_contacts(), np.array([-1, -1]), np.zeros((2, 2)))
+        Ledger(self._scene, together=True).add(states, no_contacts(), np.empty(0, PUSH))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""
         contacts = np.concatenate(self._block)
-        self._ledger.add(States.stack(self._states), contacts, np.array(self._pulled), np.array(self._pulls))
+        self._ledger.add(States.stack(self._states), contacts, np.array(self._pushes, PUSH))
         if len(contacts):
             self._contacts.append(contacts)
         self._begin_block(self._states[-1])

@@ -4,23 +4,31 @@ No engine can be copied bit for bit while it runs (a Pymunk space has state that
 inputs: to continue from a step, the engines run again from the start with the same inputs, to the same bytes.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
 
+from sandbox.analysis.reference import reference_of
+from sandbox.compiled import NotCompiledYet, between_frames
+from sandbox.engines import Engines, Source, create, named
 from sandbox.errors import SandboxError
 from sandbox.run.edits import Edit
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep
+from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 from sandbox.session.history import History, Moment
+from sandbox.session.samples import Samples
 from sandbox.state import Contacts, State, no_contacts
+
+STEPS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
 
 class Observer(Protocol):
     """Follows the engines of a session."""
 
-    def begin(self, lockstep: Lockstep) -> None:
-        """Follow engines that are at their first step."""
+    def begin(self, lockstep: Lockstep, reference: str) -> None:
+        """Follow engines that are at their first step. reference: the one that the others are measured against."""
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step."""
@@ -30,18 +38,24 @@ class Session:
     """Engines in lockstep, at any step that they have reached.
 
     An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit, or a grab with
-    everything up to its release.
+    everything up to its release. An engine that is not built in and fails stops there; the others go on.
+
+    reference: the engine that the others are measured against, by default as `reference_of` chooses. If it is not among
+    the names, it runs along, hidden, as long as it can; in a window, from when it is compiled.
     """
 
     def __init__(
         self,
         scene: Scene,
-        names: Iterable[str],
+        engines: Engines,
         inputs: Sequence[Input] = (),
         observer: Observer | None = None,
+        reference: str | None = None,
     ) -> None:
         self.start = scene
-        self.names = list(names)
+        self._engines = named(engines)
+        self.names = list(self._engines)
+        self.reference = reference or reference_of(self.names)
         self.inputs = list(inputs)  # past and to come, by step
         self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the latest reached with these inputs
@@ -49,6 +63,8 @@ class Session:
         self._observer = observer
         self._undone: list[list[Input]] = []
         self._begin()
+        at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
+        self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start)
         self._apply_due()
         self._keep_moment()
 
@@ -96,6 +112,12 @@ class Session:
         return clock_of(self.start.rate, self.inputs).step(time)
 
     # Running
+
+    def admit_reference(self) -> None:
+        """If the reference waits to be compiled, and now is, let `catch_up` run everything again with it."""
+        if self.lacks_reference and self.step % STEPS_PER_TRY == 0 and self._can_run_along():
+            self.samples.series.cut(-1)
+            self._stale = True
 
     def advance(self) -> None:
         """Run one step from here, with the inputs that were given there if it was reached before.
@@ -192,15 +214,36 @@ class Session:
     def _branch(self) -> None:
         self.end = self.step
         self._history.drop_from(self.step)
+        self.samples.series.cut(self.step)
 
     def _begin(self) -> None:
-        self.lockstep = Lockstep(self.start, self.names)
+        is_hidden = self.reference not in self.names
+        self.lacks_reference = is_hidden and not self._can_run_along()
+        along: dict[str, Source] = {self.reference: self.reference} if is_hidden and not self.lacks_reference else {}
+        names = [*self.names, *along]
+        expendable = self.reference if is_hidden else None
+        self.lockstep = Lockstep(self.start, self._engines | along, stops=True, expendable=expendable)
         self._stale = False
-        self._counts = dict.fromkeys(self.names, 0)
+        self._counts = dict.fromkeys(names, 0)
         for runner in self.lockstep.engines.values():
             runner.contacts()
         if self._observer:
-            self._observer.begin(self.lockstep)
+            self._observer.begin(self.lockstep, self.reference)
+
+    def _can_run_along(self) -> bool:
+        """Return whether the reference is compiled, as far as two balls that meet show it."""
+        balls = BallGroup(radius=1, positions=((1.0, 1.0), (3.5, 1.0)), velocity=(1.0, 0.0))
+        scene = Scene(arena={"size": (9.0, 9.0)}, balls=[balls])
+        try:
+            with between_frames():
+                engine = create(self.reference, scene, spawn(scene))
+                engine.contacts()
+                engine.step()
+                engine.kick(0, (0.0, 0.0))
+                engine.state()
+        except NotCompiledYet:
+            return False
+        return True
 
     def _apply_due(self) -> None:
         lockstep, refused = self.lockstep, list[str]()
@@ -223,16 +266,18 @@ class Session:
             self._observer.observe(states, contacts)
         if lockstep.edited:  # the balls of these contacts may have other numbers now
             contacts = dict.fromkeys(contacts, no_contacts())
-        self._history.keep(
-            Moment(
-                lockstep.steps,
-                lockstep.time,
-                lockstep.scene,
-                states,
-                contacts,
-                dict(self._counts),
-                tuple(lockstep.balls),
-                lockstep.mouse.ball,
-                lockstep.mouse.target,
-            )
+        moment = Moment(
+            lockstep.steps,
+            lockstep.time,
+            lockstep.scene,
+            states,
+            contacts,
+            dict(self._counts),
+            lockstep.energies(states),
+            dict(lockstep.work),
+            tuple(lockstep.balls),
+            lockstep.mouse.ball,
+            lockstep.mouse.target,
         )
+        self.samples.add(moment)
+        self._history.keep(moment)

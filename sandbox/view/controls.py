@@ -167,7 +167,7 @@ CONTROLS = (
     _layer(Layer.CONTACTS, "C", "contacts and their impulses"),
     _layer(Layer.CENTRE, "X", "centre of mass"),
     _layer(Layer.NUMBERS, "B", "ball numbers, of up to 1,000 balls"),
-    _layer(Layer.GHOSTS, "G", "outlines of the other pane's balls"),
+    _layer(Layer.GHOSTS, "G", "outlines of the balls in exact"),
     _layer(Layer.GRID, "L", "grid lines"),
     _layer(Layer.CHARTS, "H", "charts"),
     Control(Group.WINDOW, Action.SHOW_ALL, "0", "show all of the arena again", (), "0"),
@@ -187,7 +187,7 @@ CONTROLS = (
 )
 HELP = (
     ("Left drag", "pull the nearest ball; if paused, set its velocity"),
-    ("Drag in the charts", "go to that time; without charts, drag in the bar"),
+    ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
     ("Wheel, middle drag", "zoom in and out, and move what the panes show"),
     ("Mouse on a ball", "show position, velocity and energy in every engine"),
     *((control.key_names, control.does) for control in CONTROLS),

@@ -1,9 +1,10 @@
-"""A card with the errors of a file that cannot be run."""
+"""Cards with errors: of a file that cannot be run, of an engine that failed."""
 
 from typing import Final
 
-from pygame import Surface
+from pygame import Rect, Surface
 
+from sandbox.errors import EngineError
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import card, wrapped
 
@@ -20,3 +21,11 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]
     head = "This file has errors, so the current scene keeps running (Esc closes this):"
     card(surface, [[line] for line in (head, *lines)], layout.status.topleft, height, window)
+
+
+def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError) -> None:
+    """Draw in the place of an arena why its engine failed, and when."""
+    height = layout.text_height
+    text = f"failed at {error.time:.3f} s, and stands still: {error}"
+    lines = wrapped(text, place.width - 4 * height, height, "    ")[:MAX_LINES]
+    card(surface, [[line] for line in lines], place.topleft, height, place)

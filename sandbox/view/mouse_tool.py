@@ -21,7 +21,7 @@ from sandbox.view.primitives import arrow, label
 from sandbox.view.time_bar import step_of_point
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
-ZOOM_STEP: Final = 1.25  # of a notch of the wheel
+ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
@@ -115,9 +115,16 @@ class MouseTool:
 
     def on_event(self, event: Event) -> None:
         """Handle what the mouse does outside of the toolbar."""
+        if self._zooms_charts(event):
+            return
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             layout = self._layout()
-            self.scrubbing = bool(layout.strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
+            charts, strip = self._playback.view.charts, layout.strip
+            mark = charts.mark_at(strip, layout.text_height, event.pos) if strip.collidepoint(event.pos) else None
+            if mark and mark.time is not None:
+                self._go_to(mark.time)
+                return
+            self.scrubbing = bool(strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
             self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
@@ -138,12 +145,30 @@ class MouseTool:
             self.aim = self._pressed = None
             self.release()
 
+    def _zooms_charts(self, event: Event) -> bool:
+        """Zoom in time with the wheel, or with a drag of the right button; return whether the event did that."""
+        layout, charts, point = self._layout(), self._playback.view.charts, self.point
+        if not layout.strip.height or point is None:
+            return False
+        time = charts.time_at(layout.strip, layout.text_height, point[0])
+        if event.type == pygame.MOUSEWHEEL and layout.strip.collidepoint(point):
+            charts.zoom(time, ZOOM_FACTOR**-event.y)
+        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 3 and layout.strip.collidepoint(point):
+            charts.selection = time, time
+        elif event.type == pygame.MOUSEMOTION and charts.selection and event.buttons[2]:
+            charts.selection = charts.selection[0], time
+        elif event.type == pygame.MOUSEBUTTONUP and event.button == 3:
+            charts.zoom_to_selection()
+        else:
+            return False
+        return True
+
     def _zoom(self, notches: int) -> None:
         """Zoom all panes about the position under the mouse."""
         position = self.position
         if position:
             width, height = self._layout().arena
-            self.lens = self.lens.zoomed(ZOOM_STEP**notches, (position[0] / width, position[1] / height))
+            self.lens = self.lens.zoomed(ZOOM_FACTOR**notches, (position[0] / width, position[1] / height))
 
     def _move_lens(self, point: ScreenPoint | None) -> None:
         """Move what all panes show with the mouse to a point of the screen; stop if there is none."""
@@ -203,15 +228,17 @@ class MouseTool:
 
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
-        self._playback.paused = True
         layout, view = self._layout(), self._playback.view
         if layout.bar.height:
+            self._playback.paused = True
             self._playback.seek(step_of_point(layout.bar, point[0], view.session.end))
-            return
-        x = min(max(point[0], layout.strip.left), layout.strip.right - 1)
-        time = view.charts.time_at(layout.strip, layout.text_height, (x, layout.strip.centery))
-        if time is not None:
-            self._playback.seek(view.session.step_at(time))
+        else:
+            self._go_to(view.charts.time_at(layout.strip, layout.text_height, point[0]))
+
+    def _go_to(self, time: float) -> None:
+        """Pause, and go to a time (s)."""
+        self._playback.paused = True
+        self._playback.seek(self._playback.session.step_at(time))
 
     # Actions that depend on where the mouse is
 

@@ -26,7 +26,7 @@ class Overlay:
     """Draws layers on one pane's arena.
 
     scale: px of the surface for one px of the scene. origin: where the scene's is on it.
-    text_height: px. other: another engine's balls, drawn as ghosts.
+    text_height: px. ghosts: the reference's balls.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Overlay:
         state: State,
         trail: Trail,
         contacts: RecentContacts,
-        other: State | None,
+        ghosts: State | None,
         *,
         scale: float,
         text_height: int,
@@ -47,7 +47,7 @@ class Overlay:
         self._state = state
         self._trail = trail
         self._contacts = contacts
-        self._other = other
+        self._ghosts = ghosts
         self._scale = scale
         self._origin = origin
         self._text_height = text_height
@@ -144,10 +144,10 @@ class Overlay:
             self.surface.blit(text, text.get_rect(center=(round(x), round(y))))
 
     def ghosts(self) -> None:
-        """Draw the outlines of another engine's balls."""
-        if self._other is None:
+        """Draw the outlines of the reference's balls."""
+        if self._ghosts is None:
             return
-        centres, width = self._at(self._other.position).tolist(), max(2, self.width)
+        centres, width = self._at(self._ghosts.position).tolist(), max(2, self.width)
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for (x, y), radius, colour in balls:
             px = max(2, round(radius * self._scale))

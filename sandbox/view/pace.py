@@ -40,7 +40,7 @@ class Pace:
             return "fastest" if measured is None else f"fastest, {_rounded(measured)} x"
         if measured is None or measured >= KEPT_UP * speed:
             return f"{speed:g} x"
-        return f"{speed:g} x, really {_rounded(measured)} x"
+        return f"{_rounded(measured)} x, as {speed:g} x is too fast here"
 
 
 def _rounded(measured: float) -> str:

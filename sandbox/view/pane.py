@@ -1,28 +1,31 @@
 """One engine's pane: its balls and walls, the layers, and a title."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
-from pygame import Rect, Surface
+from pygame import Color, Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.engines.stopping import StoppingEngine
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
+from sandbox.session.samples import change_of_energy
 from sandbox.state import State
-from sandbox.view.chart_data import scene_energy
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.discs import LINE, Discs
+from sandbox.view.error_card import draw_failure_card
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import capsule, dashes, text_width, write
+from sandbox.view.primitives import capsule, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
 TITLE_GAP: Final = "    "  # between the parts of a title
+MIN_CHANGE: Final = 1e-3  # % of the energy; less counts as none
 
 
 class Pane:
@@ -36,7 +39,7 @@ class Pane:
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
         self.show([moment], engine, live=True)
-        self.energy_at_start = self.energy
+        self.energy_at_start = self.energy - self.work
 
     def show(self, moments: Sequence[Moment], engine: Engine, *, live: bool, afresh: bool = True) -> None:
         """Show the last of some moments, with trails and contacts of those before it.
@@ -52,6 +55,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
+        self._failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
         if afresh or moment.scene is not self.scene:
@@ -61,13 +65,29 @@ class Pane:
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
-        self.energy = scene_energy(self.scene, self.state)
+        self.energy, self.work = moment.energy[self.name], moment.work[self.name]
 
     @property
     def title(self) -> str:
-        """The engine, its energy as a share of the start, and its number of contacts."""
-        left = f"{self.energy / self.energy_at_start:.1%}" if self.energy_at_start else "none at the start"
-        return f"{self.name}{TITLE_GAP}energy {left}{TITLE_GAP}contacts {self.contacts}"
+        """The engine, what its energy has become, by itself and by hand, and its number of contacts."""
+        hand = [f"by hand {self.hand_text}"] if self.hand_text else []
+        return TITLE_GAP.join([self.name, f"energy {self.energy_text}", *hand, f"contacts {self.contacts}"])
+
+    @property
+    def energy_text(self) -> str:
+        """What the engine lost or made, see `change_of_energy`; a change below a hundred-thousandth is none."""
+        change = change_of_energy(self.energy, self.energy_at_start, self.work)
+        if not self.energy_at_start:
+            return f"{change:+.3g} kg px²/s²"
+        return f"{change:+.3g} %" if abs(change) >= MIN_CHANGE else "kept"
+
+    @property
+    def hand_text(self) -> str:
+        """What mouse and edits have added to the energy; empty if nothing."""
+        if not self.work:
+            return ""
+        at_start = abs(self.energy_at_start)
+        return f"{100 * self.work / at_start:+,.3g} %" if at_start else f"{self.work:+.3g} kg px²/s²"
 
     def draw(
         self,
@@ -75,9 +95,15 @@ class Pane:
         layout: Layout,
         index: int,
         showing: Collection[Layer],
-        other: State | None,
+        colour: Color,
+        ghosts: State | None,
+        outlined: str = "",
     ) -> None:
-        """Draw the pane at its place in a layout. other: another engine's balls, for the ghosts."""
+        """Draw the pane at its place in a layout.
+
+        colour: of the engine's lines in the charts. ghosts: the balls whose outlines are drawn; outlined: in which
+        engine they are.
+        """
         inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
         overlay = Overlay(
             inside,
@@ -85,7 +111,7 @@ class Pane:
             self.state,
             self.trail,
             self.recent_contacts,
-            other,
+            ghosts,
             scale=scale,
             text_height=layout.text_height,
             origin=origin,
@@ -104,20 +130,22 @@ class Pane:
                 draw(overlay)
         if self._held is not None:
             overlay.pull(self._held, self._target)
-        self._draw_title(surface, layout, index)
+        if self._failure:
+            draw_failure_card(surface, layout, layout.arenas[index], self._failure)
+        self._draw_title(surface, layout, index, colour, outlined)
 
-    def _draw_title(self, surface: Surface, layout: Layout, index: int) -> None:
+    def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
         """Draw a sample of the engine's line in the charts, and as much of the title as there is room for."""
         place, height = layout.title(index), layout.text_height
         if layout.strip.height:
             sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
-            colours = palette(chart_background(self.scene.arena.background))
-            surface.fill(colours.ground, sample)
-            line, width = colours.line(index), max(2, height // 6)
-            for start, end in dashes(0, sample.width, line.dash, width):
-                surface.fill(line.colour, (sample.x + start, sample.centery - width // 2, end - start, width))
+            surface.fill(palette(chart_background(self.scene.arena.background)).ground, sample)
+            width = max(3, height // 4)
+            surface.fill(colour, (sample.x, sample.centery - width // 2, sample.width, width))
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
         parts = self.title.split(TITLE_GAP)
+        if outlined:
+            parts.insert(2, f"outlines: {outlined}")
         while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
             parts.pop()
         write(surface, TITLE_GAP.join(parts), place, INK, height)
@@ -131,8 +159,18 @@ def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0
         capsule(surface, ink, start, end, wall.thickness / 2 * scale)
 
 
-def draw_panes(surface: Surface, layout: Layout, panes: Sequence[Pane], showing: Collection[Layer] = ()) -> None:
-    """Draw every pane. The ghosts in the last pane are the first's balls; in all others, they are the last's."""
+def draw_panes(
+    surface: Surface,
+    layout: Layout,
+    panes: Sequence[Pane],
+    showing: Collection[Layer],
+    reference: str,
+    states: Mapping[str, State],
+) -> None:
+    """Draw every pane. The ghosts are the balls of the reference, if that runs; states: of all engines."""
+    background = panes[0].scene.arena.background
+    colours = palette(chart_background(background)).engines([*(pane.name for pane in panes), reference])
     for index, pane in enumerate(panes):
-        other = panes[0] if pane is panes[-1] else panes[-1]
-        pane.draw(surface, layout, index, showing, other.state if other is not pane else None)
+        ghosts = states.get(reference) if pane.name != reference else None
+        outlined = reference if ghosts is not None and Layer.GHOSTS in showing else ""
+        pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, outlined)

@@ -6,6 +6,7 @@ from typing import Final
 import pygame
 from pygame import Surface
 
+from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.engines import create
 from sandbox.files import whole_file
@@ -33,6 +34,11 @@ def draw_picture(comparison: Comparison) -> Surface:
         states={name: run.final for name, run in comparison.runs.items()},
         contacts=dict.fromkeys(comparison.runs, no_contacts()),
         counts={name: len(run.contacts) for name, run in comparison.runs.items()},
+        energy={name: float(run.energy[-1]) for name, run in comparison.runs.items()},
+        work={
+            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.HAND)
+            for name, run in comparison.runs.items()
+        },
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),
@@ -41,7 +47,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         pane = Pane(end, name, create(name, scene, run.final))
         pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
-    draw_panes(surface, layout, panes)
+    draw_panes(surface, layout, panes, (), comparison.against, end.states)
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, FAINT, layout.text_height)
     return surface

@@ -58,6 +58,7 @@ class Playback:
 
     def advance(self, seconds: float) -> None:
         """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
+        self.session.admit_reference()
         if self.catch_up():
             self.pace.restart()
             return
@@ -94,7 +95,6 @@ class Playback:
         self.settle()
         with self._notice.reporting():
             self.session.give(given)
-        self.view.forget_future()
         self.view.update()
 
     # Going to other steps
@@ -165,6 +165,5 @@ class Playback:
             self.pace.restart()
             self._due = 0.0
             self.settle()
-            self.view.forget_future()
         else:
             self._notice.show(otherwise)

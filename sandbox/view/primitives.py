@@ -1,10 +1,10 @@
-"""What the window is drawn with: text, thick segments, arrows, dashes, cards."""
+"""What the window is drawn with: text, thick segments, arrows, cards."""
 
 import math
 import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate, cycle, pairwise
+from itertools import accumulate, pairwise
 from typing import Final
 
 import numpy as np
@@ -138,22 +138,6 @@ def arrow(surface: Surface, colour: Ink, tail: Point, tip: Point, width: float) 
     pygame.draw.line(surface, colour, tail, neck, max(1, round(width)))
     wings = [(neck[0] - wing * y, neck[1] + wing * x), (neck[0] + wing * y, neck[1] - wing * x)]
     pygame.draw.polygon(surface, colour, [tip, *wings])
-
-
-def dashes(start: float, end: float, dash: Sequence[int], width: int) -> list[tuple[float, float]]:
-    """Return the visible parts of a dashed line. Its pattern begins at 0, so that a line can be continued."""
-    if not any(dash[1::2]):
-        return [(start, end)]
-    lengths = [width * length for length in dash]
-    at = start - start % sum(lengths)
-    shown: list[tuple[float, float]] = []
-    for length, on in zip(cycle(lengths), cycle((True, False)), strict=False):
-        if at >= end:
-            return shown
-        if on and at + length > start:
-            shown.append((max(at, start), min(at + length, end)))
-        at += length
-    raise AssertionError
 
 
 def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: int, within: Rect) -> None:

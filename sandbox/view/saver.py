@@ -33,7 +33,7 @@ class Saver:
         view = self._playback.view
         name = self._free_name(".toml")
         with self._notice.reporting():
-            write(view.moment.scene, view.panes[pane].state, name)
+            write(view.moment.scene, name, view.panes[pane].state)
             self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
 
     def save_inputs(self) -> None:

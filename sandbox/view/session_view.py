@@ -5,33 +5,40 @@ from typing import Final
 
 from pygame import Surface
 
+from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import default_engines
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
-from sandbox.view.chart_data import ChartData
 from sandbox.view.charts import Charts
 from sandbox.view.discs import forget_pictures
 from sandbox.view.layers import Layer
-from sandbox.view.layout import Layout
+from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.pane import Pane, draw_panes
+from sandbox.view.primitives import card
 
 MAX_TRACED_STEPS: Final = 120  # how far trails and contacts go back after a jump in time
+MAX_BALLS_BESIDE: Final = 5_000  # of a scene in which the reference runs along, hidden: it takes a third of a frame
 
 
 class SessionView:
-    """A session with its panes and charts. engines: by default, Pymunk and a textbook engine."""
+    """A session with its panes and charts.
+
+    engines: by default, Pymunk and a textbook engine. `exact` runs along, hidden, unless it has a pane or there are
+    more than MAX_BALLS_BESIDE balls.
+    """
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
         self._monitor = Monitor()
         names = engines or default_engines(*edited_scenes(scene, inputs))
-        self.session = Session(scene, names, inputs, self._monitor)
+        reference = REFERENCE if len(scene.bodies) <= MAX_BALLS_BESIDE else None
+        self.session = Session(scene, names, inputs, self._monitor, reference)
         self.moment = self.session.shown
-        runners = self.session.lockstep.engines.items()
-        self.panes = [Pane(self.moment, name, runner.engine) for name, runner in runners]
-        self.charts = Charts(ChartData(scene, self.moment.states))
+        lockstep = self.session.lockstep
+        self.panes = [Pane(self.moment, name, lockstep.engines[name].engine) for name in self.session.names]
+        self.charts = Charts(self.session.samples, scene.arena.background, scene.seconds)
         self._live = True
         self._disc_scale = 0.0  # in which the cached pictures of discs were drawn
 
@@ -47,22 +54,44 @@ class SessionView:
             engine = session.lockstep.engines[pane.name].engine
             pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
-        self.charts.data.scene = moment.scene
-        self.charts.data.add(moment.step, moment.states)
         self.charts.marks = self._monitor.marks
+        self.charts.note = self._note
 
-    def forget_future(self) -> None:
-        """Remove what the charts show after the current step: the run takes another course."""
-        self.charts.data.series.cut(self.session.step)
+    @property
+    def _note(self) -> str:
+        """What is to be said of the reference."""
+        session = self.session
+        if session.lacks_reference:
+            return f"{session.reference} is being compiled"
+        if session.reference != REFERENCE and len(session.names) > 1:
+            return f"against {session.reference}: {REFERENCE} does not run along with so many balls"
+        return ""
 
     def chart_count(self, showing: Collection[Layer]) -> int:
         """Return how many charts there are, or 0 if they are hidden."""
-        return len(self.charts.data.quantities) if Layer.CHARTS in showing else 0
+        return len(self.charts.panels) if Layer.CHARTS in showing else 0
 
-    def draw(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
-        """Draw panes and charts."""
+    def draw(
+        self, surface: Surface, layout: Layout, showing: Collection[Layer], point: ScreenPoint | None = None
+    ) -> None:
+        """Draw panes and charts, with the values in these at a point of the screen."""
         if layout.scale != self._disc_scale:  # discs of another size are not drawn again
             forget_pictures()
             self._disc_scale = layout.scale
-        draw_panes(surface, layout, self.panes, showing)
-        self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time)
+        draw_panes(surface, layout, self.panes, showing, self.session.reference, self.moment.states)
+        self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time, point)
+
+    def draw_title_card(self, surface: Surface, layout: Layout, point: ScreenPoint) -> None:
+        """Draw the engines' figures in a table, if a point of the screen is on the title of a pane."""
+        if any(layout.title(pane).collidepoint(point) for pane in range(len(self.panes))):
+            card(surface, self.figures(), point, layout.text_height, surface.get_rect())
+
+    def figures(self) -> list[list[str]]:
+        """Return what each engine has done, and the time that its steps take, as rows of a table."""
+        rows = [["", "energy", "by hand", "contacts", "ms a step"]]
+        for name, runner in self.session.lockstep.engines.items():
+            hidden = "" if name in self.session.names else ", hidden"
+            pane = Pane(self.moment, name, runner.engine) if hidden else next(p for p in self.panes if p.name == name)
+            cost = "" if runner.step_seconds is None else f"{1000 * runner.step_seconds:.2g}"
+            rows.append([name + hidden, pane.energy_text, pane.hand_text, str(pane.contacts), cost])
+        return rows

@@ -380,7 +380,7 @@ class Window:
         """Draw everything on a surface of the layout's size."""
         for part in layout.frame:
             fill(surface.subsurface(part), FRAME)
-        self.view.draw(surface, layout, self.showing)
+        self.view.draw(surface, layout, self.showing, self.mouse.point)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
         draw_status_line(
@@ -396,6 +396,8 @@ class Window:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
         self._draw_ball_card(surface, layout)
+        if self.mouse.point:
+            self.view.draw_title_card(surface, layout, self.mouse.point)
         if self.scenes.error:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:

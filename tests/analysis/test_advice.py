@@ -124,7 +124,7 @@ def test_more_substeps_or_a_higher_rate_end_tunnelling() -> None:
     for key, value in (("substeps", 4), ("rate", 150), ("rate", 240)):
         assert settings_of(trials, **{key: value}).passages == 0
     assert recommend(trials).startswith(
-        "rate = 150: 0 passages without a contact instead of 2; the paths agree to the end instead of"
+        "rate=150: 0 passages without a contact instead of 2; the paths agree to the end instead of"
     )
 
 
@@ -189,8 +189,7 @@ def test_the_simplest_of_those_that_are_about_as_good_is_advised() -> None:
     finer = trial({"substeps": 4}, apart=3.0, energy_error=1.04e-4)
     both = trial({"substeps": 4, "iterations": 200}, apart=3.1, energy_error=1e-4)
     assert recommend([now, finer, both]) == (
-        "substeps = 4: the paths agree until 3.00 s instead of until 1.00 s; the energy error is 0.01 % instead of "
-        "0.1 %."
+        "substeps=4: the paths agree until 3.00 s instead of until 1.00 s; the energy error is 0.01 % instead of 0.1 %."
     )
 
 
@@ -219,7 +218,7 @@ def test_what_becomes_worse_is_said() -> None:
     now = trial({}, passages=3, energy_error=1e-4)
     finer = trial({"substeps": 4}, energy_error=2e-3)
     assert recommend([now, finer]) == (
-        "substeps = 4: 0 passages without a contact instead of 3. But the energy error is 0.2 % instead of 0.01 %."
+        "substeps=4: 0 passages without a contact instead of 3. But the energy error is 0.2 % instead of 0.01 %."
     )
 
 
@@ -228,11 +227,11 @@ def test_what_is_better_only_in_what_matters_less_is_named_with_its_cost() -> No
     finer = trial({"substeps": 4}, apart=3.0)
     steady = trial({"iterations": 200}, apart=0.5, energy_error=0.0)
     assert recommend([now, finer, steady]) == (
-        "substeps = 4: the paths agree until 3.00 s instead of until 1.00 s. For the energy alone, iterations = 200: "
+        "substeps=4: the paths agree until 3.00 s instead of until 1.00 s. For the energy alone, iterations=200: "
         "the energy error is below 0.0001 % instead of 0.1 %. But the paths agree until 0.50 s instead of until 1.00 s."
     )
     assert recommend([now, steady]).startswith(
-        "None of the settings tried is better. For the energy alone, iterations = 200: "
+        "None of the settings tried is better. For the energy alone, iterations=200: "
     )
 
 
@@ -247,7 +246,7 @@ def test_differences_below_what_counts_are_none() -> None:
 
 def test_paths_that_agree_are_ranked_by_their_gap() -> None:
     agreeing = [trial({"substeps": n}, apart=None, gap=gap) for n, gap in ((1, 5.0), (2, 3.0), (4, 1.0), (3, 2.0))]
-    assert recommend(agreeing) == "substeps = 4: the RMS gap is 1 px instead of 5 px."
+    assert recommend(agreeing) == "substeps=4: the RMS gap is 1 px instead of 5 px."
     assert agreeing[0].agrees == "to the end"
     assert replace(agreeing[0], until=0.5).agrees == "at least until 0.50 s"
 
@@ -281,7 +280,7 @@ def test_the_table_leaves_out_what_no_trial_has() -> None:
 
 def test_the_json_has_the_documented_keys() -> None:
     document = json.loads(json.dumps(as_json([trial({}, apart=0.1), trial({"substeps": 4})])))
-    assert document["recommendation"].startswith("substeps = 4: ")
+    assert document["recommendation"].startswith("substeps=4: ")
     assert [one["advised"] for one in document["advice"]] == [False, True]
     assert document["advice"][1] == {
         "changes": {"substeps": 4},
@@ -302,8 +301,8 @@ def test_the_report_has_the_advice() -> None:
     comparison = compare(load("head-on").changed(seconds=0.5), ["pymunk", "exact"])
     trials = [trial({}), trial({"substeps": 4}, apart=3.0)]
     text = page(comparison, trials)
-    assert "<p>substeps = 4: the paths agree until 3.00 s instead of until 1.00 s.</p>" in text
-    assert '<tr><th scope="row">substeps = 4</th><td>until 3.00 s</td>' in text
+    assert "<p>substeps=4: the paths agree until 3.00 s instead of until 1.00 s.</p>" in text
+    assert '<tr><th scope="row">substeps=4</th><td>until 3.00 s</td>' in text
     assert 'id="advice"' not in page(comparison)
 
 
@@ -315,10 +314,10 @@ def test_the_table_fits_the_terminal_or_becomes_lines(
     print_advice(trials)
     wide = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert wide[1:5] == [
-        "pymunk with       passages   paths agree  RMS gap  energy error",
-        "no change                0  until 1.00 s    50 px      1.00e-03",
-        "substeps = 4,            1  until 1.00 s    50 px      1.00e-03",
-        "iterations = 200",
+        "pymunk with     passages   paths agree  RMS gap  energy error",
+        "no change              0  until 1.00 s    50 px      1.00e-03",
+        "substeps=4,            1  until 1.00 s    50 px      1.00e-03",
+        "iterations=200",
     ]
     monkeypatch.setenv("COLUMNS", "50")
     print_advice(trials)
@@ -327,7 +326,7 @@ def test_the_table_fits_the_terminal_or_becomes_lines(
         "pymunk with no change:",
         "  passages 0; paths agree until 1.00 s; RMS gap 50",
         "  px; energy error 1.00e-03",
-        "pymunk with substeps = 4, iterations = 200:",
+        "pymunk with substeps=4, iterations=200:",
         "  passages 1; paths agree until 1.00 s; RMS gap 50",
         "  px; energy error 1.00e-03",
     ]

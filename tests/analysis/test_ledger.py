@@ -18,7 +18,7 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import CONTACT, States
+from sandbox.state import CONTACT, PUSH, States
 
 ENGINES = tuple(registry())
 RUNS = [
@@ -134,8 +134,8 @@ def test_a_contact_is_traced_back_to_the_last_contact_of_either_ball_at_most() -
     while states[-1].velocity[0, 0] == 660:
         engine.step()
         states.append(engine.state())
-    contacts, steps = engine.contacts(), len(states)
-    ledger.add(States.stack(states), contacts, np.full(steps, -1), np.zeros((steps, 2)))
+    contacts = engine.contacts()
+    ledger.add(States.stack(states), contacts, np.empty(0, PUSH))
     assert contacts[["first", "second"]].tolist() == [(0, 1), (1, 2)]
     assert ledger.findings["free_flight"].tolist() == [math.inf, 0]
     assert ledger.findings["delay"].tolist() == [pytest.approx(6 / 660), 0]
@@ -271,7 +271,7 @@ def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
     states = States.empty(3, 1)
     states.position[:] = 200, 285
     states.velocity[:] = np.array([(0, 0), (0, 0), (0, -200)])[:, None]
-    ledger.add(states, contacts, np.full(3, -1), np.zeros((3, 2)))
+    ledger.add(states, contacts, np.empty(0, PUSH))
     [large] = [entry for entry in ledger.entries() if entry.cause == Cause.LARGE]
     assert large.energy == pytest.approx((200**2 - 7.5**2) / 2)
 

@@ -1,6 +1,7 @@
 """The scoreboard: exact meets every truth, the others get honest scores."""
 
 import json
+from dataclasses import asdict
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from xml.etree import ElementTree
@@ -79,7 +80,7 @@ def test_a_miss_names_the_ball_the_quantity_its_unit_what_was_expected_and_what_
         "ball 1 at 1 s: velocity (60, 0) instead of (57, 4), off by 5 px/s (tolerance 1): nothing acts",
         "at 1 s: momentum (120, 0) instead of (123, 4), off by 5 kg px/s (tolerance 1): nothing acts",
     ]
-    first, second = result.as_json()["missed"]
+    first, second = asdict(result.document())["missed"]
     assert first == {
         "at": 1.0,
         "ball": 1,
@@ -202,7 +203,7 @@ def test_a_time_between_two_steps_with_a_contact_between_them_is_skipped_and_sai
     assert result.lines == [
         "ball 0 at 1.02 s: skipped, since 1.02 s is between two steps, and ball 0 touches something between them"
     ]
-    assert result.as_json()["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
+    assert asdict(result.document())["skipped"] == [{"at": 1.02, "because": result.scores[0].skipped}]
     comparison = compare(bouncing_at(1.02, 7), ["exact"])
     figures = comparison.runs["exact"].figures
     assert (figures.met, figures.expected, figures.skipped) == (1, 1, 1)

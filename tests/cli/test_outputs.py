@@ -21,6 +21,7 @@ from forked import exit_code_of, forked, outcome_of, write_text
 from pygame import Surface, surfarray
 
 from sandbox.analysis.comparison import compare
+from sandbox.analysis.series import write_series
 from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison import page
@@ -29,10 +30,11 @@ from sandbox.run.trajectory import simulate, write_trace
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
-from sandbox.sweep import in_order, open_journal, plan, write
-from sandbox.sweep.jobs import run_job
-from sandbox.sweep.journal import journal_path
+from sandbox.sweeps import in_order, open_journal, plan, write
+from sandbox.sweeps.jobs import run_job
+from sandbox.sweeps.journal import journal_path
 from sandbox.view.picture import save_picture
+from sandbox.view.plot import save_plot
 from sandbox.view.video import VIDEO_FORMATS, Video
 
 KILLS_PER_WRITER = sizes(8, slow=833)
@@ -70,8 +72,11 @@ def writers() -> Mapping[str, Write]:
         | {
             "end.png": partial(save_picture, surface, "end.png"),
             "page.html": partial(write_text, page(comparison), "page.html"),
+            "series.csv": partial(write_series, comparison, "series.csv"),
+            "plot.png": partial(save_plot, comparison, "plot.png"),
+            "plot.svg": partial(save_plot, comparison, "plot.svg"),
             "figures.csv": partial(write_text, comparison.as_csv(), "figures.csv"),
-            "scene.toml": partial(write_scene, scene, spawn(scene), "scene.toml"),
+            "scene.toml": partial(write_scene, scene, "scene.toml", spawn(scene)),
             "mouse.jsonl": partial(write_inputs, [Grab(step=1, ball=0, at=(1, 1)), Release(step=9)], "mouse.jsonl"),
             "table.csv": partial(write, sweep, in_order(sweep, rows), "table.csv"),
         }
@@ -208,6 +213,9 @@ OPTIONS = (
     ("compare", "article", "--json"),
     ("compare", "article", "--csv"),
     ("compare", "article", "--report"),
+    ("compare", "article", "--series"),
+    ("compare", "article", "--plot"),
+    ("compare", "article", "--max-gap", "1", "--junit"),
     ("trace", "article", "--engine", "article", "--out"),
     ("record", "article", "--out"),
     ("sweep", "article", "--out"),
@@ -227,7 +235,7 @@ def test_an_unwritable_output_is_reported_before_anything_runs(
     arguments: tuple[str, ...], what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, why = UNWRITABLE[what]
-    path += ".html" if arguments[-1] == "--report" else ".gif" if arguments[0] == "record" else ".csv"
+    path += {"--report": ".html", "--plot": ".svg"}.get(arguments[-1], ".gif" if arguments[0] == "record" else ".csv")
     Path("file").touch()
     Path("folder.csv").mkdir()
     Path("circle.csv").symlink_to("circle.csv")

@@ -133,6 +133,19 @@ def test_a_small_kick_does_not_wake_a_heap_and_reaches_its_walls() -> None:
     assert np.array_equal(states.velocity[0], before.velocity)
 
 
+def test_a_push_along_a_row_at_rest_reaches_the_wall_ahead_and_pulls_at_nothing() -> None:
+    row = "[[balls]]\nradius = 10\nelasticity = 0.5\ngrid = [3, 1]\nspacing = 20\nposition = [10, 190]\n"
+    scene = parse(f"gravity = [0, {G}]\n[arena]\nsize = [60, 200]\n{row}", "test")
+    engine = ExactEngine(scene, spawn(scene))
+    engine.contacts()
+    engine.kick(1, (0.01, 0.0))
+    engine.step()
+    found = engine.contacts()
+    assert found["impulse"].min() > -1e-12
+    left, right = (found["impulse"][found["second"] == ~wall].sum() for wall in (0, 2))
+    assert (left, right) == (pytest.approx(0, abs=1e-12), pytest.approx(0.01, abs=1e-12))
+
+
 def test_balls_that_touch_and_overlap_by_rounding_do_not_stop_the_clock() -> None:
     """Pressed together without speed, they would have contacts at one time without end."""
     scene = load("truths/pyramid-falls")

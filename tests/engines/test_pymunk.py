@@ -9,7 +9,7 @@ from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine
+from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine, _chains
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -213,3 +213,28 @@ def test_a_block_of_steps_is_so_many_single_steps(
         whole = run_in_blocks(scene, blocks, kicked)
     for part, single in zip(whole, run_in_steps(scene, sum(blocks), sum(blocks[:kicked])), strict=True):
         assert part.tobytes() == single.tobytes()
+
+
+@pytest.mark.parametrize(("joined", "turned"), [(False, True), (True, False)])
+def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool) -> None:
+    """It sinks into the floor, and so touches the end of the next wall before it lies on it."""
+    walls = [{"from": (x, 200), "to": (x + 100, 200), "thickness": 0, "joined": joined} for x in (0, 100)]
+    ball = {"radius": 10, "position": (80, 190.5), "velocity": (60, 0), "elasticity": 0}
+    scene = Scene(arena={"size": (400, 300)}, balls=[ball], walls=walls, gravity=(0, 900))
+    engine = PymunkEngine(scene, spawn(scene))
+    engine.contacts()
+    for _ in range(30):
+        engine.step()
+    normals = engine.contacts()["normal"]
+    assert (np.abs(normals[:, 0]).max() > 1e-3) == turned
+
+
+def test_a_chain_of_joined_walls_ends_where_the_next_begins_elsewhere_or_where_it_closes() -> None:
+    corners = [(100, 100), (200, 100), (150, 200)]
+    triangle: list[dict[str, object]] = [{"from": corners[k - 1], "to": corners[k], "joined": True} for k in range(3)]
+    after: list[dict[str, object]] = [
+        {"from": (200, 100), "to": (300, 100), "joined": True},
+        {"from": (10, 10), "to": (20, 20)},
+    ]
+    scene = Scene(arena={"size": (400, 300)}, balls=[{"radius": 5, "position": (50, 250)}], walls=[*triangle, *after])
+    assert [chain for chain in _chains(scene.walls) if chain] == [[0, 1, 2], [3]]

@@ -16,8 +16,8 @@ from sandbox.errors import SandboxError
 from sandbox.report.comparison import page
 from sandbox.report.sweep import page as sweep_page
 from sandbox.scene.files import parse
-from sandbox.sweep import plan
-from sandbox.sweep.jobs import run_job
+from sandbox.sweeps import plan
+from sandbox.sweeps.jobs import run_job
 
 pytestmark = pytest.mark.usefixtures("working_folder")
 

@@ -10,14 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import READY, Browser
+from browser import Browser
 from conftest import Command
 from hypothesis import given
 from hypothesis import strategies as st
 
-import sandbox.report.notebook  # noqa: F401  (makes comparisons show as reports in notebooks)
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.report.charts import thinned
+from sandbox.analysis.series import thinned
 from sandbox.report.comparison import fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.fields import rgb
@@ -160,13 +159,6 @@ def test_a_thinned_line_keeps_its_ends_and_extremes(values: list[float], most: i
 
 def test_the_same_comparison_gives_the_same_bytes(text: str) -> None:
     assert page(compare(load("article"), ENGINES)) == text
-
-
-def test_a_notebook_shows_the_page_in_a_frame_of_its_own(article: Comparison, text: str) -> None:
-    [(tag, attributes)] = Reader(article._repr_html_() or "").elements
-    assert tag == "iframe"
-    assert attributes["sandbox"] == "allow-scripts"
-    assert attributes["srcdoc"] == text
 
 
 def test_the_command_on_the_page_reproduces_the_comparison(command: Command, working_folder: Path) -> None:
@@ -348,14 +340,3 @@ def test_every_control_has_a_key(opened: Browser, article: Comparison) -> None:
     assert opened.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
     opened.press(" ")  # on the Play button: once, not twice
     assert opened.run("[document.activeElement.id, play.textContent].join()") == "play,Pause"
-
-
-def test_it_plays_in_the_frame_that_a_notebook_shows(browser: Browser, article: Comparison, tmp_path: Path) -> None:
-    file = tmp_path / "notebook.html"
-    file.write_text(f"<!doctype html><meta charset=utf-8>{article._repr_html_()}", encoding="utf-8")
-    with browser.frame_of(file):
-        browser.wait_for(READY)
-        browser.run("play.click()")
-        browser.wait_for("Number(scrubber.value) > 0")
-        assert browser.errors == []
-        assert browser.requests == []

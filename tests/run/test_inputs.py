@@ -7,7 +7,7 @@ import pytest
 from conftest import NO_KEY, scene_of
 
 from sandbox.errors import SandboxError
-from sandbox.run.inputs import End, Grab, Input, Move, Release, Start, load_inputs, write_inputs
+from sandbox.run.inputs import End, Grab, Input, Kick, Move, Release, Start, load_inputs, write_inputs
 from sandbox.scene.model import Scene
 
 RECORDED: list[Input] = [
@@ -15,6 +15,7 @@ RECORDED: list[Input] = [
     Grab(step=12, ball=1, at=(0.1, 1 / 3)),
     Move(step=12, at=(-5, 1e8)),
     Release(step=40),
+    Kick(step=45, ball=1, velocity=(0, -200)),
     End(step=95),
 ]
 LINES = """\
@@ -22,6 +23,7 @@ LINES = """\
 {"step":12,"do":"grab","ball":1,"at":[0.1,0.3333333333333333]}
 {"step":12,"do":"move","at":[-5.0,1e8]}
 {"step":40,"do":"release"}
+{"step":45,"do":"kick","ball":1,"velocity":[0.0,-200.0]}
 {"step":95,"do":"end"}
 """
 
@@ -45,7 +47,7 @@ def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
     assert load_inputs(path, two_balls()) == RECORDED
 
 
-KINDS = "start, grab, move, release, add, delete, velocity, elasticity, gravity, rate, end"
+KINDS = "start, grab, move, release, kick, add, delete, velocity, elasticity, gravity, rate, end"
 BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
@@ -54,6 +56,10 @@ BAD_INPUTS = {
     "before-the-start": ('{"step": -1, "do": "release"}', "step must be at least 0, got -1"),
     "no-step": ('{"do": "release"}', "step is missing"),
     "no-such-ball": ('{"step": 9, "do": "grab", "ball": 2, "at": [1, 2]}', "ball must be at most 1, got 2"),
+    "no-such-ball-to-kick": (
+        '{"step": 9, "do": "kick", "ball": 2, "velocity": [1, 2]}',
+        "ball must be at most 1, got 2",
+    ),
     "not-finite": ('{"step": 9, "do": "move", "at": [NaN, 2]}', "at[0] must be a finite number, got nan"),
     "no-point": ('{"step": 9, "do": "move", "at": "x"}', 'at must be a list in brackets, got "x"'),
     "unknown-key": ('{"step": 9, "do": "release", "bal": 3}', f"bal {NO_KEY}; known are do, step"),

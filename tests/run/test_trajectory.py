@@ -2,8 +2,10 @@
 
 import csv
 import re
+import sys
 import time
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,13 @@ import pytest
 from conftest import scene_of
 
 from sandbox.errors import SandboxError
+from sandbox.run.edits import AddBall, DeleteBall, SetGravity
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
 from sandbox.scene.files import load
 from sandbox.state import Floats, no_contacts
 
 AWKWARD = [0.1, -0.0, 5e-324, 1 / 3, 1e8, -1.7976931348623157e308, 123456789.12345679, 2.0**-1074 * 3]
-ARRAYS = ("time", "position", "velocity", "radius", "mass", "angle", "spin")
+ARRAYS = ("time", "position", "velocity", "radius", "mass", "angle", "spin", "energy")
 ENDINGS = ["npz", "csv", "xyz"]
 
 
@@ -30,7 +33,9 @@ def awkward() -> Trajectory:
     angle, spin = rng.normal(size=(2, 4, 3))
     spin.flat[: len(AWKWARD)] = AWKWARD
     radius, mass = np.array([20, 0.1, 1 / 3]), np.array([1, 1e-3, 7])
-    return Trajectory(np.arange(4) / 60, position, velocity, radius, mass, (800.0, 600.5), angle, spin, no_contacts())
+    energy = np.array([1 / 3, 5e-324, 1.7976931348623157e308, 0.1])
+    constants = radius, mass, (800.0, 600.5)
+    return Trajectory(np.arange(4) / 60, position, velocity, *constants, angle, spin, no_contacts(), energy)
 
 
 def read_npz(path: Path) -> list[Floats]:
@@ -40,16 +45,17 @@ def read_npz(path: Path) -> list[Floats]:
 
 
 def table(rows: list[list[float]], frames: int) -> list[Floats]:
-    """Convert rows of time, x, y, vx, vy, radius, mass, angle, spin into the arrays of a trace."""
-    array = np.array(rows).reshape(frames, -1, 9)
+    """Convert rows of time, x, y, vx, vy, radius, mass, angle, spin, energy into the arrays of a trace."""
+    array = np.array(rows).reshape(frames, -1, 10)
     constants = [array[0, :, 5], array[0, :, 6]]
-    return [array[:, 0, 0], array[:, :, 1:3], array[:, :, 3:5], *constants, array[:, :, 7], array[:, :, 8]]
+    moving = [array[:, :, 1:3], array[:, :, 3:5], *constants, array[:, :, 7], array[:, :, 8]]
+    return [array[:, 0, 0], *moving, array[:, 0, 9]]
 
 
 def read_csv(path: Path) -> list[Floats]:
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
-    keys = ("time", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin")
+    keys = ("time", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")
     assert [row["ball"] for row in rows] == ["0", "1", "2"] * 4
     return table([[float(row[key]) for key in keys] for row in rows], 4)
 
@@ -63,14 +69,14 @@ def read_xyz(path: Path) -> list[Floats]:
         assert count == "3"
         match = re.fullmatch(
             r'Lattice="800\.0 0 0 0 600\.5 0 0 0 1" pbc="F F F" '
-            r"Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time=(\S+)",
+            r"Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time=(\S+) energy=(\S+)",
             comment,
         )
         assert match
         for atom in atoms:
             species, x, y, z, vx, vy, vz, *others = atom.split()
             assert (species, z, vz) == ("X", "0", "0")
-            rows.append([float(number) for number in (match[1], x, y, vx, vy, *others)])
+            rows.append([float(number) for number in (match[1], x, y, vx, vy, *others, match[2])])
     return table(rows, 4)
 
 
@@ -104,7 +110,7 @@ def test_standard_output_is_csv(tmp_path: Path, capsysbinary: pytest.CaptureFixt
     write_trace(awkward(), tmp_path / "trace.csv")
     out = capsysbinary.readouterr().out
     assert out == (tmp_path / "trace.csv").read_bytes()
-    assert out.startswith(b"time,ball,x,y,vx,vy,radius,mass,angle,spin\n0.0,0,0.1,-0.0,")
+    assert out.startswith(b"time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,0.1,-0.0,")
     assert not list(Path.cwd().glob("-*"))
 
 
@@ -117,6 +123,24 @@ def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_table_has_what_the_csv_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pandas = ModuleType("pandas")
+    pandas.DataFrame = lambda columns: columns  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "pandas", pandas)
+    write_trace(awkward(), tmp_path / "trace.csv")
+    written = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
+    columns: dict[str, Floats] = awkward().to_dataframe()
+    assert tuple(columns) == written.dtype.names
+    for name, values in columns.items():
+        assert values.tolist() == written[name].tolist()
+
+
+def test_a_table_without_pandas_is_refused_in_plain_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(SandboxError, match=r"^to_dataframe needs pandas, which is not installed; pip install pandas$"):
+        awkward().to_dataframe()
+
+
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
 
 
@@ -127,6 +151,29 @@ def test_a_trajectory_has_the_start_and_every_step() -> None:
     assert ran.position[:, 0] == pytest.approx(straight, rel=1e-14)
     assert (ran.velocity == [60, -30]).all()
     assert (ran.radius.tolist(), ran.mass.tolist(), ran.size) == ([5], [3], (800, 600))
+
+
+def test_energy_is_of_flight_spin_and_gravity() -> None:
+    """A uniform disc of mass 3 and radius 5 has the moment m r²/2 = 37.5; it falls 200 px at 900 px/s²."""
+    falling = "radius = 5\nmass = 3\nposition = [400, 100]\nvelocity = [60, -30]\nspin = 8"
+    ran = simulate(scene_of(falling, more="gravity = [0, 900]"), "exact", seconds=0.5)
+    start = 3 * (60**2 + 30**2) / 2 + 37.5 * 8**2 / 2 + 3 * 900 * (600 - 100)
+    assert ran.energy == pytest.approx(np.full(31, start), rel=1e-13)
+    assert ran.momentum == pytest.approx(np.column_stack([np.full(31, 180.0), -90 + 2700 * ran.time]), rel=1e-12)
+
+
+def test_energy_and_momentum_are_of_the_balls_that_exist() -> None:
+    inputs = [
+        AddBall(step=2, position=(100, 100), velocity=(0, 40), radius=5, mass=2),
+        SetGravity(step=4, gravity=(0, 10)),
+        DeleteBall(step=4, ball=0),
+    ]
+    ran = simulate(scene_of(FREE), "exact", steps=5, inputs=inputs)
+    first, second = (60**2 + 30**2) / 2, 2 * 40**2 / 2
+    assert ran.energy[:4].tolist() == [first, first, first + second, first + second]
+    height = 600 - (100 + 40 * 2 / 60)
+    assert ran.energy[4:] == pytest.approx([second + 2 * 10 * height] * 2, rel=1e-13)
+    assert ran.momentum[[0, 3, 4]].tolist() == [[60, -30], [60, 50], [0, 80]]
 
 
 def test_steps_override_seconds_which_default_to_the_scene_s() -> None:

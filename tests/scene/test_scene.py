@@ -249,7 +249,7 @@ ALL_KEYS = {
     ),
     "wall": (
         balls(BALL, more="[[walls]]\nfrom = [1, 1]\nto = [9, 9]\nstart = [1, 1]\n"),
-        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, thickness, to",
+        f"9: walls[0].start {NO_KEY}; known are elasticity, friction, from, joined, thickness, to",
     ),
     "range": (
         balls("radius = 5\nx = { from = 9, to = 9, width = 1 }\ny = { from = 9, to = 9 }"),
@@ -373,6 +373,8 @@ PLACED = {
     "range-without-an-end": (f"{BALL}\nvx = {{ from = 1 }}", "6: balls[0].vx.to is missing"),
     "number-for-a-range": (f"{BALL}\nvx = 3", "6: balls[0].vx must be a table of keys, got 3"),
     "elasticity-above-1": (f"{BALL}\nelasticity = 1.5", "6: balls[0].elasticity must be at most 1, got 1.5"),
+    "damping-0": (f"{BALL}\n[pymunk]\ndamping = 0", "7: pymunk.damping must be greater than 0, got 0"),
+    "damping-above-1": (f"{BALL}\n[pymunk]\ndamping = 1.5", "7: pymunk.damping must be at most 1, got 1.5"),
     "no-colours": (f"{BALL}\ncolors = []", "6: balls[0].colors must contain at least one colour"),
     "true-for-a-number": ("radius = true\nposition = [9, 9]", "4: balls[0].radius must be a number, got true"),
     "three-coordinates": (
@@ -465,6 +467,38 @@ def test_dots_and_brackets_in_text_are_not_nesting() -> None:
     dots = ".a" * 40 + "[{" * 40
     scene = parse(f"about = \"{dots}\"\ntitle = '''\n{dots[60:]}'''  # {dots}\n{balls(BALL)}", "mine.toml")
     assert (scene.about, scene.title) == (dots, dots[60:])
+
+
+def open_arena(ball: str, walls: str = "false") -> str:
+    return f"[arena]\nsize = [800, 600]\nwalls = {walls}\n[[balls]]\n{ball}\n"
+
+
+@pytest.mark.parametrize(
+    "ball",
+    [
+        "radius = 5\nposition = [-5000, 300]",
+        "radius = 5\npositions = [[10, 10], [10, 9000]]",
+        "radius = 5\ngrid = [50, 2]\nspacing = 40",
+        "radius = 900\nposition = [0, 0]",
+    ],
+    ids=["position", "positions", "grid", "larger-than-the-view"],
+)
+def test_without_walls_a_ball_may_be_outside_the_arena(ball: str) -> None:
+    assert len(parse(open_arena(ball), "open.toml").bodies) > 0
+    with pytest.raises(SandboxError, match=r"outside the arena|too large"):
+        parse(open_arena(ball, walls="true"), "closed.toml")
+
+
+def test_without_walls_balls_at_random_are_inside_the_arena_all_the_same() -> None:
+    with pytest.raises(
+        SandboxError, match=r"balls\[0\]\.inside puts a ball outside the arena: x must be from 5 to 795"
+    ):
+        parse(open_arena("radius = 5\ninside = [[0, 0], [900, 600]]"), "open.toml")
+
+
+def test_walls_must_be_true_or_false() -> None:
+    with pytest.raises(SandboxError, match=r'arena\.walls must be true or false, got "no"'):
+        parse(open_arena(BALL, walls='"no"'), "open.toml")
 
 
 def test_of_very_many_errors_the_first_hundred_are_reported() -> None:

@@ -32,6 +32,7 @@ background = "#123456"
 [pymunk]
 iterations = 30
 collision_bias = 1e-7
+damping = 0.9
 [[walls]]
 from = [10, 20]
 to = [30, 40.25]
@@ -61,7 +62,7 @@ because = "of the start"
 
 
 def reloaded(scene: Scene, state: State, folder: Path) -> Scene:
-    write(scene, state, folder / "saved.toml")
+    write(scene, folder / "saved.toml", state)
     return load(folder / "saved.toml")
 
 
@@ -113,7 +114,7 @@ def test_balls_of_one_kind_are_one_group_and_the_file_is_readable(tmp_path: Path
         'radius = 20\ngrid = [4, 1]\nspacing = 50\ncolors = ["red", "blue"]\nvelocity = [-0.0, 1e-7]',
         "radius = 20\nmass = 2\nposition = [99.5, 30]",
     )
-    write(scene, spawn(scene), tmp_path / "saved.toml")
+    write(scene, tmp_path / "saved.toml", spawn(scene))
     assert (tmp_path / "saved.toml").read_text() == (
         "[arena]\nsize = [800, 600]\n\n"
         '[[balls]]\nradius = 20\ncolors = ["red", "blue"]\n'
@@ -151,14 +152,26 @@ def test_too_many_balls_for_a_file_are_not_written(most: int, tmp_path: Path, mo
     scene = scene_of("radius = 20\ngrid = [4, 1]\nspacing = 50.125")
     monkeypatch.setattr("sandbox.scene.files.MAX_TEXT_FILE_BYTES", most)
     with pytest.raises(SandboxError, match=f"saved.toml: 4 balls do not fit in the {most} bytes of a scene file"):
-        write(scene, spawn(scene), tmp_path / "saved.toml")
+        write(scene, tmp_path / "saved.toml", spawn(scene))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scene_that_would_not_load_is_not_written(tmp_path: Path) -> None:
     scene = scene_of("radius = 20\nposition = [100, 100]")
     with pytest.raises(SandboxError, match=r"saved.toml:\d+: balls\[0\].velocity\[0\] must be at most 1e\+09"):
-        write(scene, State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])), tmp_path / "saved.toml")
+        write(scene, tmp_path / "saved.toml", State(0.0, np.array([[50.0, 50.0]]), np.array([[2e9, 0.0]])))
     with pytest.raises(SandboxError, match="cannot be written"):
-        write(scene, spawn(scene), tmp_path / "no-such-folder" / "saved.toml")
+        write(scene, tmp_path / "no-such-folder" / "saved.toml")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_without_walls_is_written_with_balls_outside_the_arena(tmp_path: Path) -> None:
+    scene = Scene(
+        arena={"size": (100, 100), "walls": False},
+        balls=[{"radius": 5, "position": (-5000, 98)}],
+        pymunk={"damping": 0.75},
+    )
+    saved = reloaded(scene, spawn(scene), tmp_path)
+    check_same(saved, scene, spawn(scene))
+    assert (saved.arena, saved.pymunk) == (scene.arena, scene.pymunk)
+    assert saved.arena.overlap == 0

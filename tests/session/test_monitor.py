@@ -139,7 +139,7 @@ def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
     for runner in lockstep.engines.values():
         runner.contacts()
     monitor = Monitor()
-    monitor.begin(lockstep)
+    monitor.begin(lockstep, "exact")
     sizes = []
     tracemalloc.start()
     for _ in range(4):

@@ -19,15 +19,16 @@ from conftest import scene_of, sizes
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.verdict import verdict
-from sandbox.cli.tables import print_comparison
 from sandbox.engines import can_run, create, registry
 from sandbox.quantity import deepest_overlap, kinetic_energy
+from sandbox.report.tables import print_comparison
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
+from sandbox.text import console
 
 ENGINES = tuple(registry())
 
@@ -145,7 +146,7 @@ def test_every_ball_outside_the_arena_is_reported(stress: str, engine: str) -> N
 
 @pytest.mark.parametrize("stress", SCENES)
 def test_the_table_of_a_comparison_has_no_nan_and_no_inf(stress: str, capsys: pytest.CaptureFixture[str]) -> None:
-    print_comparison(compared(stress))
+    print_comparison(compared(stress), console())
     assert not re.search(r"\b(nan|inf)\b", capsys.readouterr().out)
 
 

@@ -1,4 +1,4 @@
-"""Charts keep samples of a run, and draw lines, marks and the cursor where the numbers say."""
+"""Charts draw lines, names, marks and the cursor where the numbers say, and zoom in time."""
 
 import math
 from collections.abc import Callable
@@ -8,21 +8,24 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame import Color, Rect, Surface
+from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
-from sandbox.run.lockstep import Lockstep
-from sandbox.scene.files import load
+from sandbox.engines.colours import colours_of
 from sandbox.scene.model import Scene
+from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks
-from sandbox.state import Floats, State
-from sandbox.view.chart_data import CAPACITY, ChartData, Series
-from sandbox.view.charts import HEADROOM, Charts
-from sandbox.view.palette import Line, palette
+from sandbox.session.samples import Samples
+from sandbox.state import State, no_contacts
+from sandbox.view.charts import Charts, spread
+from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
+from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 900, 300)
 TEXT = 16
+NAMES = ["pymunk", "article", "exact"]
+PYMUNK, ARTICLE, EXACT = (Color(colours_of(NAMES)[name]) for name in NAMES)
 TWO = ("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
-FIRST, SECOND = (line.colour for line in palette("white").lines[:2])
 
 
 @pytest.fixture
@@ -30,25 +33,38 @@ def scene() -> Scene:
     return scene_of(*TWO, more="seconds = 10")
 
 
-def states(scene: Scene, time: float = 0.0, **velocity: float) -> dict[str, State]:
-    """Make states at a time, one per engine: the first ball's speed, px/s, is also its distance from 200 px."""
-    made = {}
-    for name, speed in velocity.items():
-        position, flight = np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
-        made[name] = State(time, position, flight)
-    return made
+def moment(scene: Scene, number: int, **velocity: float) -> Moment:
+    """Make a moment with an engine for each speed (px/s) of the first ball, which is also its distance from 200 px."""
+    states = {
+        name: State(
+            number / 60, np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]])
+        )
+        for name, speed in velocity.items()
+    }
+    energy = {name: speed**2 / 2 for name, speed in velocity.items()}
+    none, zero = dict.fromkeys(velocity, no_contacts()), dict.fromkeys(velocity, 0)
+    return Moment(
+        number, number / 60, scene, states, none, zero, energy, dict.fromkeys(velocity, 0.0), (0, 1), None, (0, 0)
+    )
 
 
-def run(scene: Scene, seconds: int, course: Callable[[float], dict[str, float]]) -> Charts:
-    charts = Charts(ChartData(scene, states(scene, **course(0.0))))
-    for step in range(1, seconds * scene.rate + 1):
-        charts.data.add(step, states(scene, step / scene.rate, **course(step / scene.rate)))
-    return charts
+def charts_of(scene: Scene, seconds: float, course: Callable[[float], dict[str, float]]) -> Charts:
+    """Sample a course. The last sample is given twice, as charts leave the latest out."""
+    samples = Samples(NAMES, "exact", 1800.0)
+    steps = round(seconds * 60)
+    for number in range(steps + 1):
+        samples.add(moment(scene, number, **course(number / 60)))
+    samples.add(moment(scene, steps + 1, **course(steps / 60)))
+    return Charts(samples, "white", 10.0)
 
 
-def draw(charts: Charts, time: float = 0.0) -> Surface:
+def steady(time: float) -> dict[str, float]:
+    return {"pymunk": 60.0, "article": 60.0, "exact": 60.0}
+
+
+def draw(charts: Charts, time: float = 0.0, point: tuple[int, int] | None = None) -> Surface:
     surface = Surface(PLACE.size)
-    charts.draw(surface, PLACE, TEXT, time)
+    charts.draw(surface, PLACE, TEXT, time, point)
     return surface
 
 
@@ -56,184 +72,302 @@ def rows_of(surface: Surface, plot: Rect, x: int, colour: Color) -> list[int]:
     return [y for y in range(plot.top, plot.bottom) if surface.get_at((x, y)) == colour]
 
 
-def column(charts: Charts, time: float, axis: float = 10.0) -> int:
+def columns_of(surface: Surface, plot: Rect, colour: Color) -> list[int]:
+    return [x for x in range(plot.x, plot.right) if rows_of(surface, plot, x, colour)]
+
+
+def column(charts: Charts, time: float, start: float = 0.0, seconds: float = 10.0) -> int:
     plot = charts.plots(PLACE, TEXT)[0]
-    return round(plot.x + time / axis * (plot.width - 1))
+    return round(plot.x + (time - start) / seconds * (plot.width - 1))
 
 
-def row(plot: Rect, low: float, high: float, value: float) -> float:
-    return plot.bottom - 1 - (value - low) / ((high - low) * HEADROOM) * (plot.height - 1)
+def row(plot: Rect, span: Span, position: float) -> float:
+    return plot.bottom - 1 - (position - span[0]) / (span[1] - span[0]) * (plot.height - 1)
 
 
-def test_a_series_keeps_an_hour_of_steps_evenly_in_bounded_memory() -> None:
-    series = Series(2)
-    hour = 3600 * 60
-    for step in range(hour):
-        if series.wants(step):
-            series.add(step, (step, -step))
-    assert CAPACITY / 2 <= len(series) <= CAPACITY
-    gaps = np.diff(series.steps)
-    assert set(gaps.tolist()) == {64}  # the least power of two by which an hour fits
-    assert series.steps[0] == 0
-    assert series.steps[-1] >= hour - 64
-    assert np.array_equal(series.rows, np.column_stack([series.steps, -series.steps]))
+# Scales
 
 
-def test_earlier_steps_are_not_sampled_again_until_the_series_is_cut() -> None:
-    series = Series(1)
-    for step in range(10):
-        series.add(step, [step])
-    assert not series.wants(4)
-    series.cut(4)
-    assert series.steps.tolist() == [0, 1, 2, 3, 4]
-    assert series.wants(5)
-    assert not series.wants(4)
-
-
-def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None:
-    data = ChartData(scene, states(scene, pymunk=60, article=60))
-    data.add(1, states(scene, pymunk=90, article=30))
-    assert data.of(0)[1].tolist() == pytest.approx([100 * 1.5**2, 100 * 0.5**2])
-    assert data.of(1)[1].tolist() == pytest.approx([60 / math.sqrt(2), 0])  # over two balls
-    assert data.of(2)[1].tolist() == [90, 30]
+def test_a_loss_of_a_ten_thousandth_is_seen_as_well_as_one_of_a_half() -> None:
+    scale = BothSigns()
+    span = scale.span(-50.0, 0.0)
+    assert span == (-math.log10(1 + 100 / 1e-3), math.log10(1 + 0.01 / 1e-3))
+    none, small, half = (float(scale.position(np.array(value))) for value in (0.0, -0.01, -50.0))
+    reach = span[1] - span[0]
+    assert (none - small) / reach > 1 / 8
+    assert (small - half) / reach > 1 / 2
+    assert [text for _, text in scale.ticks(span)][:4] == ["0", "-100", "-10", "-1"]
 
 
 @pytest.mark.parametrize(
-    ("engines", "reference"),
-    [(["pymunk", "impulse"], "impulse"), (["exact", "pymunk"], "exact"), (["pymunk", "exact", "impulse"], "exact")],
+    ("scale", "low", "high", "ends"),
+    [
+        (Linear(), 0.0, 60.0, (0, 100)),
+        (Linear(), -3.0, 60.0, (-5, 100)),
+        (Linear(), math.inf, -math.inf, (0, 1)),
+        (Logarithmic(), 1e-14, 0.2, (-3, 0)),
+        (Logarithmic(), 1e-14, 230.0, (-3, 3)),
+        (Logarithmic(), math.inf, -math.inf, (-3, 0)),
+        (BothSigns(), math.inf, -math.inf, (-math.log10(11), math.log10(11))),
+        (BothSigns(), -1e-9, 7.0, (-math.log10(11), math.log10(10001))),
+    ],
 )
-def test_the_reference_is_the_exact_engine_if_it_runs_and_else_the_last(engines: list[str], reference: str) -> None:
-    data = ChartData(load("head-on"), Lockstep(load("head-on"), engines).states())
-    assert data.reference == reference
-    assert [quantity.title for quantity in data.quantities] == ["energy", "RMS gap", "momentum"]
+def test_axes_reach_to_round_numbers(scale: Scale, low: float, high: float, ends: Span) -> None:
+    assert scale.span(low, high) == pytest.approx(ends)
 
 
-def test_one_engine_has_no_gap_and_a_scene_at_rest_no_energy_in_percent() -> None:
-    scene = scene_of("radius = 20\nposition = [200, 300]")
-    data = ChartData(scene, Lockstep(scene, ["pymunk"]).states())
-    assert [(quantity.title, quantity.unit) for quantity in data.quantities] == [
-        ("energy", "kg px²/s²"),
-        ("momentum", "kg px/s"),
-    ]
+def test_labels_are_near_where_they_belong_and_not_over_each_other() -> None:
+    assert spread([10, 50], [5, 5], 0, 100) == [10, 50]
+    assert spread([50, 50, 10], [5, 8, 5], 0, 100) == [50, 55, 10]
+    assert spread([97, 97], [5, 5], 0, 100) == [90, 95]
+
+
+# Lines
 
 
 def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
-    charts = run(scene, 9, lambda time: {"pymunk": 60.0, "article": 60.0 if time < 5 else 30.0})
+    charts = charts_of(scene, 8, lambda time: steady(time) | ({"article": 30.0} if time >= 5 else {}))
     surface = draw(charts, time=9.9)
     energy, gap, momentum = charts.plots(PLACE, TEXT)
-    x = next(x for x in range(column(charts, 7), column(charts, 8)) if rows_of(surface, energy, x, SECOND))
-    assert np.mean(rows_of(surface, energy, x, SECOND)) == pytest.approx(row(energy, 0, 100, 25), abs=1)
-    assert np.mean(rows_of(surface, energy, x, FIRST)) == pytest.approx(row(energy, 0, 100, 100), abs=1)
-    assert np.mean(rows_of(surface, momentum, x, SECOND)) == pytest.approx(row(momentum, 0, 100, 30), abs=1)
-    assert np.mean(rows_of(surface, momentum, x, FIRST)) == pytest.approx(row(momentum, 0, 100, 60), abs=1)
-    apart = math.log10(30 / math.sqrt(2))
-    assert np.mean(rows_of(surface, gap, x, FIRST)) == pytest.approx(row(gap, 1, 2, apart), abs=1)
-    assert not rows_of(surface, gap, x, SECOND)  # the reference's own
-    assert not rows_of(surface, gap, column(charts, 3), FIRST)  # no gap, no place on a logarithmic axis
+    x = column(charts, 7)
+    loss, both = math.log10(1 + 75 / 1e-3), (-math.log10(1 + 100 / 1e-3), math.log10(11))
+    assert np.mean(rows_of(surface, energy, x, ARTICLE)) == pytest.approx(row(energy, both, -loss), abs=1)
+    assert np.mean(rows_of(surface, energy, x, PYMUNK)) == pytest.approx(row(energy, both, 0), abs=1)
+    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(row(gap, (-3, 2), math.log10(30)), abs=1)
+    assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 100), 30), abs=1)
+    assert np.mean(rows_of(surface, momentum, x, EXACT)) == pytest.approx(row(momentum, (0, 100), 60), abs=1)
+    assert not rows_of(surface, gap, x, EXACT)  # the reference's own
+
+
+def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
+    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13})
+    gap = charts.plots(PLACE, TEXT)[1]
+    surface = draw(charts)
+    x = column(charts, 2)
+    assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
+    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(gap.bottom - 1, abs=1)
+
+
+def test_lines_are_solid(scene: Scene) -> None:
+    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
+    momentum = charts.plots(PLACE, TEXT)[2]
+    columns = columns_of(draw(charts), momentum, ARTICLE)
+    inside = [x for x in columns if column(charts, 0.5) <= x <= column(charts, 7.5)]
+    assert inside == list(range(column(charts, 0.5), column(charts, 7.5) + 1))
+
+
+def test_each_line_ends_in_its_engine_s_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[tuple[str, Color]] = []
+
+    def note(text: str, colour: Color, height: int) -> Surface:
+        written.append((text, colour))
+        return Surface((9, 9))
+
+    monkeypatch.setattr("sandbox.view.charts.lettering", note)
+    draw(charts_of(scene, 2, steady))
+    names = [(text, tuple(colour)) for text, colour in written if text in NAMES]
+    assert names == [
+        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article", "exact")],
+        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article")],
+        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article", "exact")],
+    ]
 
 
 def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
     def course(time: float) -> dict[str, float]:
-        return {"pymunk": 60.0 + 10 * math.sin(7 * time), "article": 60 * math.exp(-time / 3)}
+        return steady(time) | {"pymunk": 60.0 + 10 * math.sin(7 * time), "article": 60 * math.exp(-time / 3)}
 
-    charts = run(scene, 0, course)
-    for step in range(1, 900):  # past the end of the first axis
-        charts.data.add(step, states(scene, step / 60, **course(step / 60)))
+    charts = charts_of(scene, 0, course)
+    charts.samples.series.cut(0)
+    for number in range(1, 902):  # past the end of the first axis
+        charts.samples.add(moment(scene, number, **course(min(number, 900) / 60)))
         step_by_step = draw(charts)
-    at_once = draw(run(scene, 15, course))
+    at_once = draw(charts_of(scene, 15, course))
     different = (pygame.surfarray.array3d(step_by_step) != pygame.surfarray.array3d(at_once)).any(axis=2)
     assert different.mean() < 2e-3  # where ends of lines meet other lines
 
 
 def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     points: list[int] = []
-    draw_line = Charts._draw_line
+    draw_lines = pygame.draw.lines
 
-    def counting(surface: Surface, line: Line, x: Floats, y: Floats, width: int) -> None:
-        points.append(len(x))
-        draw_line(surface, line, x, y, width)
+    def counting(surface: Surface, colour: Color, closed: bool, line: list[list[float]], width: int) -> Rect:
+        points.append(len(line))
+        return draw_lines(surface, colour, closed, line, width)
 
-    monkeypatch.setattr(Charts, "_draw_line", staticmethod(counting))
-    charts = run(scene, 5, lambda time: {"pymunk": 60.0})
+    monkeypatch.setattr(pygame.draw, "lines", counting)
+    charts = charts_of(scene, 5, steady)
     draw(charts)
-    assert points == [301, 301]  # energy and momentum
+    assert set(points) == {301}
+    points.clear()
     draw(charts)
-    assert len(points) == 2
-    charts.data.add(301, states(scene, pymunk=61))
+    assert not points
+    charts.samples.add(moment(scene, 302, **steady(5)))
     draw(charts)
-    assert points[2:] == [2, 2]
+    assert set(points) == {2}
 
 
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
-    charts = run(scene, 11, lambda time: {"pymunk": 60.0})
+    charts = charts_of(scene, 11, lambda time: steady(time) | {"article": 50.0})
     surface = draw(charts, time=11)
-    energy = charts.plots(PLACE, TEXT)[0]
-    assert rows_of(surface, energy, column(charts, 10.9, axis=20), FIRST)
-    assert not rows_of(surface, energy, column(charts, 11.2, axis=20), FIRST)
+    momentum = charts.plots(PLACE, TEXT)[2]
+    assert rows_of(surface, momentum, column(charts, 10.9, seconds=20), ARTICLE)
+    assert column(charts, 10.9, seconds=20) < max(columns_of(surface, momentum, ARTICLE))
+
+
+def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
+    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
+    draw(charts)
+    charts.samples.series.cut(4 * scene.rate)
+    surface = draw(charts)
+    momentum = charts.plots(PLACE, TEXT)[2]
+    assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
+    assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
+
+
+def test_charts_without_room_draw_nothing(scene: Scene) -> None:
+    surface = Surface((100, 100))
+    charts_of(scene, 1, steady).draw(surface, Rect(8, 90, 80, 0), TEXT, 1.0)
+    assert (pygame.surfarray.array3d(surface) == 0).all()
+
+
+def test_where_there_is_little_room_the_last_charts_are_left_out(scene: Scene) -> None:
+    charts = charts_of(scene, 1, steady)
+    assert [len(charts.plots(Rect(0, 0, 900, height), TEXT)) for height in (300, 130, 60)] == [3, 2, 1]
+
+
+# Time
 
 
 def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
-    charts = Charts(ChartData(scene, states(scene, pymunk=60)))
+    charts = charts_of(scene, 1, steady)
     place = Rect(8, 400, 900, 200)
     plot = charts.plots(place, TEXT)[0]
     for time in (0.0, 2.5, 10.0):
         x = place.x + round(plot.x + time / 10 * plot.width)
-        assert charts.time_at(place, TEXT, (min(x, place.right - 1), 450)) == pytest.approx(time, abs=0.02)
-    assert charts.time_at(place, TEXT, (9, 450)) == 0.0  # in the margin
-    assert charts.time_at(place, TEXT, (500, 399)) is None
+        assert charts.time_at(place, TEXT, x) == pytest.approx(time, abs=0.02)
+    assert charts.time_at(place, TEXT, 9) == 0.0  # in the margin
+
+
+def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scene: Scene) -> None:
+    charts = charts_of(scene, 8, steady)
+    draw(charts)
+    x = column(charts, 4)
+    for factor in (0.5, 0.5, 0.3):
+        charts.zoom(charts.time_at(PLACE, TEXT, x), factor)
+        assert charts.time_at(PLACE, TEXT, x) == pytest.approx(4, abs=0.02)
+    left = charts.plots(PLACE, TEXT)[0].x
+    assert charts.time_at(PLACE, TEXT, left) > 3
+    charts.zoom(4, 100)
+    assert charts.time_at(PLACE, TEXT, left) == 0
+
+
+def test_a_selection_is_shown_alone_and_a_click_shows_all(scene: Scene) -> None:
+    charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0 if time < 4.5 else 20.0})
+    charts.selection = 5.0, 4.0
+    charts.zoom_to_selection()
+    surface = draw(charts)
+    momentum = charts.plots(PLACE, TEXT)[2]
+    for time, speed in ((4.2, 50), (4.8, 20)):
+        x = column(charts, time, start=4, seconds=1)
+        assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 100), speed), abs=1)
+    charts.selection = 4.5, 4.5
+    charts.zoom_to_selection()
+    assert charts.time_at(PLACE, TEXT, momentum.right) == pytest.approx(10)
+
+
+def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None:
+    charts = charts_of(scene, 8, steady)
+    charts.selection = 1.0, 2.0
+    charts.zoom_to_selection()
+    plot = charts.plots(PLACE, TEXT)[0]
+    for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
+        draw(charts, time)
+        assert charts.time_at(PLACE, TEXT, plot.x) == pytest.approx(first, abs=0.01)
 
 
 def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
-    charts = run(scene, 2, lambda time: {"pymunk": 60.0})
+    charts = charts_of(scene, 2, steady)
     surface = draw(charts, time=4)
-    energy = charts.plots(PLACE, TEXT)[0]
-    ink = Color("black")
-    assert len(rows_of(surface, energy, column(charts, 4), ink)) == energy.height
-    assert len(rows_of(surface, energy, column(charts, 5), ink)) == 0
+    gap = charts.plots(PLACE, TEXT)[1]
+    assert len(rows_of(surface, gap, column(charts, 4), Color("black"))) == gap.height
+    assert len(rows_of(surface, gap, column(charts, 5), Color("black"))) == 0
 
 
-def test_horizon_and_first_differences_are_marked_through_all_charts(scene: Scene) -> None:
-    charts = run(scene, 2, lambda time: {"pymunk": 60.0, "article": 60.0})
+# Marks and values
+
+
+def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene) -> None:
+    charts = charts_of(scene, 2, steady)
     before = pygame.surfarray.array3d(draw(charts))
-    charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 10.1})
-    surface = draw(charts)
-    for plot in charts.plots(PLACE, TEXT):
-        assert rows_of(surface, plot, column(charts, 7), SECOND)
-        assert rows_of(surface, plot, column(charts, 6), Color("black"))
-    changed = (pygame.surfarray.array3d(surface) != before).any(axis=2)
-    assert not changed[: column(charts, 5.9)].any()
-    assert not changed[column(charts, 9.5) :].any()  # pymunk's first difference is beyond the axis
+    charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 7.01}, stopped=(8.0, "why"))
+    after = pygame.surfarray.array3d(draw(charts))
+    plots = charts.plots(PLACE, TEXT)
+    changed = (after != before).any(axis=2)[:, plots[0].y : plots[-1].bottom]
+    wide = {column(charts, time) for time in (6, 7, 7.01, 8)}
+    assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
+    labels = [label for _, label in charts._placed_marks(plots[0], TEXT)]
+    assert all(label.bottom <= plots[0].y for label in labels)
+    assert all(label.collidelist(labels[k + 1 :]) < 0 for k, label in enumerate(labels))
 
 
-def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    labels = list[str]()
-
-    def note(text: str, *_: object) -> Surface:
-        labels.append(text)
-        return Surface((9, 9))
-
-    monkeypatch.setattr("sandbox.view.charts.lettering", note)
-    charts = run(scene, 2, lambda time: {"pymunk": 60.0})
+def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene) -> None:
+    charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
-    surface = draw(charts)
-    plot = charts.plots(PLACE, TEXT)[0]
-    assert rows_of(surface, plot, column(charts, 5), Color("black"))
-    assert not rows_of(surface, plot, column(charts, 6), Color("black"))
-    assert [label for label in labels if label in {"horizon", "undecided", "unresolved"}] == ["undecided"]
-
-
-def test_charts_without_room_draw_nothing(scene: Scene) -> None:
-    charts = run(scene, 1, lambda time: {"pymunk": 60.0})
-    surface = Surface((100, 100))
-    charts.draw(surface, Rect(8, 90, 80, 0), TEXT, 1.0)
-    assert (pygame.surfarray.array3d(surface) == 0).all()
-
-
-def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
-    charts = run(scene, 8, lambda time: {"pymunk": 60.0})
     draw(charts)
-    charts.data.series.cut(4 * scene.rate)
-    surface = draw(charts)
-    energy = charts.plots(PLACE, TEXT)[0]
-    assert rows_of(surface, energy, column(charts, 3.9), FIRST)
-    assert not rows_of(surface, energy, column(charts, 4.2), FIRST)
+    [(mark, label)] = charts._placed_marks(charts.plots(PLACE, TEXT)[0], TEXT)
+    assert (mark.text, mark.time) == ("undecided", 5.0)
+    assert charts.mark_at(PLACE, TEXT, label.center) == mark
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    cards: list[list[list[str]]] = []
+    monkeypatch.setattr("sandbox.view.charts.card", lambda surface, rows, *_: cards.append(rows))
+    window = Window(scene_of(*TWO, more="seconds = 10"), ["pymunk", "impulse"])
+    run(window, 120)
+    charts, layout = window.view.charts, window.layout
+    charts.marks = Marks(differences={"impulse": 1.0})
+    window.draw()
+    plot = charts.plots(layout.strip, layout.text_height)[0]
+    [(_, label)] = charts._placed_marks(plot, layout.text_height)
+    on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
+    for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
+        window.on_event(pygame.event.Event(what, pos=on_label, button=1))
+    assert step(window) == 60
+    charts.marks = Marks(differences={"impulse": 1.0})  # the run itself has none
+    hover(window, on_label)
+    window.draw()
+    assert cards[-1][0] == ["1.00 s", "impulse differs"]
+    hover(window, (layout.strip.x + plot.x + round(0.15 * plot.width), layout.strip.y + plot.centery))
+    window.draw()
+    assert cards[-1] == [["1.500 s", "energy, % from exact"], ["pymunk", "+0 %"], ["impulse", "+0 %"]]
+
+
+@pytest.mark.usefixtures("memory_screen")
+def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
+    run(window, 60)
+    window.draw()
+    charts, layout = window.view.charts, window.layout
+    plot = charts.plots(layout.strip, layout.text_height)[0]
+
+    def at(share: float) -> tuple[int, int]:
+        return layout.strip.x + plot.x + round(share * plot.width), layout.strip.centery
+
+    def shown() -> tuple[float, float]:
+        first, last = (charts.time_at(layout.strip, layout.text_height, at(share)[0]) for share in (0, 1))
+        return first, last
+
+    before = shown()
+    hover(window, at(0.5))
+    window.on_event(pygame.event.Event(pygame.MOUSEWHEEL, x=0, y=2))
+    assert shown()[1] - shown()[0] == pytest.approx((before[1] - before[0]) / 1.25**2)
+    for what, share in ((pygame.MOUSEBUTTONDOWN, 0.5), (pygame.MOUSEBUTTONUP, 0.5)):
+        window.on_event(pygame.event.Event(what, pos=at(share), button=3))
+    assert shown() == before
+    window.on_event(pygame.event.Event(pygame.MOUSEBUTTONDOWN, pos=at(0.5), button=3))
+    window.on_event(pygame.event.Event(pygame.MOUSEMOTION, pos=at(0.2), buttons=(0, 0, 1)))
+    window.on_event(pygame.event.Event(pygame.MOUSEBUTTONUP, pos=at(0.2), button=3))
+    length = before[1] - before[0]
+    assert shown() == pytest.approx((0.2 * length, 0.5 * length), abs=0.02 * length)
+    assert step(window) == 60

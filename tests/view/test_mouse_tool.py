@@ -4,7 +4,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from pygame import Surface
+from pygame import Color, Surface
 from pygame.event import Event
 from window_driver import THREE_BALLS, colour_at, drag, given, hover, mouse, pixels, point, press, run, slider, step
 
@@ -329,12 +329,12 @@ def test_every_layer_follows_the_zoom(window: Window) -> None:
     window.mouse.point = None
     window.mouse.lens = Lens(2.0, (0.25, 0.5))
     layout = window.layout
-    pane = window.view.panes[0]
+    pane, ghosts = window.view.panes[0], window.view.panes[1].state
     zoomed = Surface(layout.window)
-    pane.draw(zoomed, layout, 0, window.showing, None)
+    pane.draw(zoomed, layout, 0, window.showing, Color("white"), ghosts)
     large = Layout((2 * layout.arenas[0].width + 2 * GAP, 9000), layout.arena, 1)
     whole = Surface(large.window)
-    pane.draw(whole, large, 0, window.showing, None)
+    pane.draw(whole, large, 0, window.showing, Color("white"), ghosts)
     part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
     assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
 

@@ -1,12 +1,29 @@
-"""Colours stand out on every background."""
+"""Colours stand out on every background, and one engine's from another's."""
 
+import math
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+import pytest
 from pygame import Color
 
+from sandbox.engines import registry
+from sandbox.engines.colours import colours_of
 from sandbox.scene.fields import rgb
+from sandbox.state import Floats
 from sandbox.view.palette import chart_background, palette
 
+ENGINES: Final = ["pymunk", "article", "impulse", "exact", "box2d"]
+SIGHTS: Final = {
+    "usual": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "protanopia": [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+    "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+    "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.3039]],
+}
 
-def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash() -> None:
+
+def test_colours_stand_out_from_light_and_dark() -> None:
     def luminance(colour: Color) -> float:
         parts = [part / 255 for part in (colour.r, colour.g, colour.b)]
         red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
@@ -18,8 +35,8 @@ def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash()
 
     for background in ("white", "black", "#22262b", "#f5f5dc", "#14532d", "tomato"):
         on_paper = palette(chart_background(background))
-        for line in on_paper.lines:
-            assert against(line.colour, on_paper.ground) > 2.6
+        for colour in on_paper.engines([*ENGINES, *"abcdef"]).values():
+            assert against(colour, on_paper.ground) > 2.6
         colours = palette(background)
         ground = Color(*rgb(background))
         assert against(colours.ink, ground) > 7
@@ -27,5 +44,34 @@ def test_colours_stand_out_from_light_and_dark_and_no_two_engines_share_a_dash()
             continue
         for colour in (colours.momentum, colours.contact):
             assert against(colour, ground) > 2.6
-        assert len({line.dash for line in colours.lines}) == len({tuple(line.colour) for line in colours.lines}) == 5
-        assert colours.line(7) == colours.line(2)
+
+
+def test_an_engine_has_its_colour_whatever_runs_beside_it() -> None:
+    settings = "pymunk(substeps=4)"
+    alone = {name: colours_of([name])[name] for name in ENGINES}
+    assert len(set(alone.values())) == len(ENGINES)
+    assert set(registry()) <= set(ENGINES)
+    for names in (ENGINES, [*reversed(ENGINES), settings], ["mine", "exact", settings]):
+        colours = colours_of(names)
+        assert all(colours[name] == alone[name] for name in names if name in alone)
+        assert len(set(colours.values())) == len(names)
+    assert colours_of(["mine", settings]) == colours_of([settings, "mine"])
+
+
+@pytest.mark.parametrize("sight", SIGHTS.values(), ids=SIGHTS)
+def test_no_two_engines_look_alike_to_the_colour_blind(sight: list[list[float]]) -> None:
+    """Distances in CIELAB of 2.3 are just noticeable; the matrices are of Machado, Oliveira and Fernandes (2009)."""
+    seen = [_lab(np.clip(np.array(sight) @ _linear(colour), 0, 1)) for colour in colours_of(ENGINES).values()]
+    assert min(math.dist(a, b) for a, b in combinations(seen, 2)) > 6 * 2.3
+
+
+def _linear(colour: str) -> Floats:
+    parts = np.array(rgb(colour)) / 255
+    return np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+
+
+def _lab(linear: Floats) -> Floats:
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]) @ linear
+    scaled = xyz / [0.9505, 1.0, 1.089]
+    x, y, z = np.where(scaled > 0.008856, np.cbrt(scaled), 7.787 * scaled + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])

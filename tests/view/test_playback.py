@@ -117,7 +117,9 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     assert bool(layout.bar.height) != charts
     if charts:
         plot = window.view.charts.plots(layout.strip, layout.text_height)[0]
-        places = {at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.y + 9) for at in (0.5, 1, 9)}
+        places = {
+            at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
+        }
     else:
         bar = layout.bar
         places = {at: (bar.x + round(min(at / 2, 1) * bar.width), bar.centery) for at in (0.5, 1, 9)}
@@ -170,20 +172,20 @@ def test_a_step_not_in_the_history_is_shown_once_it_has_been_run_again(
 
 def test_charts_follow_the_run_and_restart_with_it(window: Window) -> None:
     run(window, 20)
-    assert window.view.charts.data.series.steps.tolist() == list(range(21))
+    assert window.view.session.samples.series.steps.tolist() == list(range(21))
     press(window, "r")
-    assert window.view.charts.data.series.steps.tolist() == [0]
+    assert window.view.charts.samples.series.steps.tolist() == [0]
 
 
 def test_an_edit_in_the_past_removes_later_samples_from_the_charts(window: Window) -> None:
     run(window, 60)
-    steps = window.view.charts.data.series.steps
+    steps = window.view.session.samples.series.steps
     window.playback.seek(20)
     assert steps[-1] == 60
     press(window, ".", "Delete")
-    assert window.view.charts.data.series.steps[-1] == 20
+    assert window.view.session.samples.series.steps[-1] == 20
     run(window, 5)
-    assert window.view.charts.data.times[-1] == pytest.approx(25 / 60)
+    assert window.view.session.samples.times[-1] == pytest.approx(25 / 60)
 
 
 def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) -> None:

@@ -1,7 +1,7 @@
 """The law of contact: two discs collide, or one bounces off a wall.
 
 A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance, and `friction`
-adds a part along the tangent. Its elasticity is the product of the two factors, with three exceptions that keep an
+adds a part along the tangent. Its elasticity is the product of the two factors, with four exceptions that keep an
 inelastic collapse, infinitely many contacts in finite time, from stopping the clock:
 
 - Collapse. A contact is elastic if both bodies, or the disc that meets a wall, have had MAX_STREAK contacts, each
@@ -21,6 +21,9 @@ inelastic collapse, infinitely many contacts in finite time, from stopping the c
 - Heaps at rest. What stands still is frozen, as `islands` describes, and has no contacts. To slow discs an island is
   infinitely heavy, and a fast hit (`wakes`) wakes it first. A disc with MAX_SLOW_CONTACTS slow contacts in a hop time
   is jammed, and discs are examined at once.
+- No room. Under gravity, discs that fill the room between walls to the last bit cannot part, so their contacts at one
+  instant would have no end. After STUCK_STREAK contacts they are stuck: contacts slower than a hop take all closing
+  speed, what rounding leaves of it is ignored, and discs are examined at once. For a hop time, no hit wakes the island.
 """
 
 import math
@@ -33,12 +36,15 @@ from sandbox.engines.exact.friction import rub_discs, rub_wall
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.records import STATIC
 from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
-from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
+from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MAX_STREAK: Final = 50  # contacts of a disc, each within CONTACT_TIME of the last, after which they are elastic
 MAX_WEDGED_STREAK: Final = 10_000  # the same, after which a wall returns no speed: the disc is wedged
 MAX_LOSSLESS_STREAK: Final = 10_000_000  # the same where no contact takes energy
+STUCK_STREAK: Final = 1 << 8  # the same, after which slow contacts take all speed: the discs have no room
+SETTLED: Final = 1e-7  # of the discs' speeds and a hop's: closing speeds that stuck discs keep without a contact
+STUCK_PULL: Final = 1e-3  # of gravity, the largest pull towards each other of stuck discs that keep still
 MIN_PARTING: Final = 1e-12  # of the discs' speeds, so that they part even where e = 0 has left no closing speed
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
 HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall
@@ -71,6 +77,20 @@ def _collapses(body: Record, now: float) -> bool:
 
 
 @kernel
+def is_stuck(body: Record, now: float) -> bool:
+    """Return whether a disc's contacts follow each other as those of discs that have no room to part."""
+    return body.streak >= STUCK_STREAK and _contact_is_recent(body, now)
+
+
+@kernel
+def _are_stuck(world: World, i: int, j: int, closing: float, pull: float, now: float) -> bool:
+    """Return whether discs i and j have no room to part, and their contacts have become slow."""
+    if not (is_stuck(world.body[i], now) and is_stuck(world.body[j], now)):
+        return False
+    return closing < world.hop_speed and pull < STUCK_PULL * math.hypot(world.gravity[0], world.gravity[1])
+
+
+@kernel
 def _hop_speed(world: World, i: int, now: float) -> float:
     """Return the speed at which disc i parts from others that it leans on, px/s: faster if it has many contacts."""
     body = world.body[i]
@@ -83,6 +103,8 @@ def _hop_speed(world: World, i: int, now: float) -> float:
 def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now: float) -> Parting:
     """Return how discs i and j part. closing: px/s; pull: px/s², which presses them together if positive."""
     a, b, of_a, of_b = world.disc[i], world.disc[j], world.body[i], world.body[j]
+    if _are_stuck(world, i, j, closing, pull, now):
+        return Parting(0.0, False, False)
     speed = of_a.elasticity * of_b.elasticity * closing
     if _contact_is_recent(of_a, now) and _contact_is_recent(of_b, now):
         if _collapses(of_a, now) and _collapses(of_b, now):
@@ -126,7 +148,7 @@ def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now
         if _collapses(body, now):
             speed = closing
         speed = max(speed, MIN_PARTING * (abs(disc.vx) + abs(disc.vy)))
-        if _is_wedged(world, body, piece):
+        if _is_wedged(world, body, piece) or (is_stuck(body, now) and closing < world.hop_speed):
             speed = 0.0
     leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
@@ -137,6 +159,17 @@ def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now
         if speed < hop:
             return Parting(hop, True, False)
     return Parting(speed, False, False)
+
+
+@kernel
+def keep_still(world: World, i: int, j: int, m: Motion, o: Motion, now: float) -> bool:
+    """Return whether discs i and j, which touch now and move like m and o, are stuck and have no speed but rounding."""
+    if not world.has_gravity:
+        return False
+    nx, ny, _ = unit(o.x - m.x, o.y - m.y)
+    closing, pull = (m.vx - o.vx) * nx + (m.vy - o.vy) * ny, (m.ax - o.ax) * nx + (m.ay - o.ay) * ny
+    scale = abs(m.vx) + abs(m.vy) + abs(o.vx) + abs(o.vy) + world.hop_speed
+    return closing <= SETTLED * scale and _are_stuck(world, i, j, closing, pull, now)
 
 
 @kernel
@@ -158,7 +191,7 @@ def is_jammed(world: World, i: int, now: float) -> bool:
 @kernel
 def wakes(world: World, i: int, other: int, now: float) -> bool:
     """Return whether disc i is part of a static island, and the other disc hits it so fast that it wakes it."""
-    if world.event[i].carrier != STATIC:
+    if world.event[i].carrier != STATIC or now < world.rest.taken[i].firm_until:
         return False
     disc, m = world.disc[i], motion(world, other, now)
     nx, ny, _ = unit(disc.x - m.x, disc.y - m.y)
@@ -278,5 +311,6 @@ def _count_slow_contact(world: World, i: int, closing: float, now: float) -> Non
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += 1
-    if body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from:
+    is_power_of_two = body.streak & (body.streak - 1) == 0  # so that few examinations are in vain
+    if (is_stuck(body, now) and is_power_of_two) or (body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from):
         plan.is_due, plan.time = 1, now

@@ -1,7 +1,8 @@
 """The grid: cells wider than any disc, so that a disc can meet only the discs of the 3 x 3 cells around it.
 
 Each cell lists its discs (a linked list, so that any number fits) and the pieces of wall that a disc centred in it can
-touch. A ring of empty cells around the arena spares a test at the border.
+touch. A ring of empty cells around the arena spares a test at the border. A disc outside the arena belongs to the cell
+at its edge that is nearest: this puts no two discs further apart, so that none is overlooked.
 """
 
 import math
@@ -20,6 +21,7 @@ from sandbox.state import Floats
 # empty cells, more means testing discs that are far away.
 ITEMS_PER_CELL: Final = 0.6
 CELL_MARGIN: Final = 1e-9  # relative, of the cells' width and the walls' reach: far above rounding
+FAR: Final = 1e30  # px, where the cells at the arena's edge end: no disc gets there, and its square is no overflow
 
 CELL: Final = np.dtype(
     [
@@ -52,7 +54,7 @@ def empty_grid(count: int, widest: float, size: Sequence[float], pieces: NDArray
     far = (widest + math.hypot(width, height)) / 2
     near = [_cells_near(piece, x, y, far) for piece in pieces]
     number = np.repeat(np.arange(len(pieces)), [len(cells) for cells in near])
-    listed = np.concatenate(near)
+    listed = np.concatenate([np.empty(0, np.int64), *near])
     order = np.argsort(listed, kind="stable")
     cell["first"] = NONE
     cell["begin"] = np.searchsorted(listed[order], np.arange(len(cell)))
@@ -62,12 +64,15 @@ def empty_grid(count: int, widest: float, size: Sequence[float], pieces: NDArray
 def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> NDArray[np.int64]:
     """Return the numbers of the cells whose centres are at most `far` (px) from a piece.
 
-    x, y: px, the centres' coordinates, by column and by row.
+    x, y: px, the centres' coordinates, by column and by row. Of a piece that leaves the arena, also the cells at the
+    edge whose discs outside may be that near, by the piece's bounding box.
     """
     start = np.array([piece["x"], piece["y"]])
     end = start + piece["length"] * np.array([piece["tx"], piece["ty"]])
     far = (far + piece["half_thickness"]) * (1 + CELL_MARGIN)
-    low, high = np.minimum(start, end) - far, np.maximum(start, end) + far
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    leaves = (low < 0).any() or (high > (x[0] + x[-1], y[0] + y[-1])).any()
+    low, high = np.minimum(low - far, (x[-1], y[-1])), np.maximum(high + far, (x[0], y[0]))
     columns, rows = (np.flatnonzero((c >= low[k]) & (c <= high[k])) for k, c in enumerate((x, y)))
     centre = np.stack(np.meshgrid(x[columns], y[rows]), axis=-1)
     distance = (
@@ -75,7 +80,8 @@ def _cells_near(piece: Record, x: NDArray[Any], y: NDArray[Any], far: float) -> 
         if piece["length"]
         else np.linalg.norm(centre - start, axis=-1)
     )
-    row, column = np.nonzero(distance <= far)
+    at_edge = np.isin(rows, (0, len(y) - 1))[:, None] | np.isin(columns, (0, len(x) - 1))
+    row, column = np.nonzero((distance <= far) | (leaves & at_edge))
     return (rows[row] + 1) * (len(x) + 2) + columns[column] + 1
 
 
@@ -94,6 +100,12 @@ def morton_order(grid: Grid, number: NDArray[np.int64]) -> NDArray[np.int64]:
     for bit in range(31):
         place |= ((column >> bit & 1) | (row >> bit & 1) << 1) << 2 * bit
     return place
+
+
+@kernel
+def extent(index: int, last: int, width: float) -> tuple[float, float]:
+    """Return where a column or row of cells begins and ends (px), given its number from 1 and the last one's."""
+    return -FAR if index == 1 else (index - 1) * width, FAR if index == last else index * width
 
 
 @kernel

@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import entry, kernel
+from sandbox.engines.exact.contact import is_stuck
 from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
 from sandbox.engines.exact.records import NONE, PLAN, STATIC, SUPPORT, TAKEN
-from sandbox.engines.exact.statics import Columns, columns_of, equilibrium, loose
+from sandbox.engines.exact.statics import Columns, columns_of, equilibrium, loose, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.touching import MAX_TOUCHING, Touching, find_restless, groups
 from sandbox.engines.exact.world import Rest, World, move_to_now, release
@@ -107,8 +108,12 @@ def report_islands(world: World, since: float, now: float, log: Log) -> None:
 def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
     """Make discs part of an island, which gets their momentum, and what walls carried of them. since: start of step.
 
-    Their spin is lost: a couple that no contact without area has.
+    Their spin is lost: a couple that no contact without area has. If some are stuck, no hit wakes them for a hop time.
     """
+    firm_until = -np.inf
+    for i in disc:
+        if is_stuck(world.body[i], now):
+            firm_until = now + world.hop_time
     for i in disc:
         d, body, event, taken = world.disc[i], world.body[i], world.event[i], world.rest.taken[i]
         move_to_now(world, i, now)
@@ -116,6 +121,7 @@ def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
         carried_for = now - start if event.carrier != NONE else 0.0
         taken.x = body.mass * (d.vx + carried_for * (world.gravity[0] - body.ax))
         taken.y = body.mass * (d.vy + carried_for * (world.gravity[1] - body.ay))
+        taken.firm_until = firm_until
         world.rest.plan[0].owes = 1
         d.vx = d.vy = body.ax = body.ay = 0.0
         d.serial += 1
@@ -315,16 +321,18 @@ class Islands:
         return np.concatenate([no_contacts(), *(_report(island.support, since, now) for island in closed)])
 
     def _pass_on(self, island: Island) -> None:
-        """Pass on what an island was given, through its contacts to the walls."""
+        """Pass on what an island was given, through its contacts to the walls: pulling only as far as pushing fails."""
         taken, heap = self._world.rest.taken, island.heap
         given = np.stack([taken["x"][heap.disc], taken["y"][heap.disc]], axis=1)
-        if given.any():
-            nothing = np.zeros(len(heap.columns.x))
-            _, impulse = equilibrium(heap.columns, heap.mass[:, :2], given, nothing, nothing == 0)
-            along_normal, along_tangent = heap.of_contacts(impulse).T
-            island.support["impulse"] += along_normal
-            island.support["tangential"] += along_tangent
-            taken["x"][heap.disc] = taken["y"][heap.disc] = 0.0
+        nothing = np.zeros(len(heap.columns.x))
+        for pulls in (nothing > 0, nothing == 0):
+            if given.any():
+                _, impulse = equilibrium(heap.columns, heap.mass[:, :2], given, nothing, pulls)
+                along_normal, along_tangent = heap.of_contacts(impulse).T
+                island.support["impulse"] += along_normal
+                island.support["tangential"] += along_tangent
+                given += pushed(heap.columns, impulse, len(given))
+        taken["x"][heap.disc] = taken["y"][heap.disc] = 0.0
 
     def _supports(self, touching: Touching, force: Floats, now: float) -> NDArray[np.void]:
         """Return contacts, (c,) SUPPORT, with forces, (c, 2), that they carry from now on."""

@@ -5,7 +5,9 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.contact import keep_still
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
+from sandbox.engines.exact.grid import extent
 from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
@@ -40,7 +42,8 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
                 # After j's own next contact, j is predicted anew against all discs, i among them.
                 limit = min(disc[i].hit, disc[j].hit) - now
                 time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
-                if time < NEVER and i != j and time <= disc[j].hit:
+                is_next = time < NEVER and i != j and time <= disc[j].hit
+                if is_next and not (time == now and keep_still(world, i, j, m, o, now)):
                     _propose_contact(world, i, time, j, np.int64(disc[j].serial))
                 j = np.int64(disc[j].next)
 
@@ -85,8 +88,10 @@ def _predict_crossing(world: World, i: int, m: Motion, now: float) -> None:
     """Predict when and where disc i leaves its cell."""
     grid, event = world.grid, world.event[i]
     row, column = divmod(np.int64(event.cell), grid.stride)
-    dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, (column - 1) * grid.width, column * grid.width)
-    dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, (row - 1) * grid.height, row * grid.height)
+    left, right = extent(column, grid.stride - 2, grid.width)
+    top, bottom = extent(row, len(grid.cell) // grid.stride - 2, grid.height)
+    dt_x, way_x = time_to_leave(m.x, m.vx, m.ax, left, right)
+    dt_y, way_y = time_to_leave(m.y, m.vy, m.ay, top, bottom)
     dt, offset = (dt_x, way_x) if dt_x < dt_y else (dt_y, way_y * grid.stride)
     event.crossing, event.cell_offset = now + dt, offset
 

@@ -66,12 +66,13 @@ TURN: Final = np.dtype(
     ]
 )
 
-TAKEN: Final = np.dtype(  # what a disc of a static island was given, kg px/s
+TAKEN: Final = np.dtype(  # what a disc of a static island was given: momentum, kg px/s
     [
         ("x", "f8"),  # since it was last passed on to the walls
         ("y", "f8"),
         ("load_x", "f8"),  # since the island was last examined
         ("load_y", "f8"),
+        ("firm_until", "f8"),  # s, until when no hit wakes the island
     ]
 )
 

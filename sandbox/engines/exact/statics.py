@@ -119,6 +119,15 @@ def equilibrium(columns: Columns, mass: Floats, load: Floats, force: Floats, bil
     return a.reshape(load.shape), f
 
 
+def pushed(columns: Columns, force: Floats, count: int) -> Floats:
+    """Return what forces of the columns, (k,), do to each of the discs, of which there are `count`: (count, 2)."""
+    total, pairs = np.zeros((count, 2)), columns.second != NONE
+    push = force[:, None] * np.stack([columns.x, columns.y], axis=1)
+    np.subtract.at(total, columns.first, push)
+    np.add.at(total, columns.second[pairs], push[pairs])
+    return total
+
+
 def loose(columns: Columns, mass: Floats, force: Floats) -> Bools:
     """Return which discs can give way: (n,). force: (k,), with which the columns carry the load.
 

@@ -77,7 +77,7 @@ def is_restless(world: World, i: int, now: float) -> bool:
     """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight."""
     if world.event[i].carrier == STATIC:
         return world.rest.taken[i].load_x != 0 or world.rest.taken[i].load_y != 0
-    return is_jammed(world, i, now) or (now < world.body[i].leans_until and is_slow(world, i, now))
+    return is_slow(world, i, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
 
 
 @entry

@@ -1,10 +1,10 @@
 """The jobs of a sweep, and the row that each yields."""
 
-import json
 import platform
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from itertools import product
@@ -13,14 +13,17 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
+from sandbox.analysis.documents import figure_columns
 from sandbox.analysis.gas import speed_law
-from sandbox.analysis.measurement import Figures, Run
+from sandbox.analysis.measurement import Run
 from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import TEXTBOOK_ENGINES, TUNED, create
+from sandbox.engines import TEXTBOOK_ENGINES, TUNED, create, settings_in
 from sandbox.engines.article import pow_variant
-from sandbox.errors import SandboxError
+from sandbox.engines.specs import Value, format_settings, parse_settings
+from sandbox.errors import EngineError, SandboxError, suggestion
 from sandbox.quantity import length
-from sandbox.scene.model import Scene
+from sandbox.scene.keys import OF_CONTACTS, with_value
+from sandbox.scene.model import PymunkSettings, Scene
 from sandbox.scene.spawn import spawn
 
 Row = dict[str, Any]  # column -> value
@@ -28,12 +31,13 @@ Row = dict[str, Any]  # column -> value
 LIBRARIES: Final = {"sandbox": "pymunk-sandbox", "pymunk": "pymunk", "numpy": "numpy", "numba": "numba"}
 MAX_ROWS: Final = 1_000_000  # in memory
 MAX_REFERENCE_BYTES: Final = 256_000_000  # of positions: a longer run is not shared, but run again for each row
+OF_PYMUNK: Final = tuple(PymunkSettings.model_fields)
 UNTUNED: Final = (REFERENCE, *TEXTBOOK_ENGINES)  # engines that do not read Pymunk's settings
 SPEED_CLASSES: Final = 20  # equally likely under the law of speeds, for counting final speeds
 
 
 class Job(NamedTuple):
-    """One run of one engine. settings: of Pymunk, as in "iterations=10 substeps=4"."""
+    """One run of one engine. settings: of Pymunk and keys of the scene, as in "iterations=10, substeps=4"."""
 
     seed: int
     rate: int
@@ -47,7 +51,7 @@ class Job(NamedTuple):
 
 COLUMNS: Final = (
     *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved"),
-    *(field.name for field in fields(Figures)),
+    *figure_columns(),
     *(*LIBRARIES, "python", "pow", "wall_s"),
 )
 
@@ -66,28 +70,29 @@ def plan(
     seeds: Sequence[int],
     rates: Sequence[int],
     engines: Sequence[str],
-    settings: Mapping[str, Sequence[float]] | None = None,
+    settings: Mapping[str, Sequence[Value]] | None = None,
     *,
     against: str | None = None,
 ) -> Sweep:
-    """Plan a job for each seed, rate and engine, and for Pymunk one for each combination of its settings.
+    """Plan a job for each seed, rate, engine, and combination of the settings that the engine has.
 
-    Raises SandboxError for an invalid setting, rate or seed, and if an engine cannot run the scene.
+    settings: of Pymunk, or keys of the scene, which are those of every engine. Raises SandboxError for an invalid
+    setting, rate or seed, and if an engine cannot run the scene.
     """
-    if settings and TUNED not in engines:
-        raise SandboxError(f"--set changes settings of {TUNED}, which is not among the engines; add it to --engines")
-    choices = [[f"{key}={value}" for value in values] for key, values in sorted((settings or {}).items())]
-    tunings = [" ".join(choice) for choice in product(*choices)]
-    tunings_of = {engine: tunings if engine == TUNED else [""] for engine in engines}
+    settings = settings or {}
+    _check_keys(engines, settings)
+    tunings_of = {engine: _tunings(engine, settings) for engine in engines}
     count = len(seeds) * len(rates) * sum(map(len, tunings_of.values()))
     if count > MAX_ROWS:
         raise SandboxError(f"a sweep of {count:,} rows is larger than the limit of {MAX_ROWS:,}")
     first = scene.changed(seed=seeds[0])
     against = against or REFERENCE
-    for name in dict.fromkeys([*engines, against]):
-        create(name, first, spawn(first))
-    for rate, tuning in product(rates, tunings):
-        scene_of_job(first, Job(seeds[0], rate, TUNED, tuning))
+    for engine, tunings in tunings_of.items():
+        for rate, tuning in product(rates, tunings):
+            scene_of_job(first, Job(seeds[0], rate, engine, tuning))
+    for engine in dict.fromkeys([*engines, against]):
+        with suppress(EngineError):  # which costs its rows only
+            create(engine, first, spawn(first))
     jobs = (
         Job(seed, rate, engine, tuning)
         for seed, rate, engine in product(seeds, rates, engines)
@@ -96,17 +101,52 @@ def plan(
     return Sweep(scene, against, tuple(dict.fromkeys(jobs)))
 
 
+def _check_keys(engines: Sequence[str], settings: Mapping[str, object]) -> None:
+    """Raise SandboxError if a key cannot be set: --set is not for it, or no engine has it open."""
+    for key in settings:
+        if option := {"rate": "--rates", "seed": "--seeds"}.get(key):
+            raise SandboxError(f"--set {key}: {option} runs several of them")
+        if key in OF_PYMUNK:
+            tuned = [engine for engine in engines if settings_in(engine)[0] == TUNED]
+            if not tuned:
+                raise SandboxError(
+                    f"--set {key} changes a setting of {TUNED}, which is not among the engines; add it to --engines"
+                )
+            if fixed := [engine for engine in tuned if key in settings_in(engine)[1]]:
+                raise SandboxError(f"--set {key}: {fixed[0]} has a value of its own; name it without")
+        elif key.partition(".")[0] not in (*Scene.model_fields, *OF_CONTACTS):
+            hint = suggestion(key, [*OF_PYMUNK, *Scene.model_fields, *OF_CONTACTS])
+            raise SandboxError(f"--set {key}: is neither a setting of {TUNED} nor a key of the scene; {hint}")
+
+
+def _tunings(engine: str, settings: Mapping[str, Sequence[Value]]) -> list[str]:
+    """List all combinations of the settings that an engine has: keys of the scene, and for Pymunk its own."""
+    is_tuned = settings_in(engine)[0] == TUNED
+    keys = [key for key in sorted(settings) if is_tuned or key not in OF_PYMUNK]
+    choices = product(*(settings[key] for key in keys))
+    return [format_settings(dict(zip(keys, choice, strict=True))) for choice in choices]
+
+
+def _settings_of(job: Job) -> dict[str, Value]:
+    return parse_settings(job.settings, job.settings) if job.settings else {}
+
+
 def scene_of_job(scene: Scene, job: Job) -> Scene:
     """Return the scene that a job runs. Raises SandboxError for an invalid setting, rate or seed."""
-    pairs = (setting.partition("=") for setting in job.settings.split())
-    settings = {key: json.loads(value) for key, _, value in pairs}
-    pymunk = scene.pymunk.model_dump(exclude_unset=True) | settings
+    tuning: dict[str, Value] = {}
+    for key, value in _settings_of(job).items():
+        if key in OF_PYMUNK:
+            tuning[key] = value
+        else:
+            scene = with_value(scene, key, value)
+    pymunk = scene.pymunk.model_dump(exclude_unset=True) | tuning
     return scene.changed(seed=job.seed, rate=job.rate, pymunk=pymunk)
 
 
 def reference_job(against: str, job: Job) -> Job:
     """Return the job of the reference that a job is measured against; jobs for which it is the same can share it."""
-    return job._replace(engine=against, settings="" if against in UNTUNED else job.settings)
+    settings = {key: value for key, value in _settings_of(job).items() if key not in OF_PYMUNK}
+    return job._replace(engine=against, settings=format_settings(settings) if against in UNTUNED else job.settings)
 
 
 class Shared(NamedTuple):
@@ -136,6 +176,8 @@ def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
     scene = scene_of_job(scene, job)
     if shared is None or shared.pow != pow_variant():
         comparison = compare(scene, list(dict.fromkeys([job.engine, against])), against=against)
+        if job.engine in comparison.failed:
+            raise comparison.failed[job.engine]
     else:
         comparison = compare_with(shared.reference, scene, job.engine)
     wall = time.perf_counter() - start
@@ -175,19 +217,6 @@ def count_speeds(comparison: Comparison, run: Run) -> list[int]:
     shares = speed_law(speed, whole, len(mass))
     counts, _ = np.histogram(shares, SPEED_CLASSES, (0, 1))
     return [int(count) for count in counts]
-
-
-def table(rows: Sequence[Row]) -> tuple[list[str], list[list[object]]]:
-    """Return the columns and lines of the CSV. A value that is a table gets a column for each of its keys."""
-    inner = sorted({name for row in rows for name in row if "." in name})
-    columns = [
-        name for column in COLUMNS for name in [one for one in inner if one.startswith(f"{column}.")] or [column]
-    ]
-    return columns, [[_cell(row.get(name)) for name in columns] for row in rows]
-
-
-def _cell(value: Any) -> object:
-    return json.dumps(value) if isinstance(value, list | tuple) else value
 
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:

@@ -6,10 +6,10 @@ A row does not depend on where or when it runs: here, on a cluster, or after the
 from collections.abc import Iterator, Sequence
 
 from sandbox.files import is_replaceable, whole_file
-from sandbox.sweep.jobs import Job, Row, Sweep, in_order, job_of, plan, table
-from sandbox.sweep.journal import Journal, journal_path, open_journal
-from sandbox.sweep.workers import Outcome, run_locally, run_on_dask
-from sandbox.text import csv_text
+from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
+from sandbox.sweeps.journal import Journal, journal_path, open_journal
+from sandbox.sweeps.workers import Outcome, run_locally, run_on_dask
+from sandbox.text import CsvDialect, csv_text
 
 __all__ = [
     "Job",
@@ -42,15 +42,14 @@ def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None 
         yield outcome
 
 
-def as_csv(rows: Sequence[Row]) -> str:
-    """Return rows as a CSV table."""
-    columns, lines = table(rows)
-    return csv_text([columns, *lines])
+def as_csv(rows: Sequence[Row], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+    """Return rows as a CSV table, whose columns are always the same."""
+    return csv_text([COLUMNS, *([row.get(column) for column in COLUMNS] for row in rows)], dialect)
 
 
-def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
+def write(sweep: Sweep, rows: Sequence[Row], out: str, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
     """Write the table, and delete its journal once every row is there."""
     with whole_file(out) as file:
-        file.write(as_csv(rows).encode())
+        file.write(as_csv(rows, dialect).encode())
     if is_replaceable(out) and len(rows) == len(sweep.jobs):
         journal_path(out).unlink(missing_ok=True)

@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from sandbox.errors import SandboxError
 from sandbox.files import is_replaceable, write_errors
-from sandbox.sweep.jobs import Row, Sweep, is_row, job_of
+from sandbox.sweeps.jobs import Row, Sweep, is_row, job_of
 
 
 class Journal:
@@ -42,7 +42,7 @@ class Journal:
 
 @contextmanager
 def open_journal(sweep: Sweep, out: str) -> Iterator[Journal]:
-    """Open the journal of a table, with the rows of a sweep that was stopped.
+    """Open the journal of a table, with the rows of a sweep that was stopped. Without any rows at the end, delete it.
 
     Raises SandboxError if it belongs to another sweep, or cannot be written.
     """
@@ -56,7 +56,12 @@ def open_journal(sweep: Sweep, out: str) -> Iterator[Journal]:
         with write_errors(path):
             _lock(file, path)
             rows = _resume(file, path, sweep)
-        yield Journal(rows, file)
+        try:
+            yield Journal(rows, file)
+        finally:
+            file.close()
+            if not rows:
+                path.unlink(missing_ok=True)
 
 
 def journal_path(out: str) -> Path:

@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
@@ -26,8 +27,8 @@ from sandbox.report.sweep import page
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import State
-from sandbox.sweep import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
-from sandbox.sweep.jobs import (
+from sandbox.sweeps import Row, Sweep, as_csv, in_order, missing, open_journal, plan, run, write
+from sandbox.sweeps.jobs import (
     SPEED_CLASSES,
     Job,
     count_speeds,
@@ -35,10 +36,9 @@ from sandbox.sweep.jobs import (
     run_job,
     run_shared,
     scene_of_job,
-    table,
 )
-from sandbox.sweep.journal import journal_path
-from sandbox.sweep.workers import attempt, groups, run_locally
+from sandbox.sweeps.journal import journal_path
+from sandbox.sweeps.workers import attempt, groups, run_locally
 
 ARGUMENTS = ("article", "--seeds", "3:6", "--rates", "60,120", "--engines", "pymunk,article", "--seconds", "1")
 TUNED = (*ARGUMENTS, "--set", "substeps=1,2")
@@ -108,13 +108,30 @@ def test_each_combination_of_pymunk_s_settings_has_its_job() -> None:
     jobs = plan(load("article"), [0], [60], ["article", "pymunk"], settings).jobs
     assert [job.settings for job in jobs] == [
         "",
-        "collision_slop=0.25 iterations=10 substeps=1",
-        "collision_slop=0.25 iterations=10 substeps=4",
-        "collision_slop=0.25 iterations=50 substeps=1",
-        "collision_slop=0.25 iterations=50 substeps=4",
+        "collision_slop=0.25, iterations=10, substeps=1",
+        "collision_slop=0.25, iterations=10, substeps=4",
+        "collision_slop=0.25, iterations=50, substeps=1",
+        "collision_slop=0.25, iterations=50, substeps=4",
     ]
     pymunk = scene_of_job(load("article"), jobs[2]).pymunk
     assert (pymunk.collision_slop, pymunk.iterations, pymunk.substeps) == (0.25, 10, 4)
+
+
+def test_keys_of_the_scene_are_set_for_every_engine_and_the_reference() -> None:
+    options = ["gravity=[0, 0],[0, 900]", "balls.0.radius=15", "elasticity=0.25", "substeps=2", "arena.friction=0.5"]
+    settings = settings_by_key([*map(parse_setting, options)])
+    engines = ["pymunk", "pymunk(iterations=3)", "impulse"]
+    jobs = plan(load("bouncing"), [0], [60], engines, settings).jobs
+    of_scene = "arena.friction=0.5, balls.0.radius=15, elasticity=0.25, gravity=[0, {}]"
+    assert [(job.engine, job.settings) for job in jobs] == [
+        (engine, of_scene.format(g) + ("" if engine == "impulse" else ", substeps=2"))
+        for engine in engines
+        for g in (0, 900)
+    ]
+    scene = scene_of_job(load("bouncing"), jobs[1])
+    assert (scene.gravity, scene.bodies.radius[0], scene.pymunk.substeps) == ((0, 900), 15, 2)
+    assert (scene.arena.friction, scene.arena.elasticity, scene.bodies.elasticity[1]) == (0.5, 0.5, 0.5)
+    assert reference_job("exact", jobs[1]).settings == of_scene.format(900)
 
 
 def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
@@ -122,18 +139,18 @@ def test_without_an_exact_reference_a_sweep_has_that_of_a_comparison() -> None:
     assert plan(rough, [0], [60], ["pymunk"]).against == compare(rough.changed(seconds=0.1)).against
 
 
-def test_keys_of_tables_get_columns_and_unknown_values_stay_empty() -> None:
+def test_a_table_always_has_the_same_columns_and_unknown_values_stay_empty() -> None:
     rows: list[Row] = [
         {"seed": 1},
-        {"seed": 2, "first_difference.time": 0.5, "first_difference.cause": "late", "ledger.a": [1]},
+        {"seed": 2, "first_difference.cause": "late", "first_difference.before": [[1.5, 2]], "of a later version": 1},
     ]
-    columns, lines = table(rows)
-    place = columns.index("first_difference.cause")
-    assert columns[place : place + 3] == ["first_difference.cause", "first_difference.time", "ledger.a"]
-    assert "first_difference" not in columns
-    assert [line[place : place + 3] for line in lines] == [[None, None, None], ["late", 0.5, "[1]"]]
-    assert ",late,0.5,[1],," in as_csv(rows)
-    assert columns[-1] == "wall_s"
+    read = list(csv.DictReader(io.StringIO(as_csv(rows))))
+    assert list(read[0]) == csv.DictReader(io.StringIO(as_csv([]))).fieldnames
+    assert [row["first_difference.cause"] for row in read] == ["", "late"]
+    assert [row["first_difference.before"] for row in read] == ["", "[[1.5, 2]]"]
+    assert read[0]["ledger.late.energy"] == read[0]["theory.compressibility.measured"] == ""
+    assert "of a later version" not in read[0]
+    assert [list(read[0])[place] for place in (0, -1)] == ["scene", "wall_s"]
 
 
 def test_speeds_are_counted_in_equally_likely_classes() -> None:
@@ -195,7 +212,7 @@ def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch:
     scene = load("article").changed(seconds=1.0)
     assert run_shared(load("bouncing"), Job(0, 60, "article")) is None
     assert run_shared(scene, Job(0, 60, "exact")) is not None
-    monkeypatch.setattr("sandbox.sweep.jobs.MAX_REFERENCE_BYTES", 61 * 3 * 16 - 1)
+    monkeypatch.setattr("sandbox.sweeps.jobs.MAX_REFERENCE_BYTES", 61 * 3 * 16 - 1)
     assert run_shared(scene, Job(0, 60, "exact")) is None
     outcome = attempt(scene, "exact", Job(0, 60, "pymunk"), None)
     assert outcome.row is not None
@@ -295,7 +312,7 @@ def test_a_journal_torn_in_its_first_line_starts_anew() -> None:
         journal_path("f.csv").write_bytes(whole[:length])
         with open_journal(small(), "f.csv") as kept:
             assert kept.rows == []
-        assert journal_path("f.csv").read_bytes() == whole
+            assert journal_path("f.csv").read_bytes() == whole
 
 
 def make_one_row() -> None:
@@ -408,6 +425,57 @@ def test_a_cluster_whose_workers_have_both_variants_of_pow_is_refused(
         assert len({row["pow"] for row in kept.rows}) == 1
 
 
+@pytest.mark.parametrize(
+    ("address", "why"),
+    [
+        ("foo", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("foo:bar", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://127.0.0.1:99999", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://[::1", "must have a host and a port up to 65535, as in tcp://host:8786"),
+        ("tcp://no-such-host.invalid:8786", "no scheduler answers: "),
+        ("tcp://127.0.0.1:1", "no scheduler answers: Connection refused"),
+    ],
+)
+def test_an_address_without_a_scheduler_is_one_message_and_leaves_no_journal(
+    command: Command, address: str, why: str
+) -> None:
+    code, out, err = command("sweep", "article", "--out", "f.csv", "--scheduler", address)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"--scheduler '{address}': {why}")
+    assert err.count("\n") == 1
+    assert list(Path().iterdir()) == []
+
+
+def test_a_host_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A look-up of a name may hang for longer than any timeout of a connection."""
+    from sandbox.sweeps import workers
+
+    hangs, ended = threading.Event(), threading.Event()
+
+    def connect(*_: object) -> None:
+        hangs.wait()
+        ended.set()
+        raise TimeoutError
+
+    monkeypatch.setattr(workers, "CONNECT_TIMEOUT", 0.01)
+    monkeypatch.setattr("socket.create_connection", connect)
+    with pytest.raises(SandboxError, match=r"^--scheduler 'tcp://host:8786': no scheduler answers: no answer within"):
+        workers.check_scheduler("tcp://host:8786")
+    hangs.set()
+    ended.wait()
+
+
+def test_a_sweep_that_ends_without_a_row_leaves_no_journal() -> None:
+    def interrupted() -> None:
+        with open_journal(small(), "f.csv"):
+            raise SandboxError("the cluster is gone")
+
+    with pytest.raises(SandboxError):
+        interrupted()
+    assert not journal_path("f.csv").exists()
+
+
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, [scheduler, *_] = cluster
     sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
@@ -451,7 +519,7 @@ def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -
     assert code == 1
     assert sorted(error.splitlines()) == [
         "3 of 5 rows are missing; the same command tries again",
-        "seed 1, rate 60, fragile: AssertionError: no ones",
+        "seed 1, rate 60, fragile: fragile: raised AssertionError: no ones",
         "seed 2, rate 60, fragile: its worker process died 3 times",
         "seed 3, rate 60, fragile: its worker process died 3 times",
     ]
@@ -472,10 +540,11 @@ def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
 def test_an_exception_in_a_job_is_its_outcome() -> None:
     outcome = attempt(load("bouncing"), "article", Job(0, 60, "pymunk"))
     assert outcome.row is None
-    assert outcome.failure.startswith("Refused: article: gravity and elasticity below 1 are not part of")
+    assert outcome.failure.startswith("article: gravity and elasticity below 1 are not part of")
 
 
 def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
+    make_one_row()
     with open_journal(small(), "f.csv"), pytest.raises(SandboxError, match="is in use by another sweep"):  # noqa: SIM117
         with open_journal(small(), "f.csv"):
             pass
@@ -499,14 +568,31 @@ def test_a_journal_of_another_sweep_or_one_in_use_is_left_alone() -> None:
             ("article", "--seeds", "0:1000000", "--engines", "pymunk,article"),
             "a sweep of 2,000,000 rows is larger",
         ),
-        (("article", "--rates", "60,,"), "--rates 60,,: must be whole numbers separated by commas"),
-        (("article", "--rates", "0"), "rate must be at least 1, got 0"),
-        (("article", "--set", "substeps"), "--set substeps: must be a setting of Pymunk and its values"),
-        (("article", "--set", "subteps=1"), f"pymunk.subteps {NO_KEY}; did you mean substeps?"),
+        (("article", "--rates", "60,,"), "--rates '60,,': must be whole numbers from 1 on, separated by commas"),
+        (("article", "--rates", "0"), "--rates '0': must be whole numbers from 1 on, separated by commas"),
+        (
+            ("article", "--set", "substeps"),
+            "--set substeps: must be a setting of Pymunk or a key of the scene, and its values",
+        ),
+        (
+            ("article", "--set", "subteps=1"),
+            "--set subteps: is neither a setting of pymunk nor a key of the scene; did",
+        ),
+        (("article", "--set", "gravity=900"), "gravity must be a list in brackets, got 900"),
+        (("article", "--set", "gravity=[0, 900"), "--set gravity=[0, 900: must be a setting of Pymunk or a key of"),
+        (("article", "--set", "balls.3.radius=9"), "balls.3.radius: 3 must be a number from 0 to 0"),
+        (("article", "--set", "balls.0.radios=9"), f"balls[0].radios {NO_KEY}; did you mean radius?"),
+        (("article", "--set", "balls.0.radius=-9"), "balls[0].radius must be greater than 0, got -9"),
+        (("article", "--set", "elasticity=2"), "elasticity must be a number from 0 to 1, got 2"),
+        (("article", "--set", "rate=120"), "--set rate: --rates runs several of them"),
+        (
+            ("article", "--engines", "pymunk(substeps=2)", "--set", "substeps=1"),
+            "--set substeps: pymunk(substeps=2) has a value of its own; name it without",
+        ),
         (("article", "--set", "substeps=0"), "pymunk.substeps must be at least 1, got 0"),
         (
             ("article", "--engines", "article", "--set", "substeps=1"),
-            "--set changes settings of pymunk, which is not among",
+            "--set substeps changes a setting of pymunk, which is not among",
         ),
         (("article", "--engines", "pymnk"), "no engine 'pymnk'; did you mean pymunk?"),
         (("bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),

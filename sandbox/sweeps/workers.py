@@ -6,6 +6,7 @@ ever if one dies while it sends a result; so does a future of Dask's Executor if
 
 import multiprocessing
 import os
+import socket
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -13,15 +14,17 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
 from multiprocessing.connection import Connection, wait
+from threading import Thread
 from typing import Any, Final, cast
+from urllib.parse import urlsplit
 
 from sandbox.errors import SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
-from sandbox.sweep.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
+from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
-CONNECT_TIMEOUT: Final = "10s"  # for a Dask scheduler to answer
+CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
 
 
 def core_count() -> int:
@@ -42,6 +45,8 @@ def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
     """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
         return Outcome(job, run_job(scene, against, job, shared))
+    except SandboxError as error:
+        return Outcome(job, failure=str(error))
     except Exception as error:
         return Outcome(job, failure=f"{type(error).__name__}: {error}")
 
@@ -50,6 +55,30 @@ def groups(sweep: Sweep, jobs: Iterable[Job]) -> Iterator[list[Job]]:
     """Yield the jobs that follow one another and share their reference."""
     for _, group in groupby(jobs, partial(reference_job, sweep.against)):
         yield list(group)
+
+
+def run_here(sweep: Sweep, jobs: Sequence[Job]) -> Iterator[Outcome]:
+    """Run jobs one after another in this process."""
+    runner = _JobRunner(sweep.scene, sweep.against)
+    for job in jobs:
+        yield runner.run(job)
+
+
+class _JobRunner:
+    """Runs jobs one after another, and keeps the last reference for jobs that share it."""
+
+    def __init__(self, scene: Scene, against: str) -> None:
+        self._scene, self._against = scene, against
+        self._last: Job | None = None
+        self._shared: Shared | None = None
+
+    def run(self, job: Job) -> Outcome:
+        """Run a job as `attempt` does."""
+        reference = reference_job(self._against, job)
+        if reference != self._last:
+            self._last, self._shared = reference, None  # one reference at a time in memory
+            self._shared = run_shared(self._scene, reference)
+        return attempt(self._scene, self._against, job, self._shared)
 
 
 def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outcome]:
@@ -131,16 +160,41 @@ class Worker:
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed. The last reference is kept for jobs that share it."""
-    last: Job | None = None
-    shared: Shared | None = None
+    """Run jobs until the other end of the connection is closed."""
+    runner = _JobRunner(scene, against)
     with suppress(EOFError, OSError):
         while True:
-            job: Job = connection.recv()
-            if reference_job(against, job) != last:
-                last, shared = reference_job(against, job), None  # one reference at a time in memory
-                shared = run_shared(scene, last)
-            connection.send(attempt(scene, against, job, shared))
+            connection.send(runner.run(connection.recv()))
+
+
+def check_scheduler(address: str) -> None:
+    """Raise SandboxError if an address is not that of a Dask scheduler, or nothing listens there.
+
+    Dask's own client tries again and again to reach a host that does not exist.
+    """
+    option = f"--scheduler {address!r}"
+    try:
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        host = port = None
+    if not host or not port:
+        raise SandboxError(f"{option}: must have a host and a port up to 65535, as in tcp://host:8786")
+    refusals: list[OSError] = []
+    probe = Thread(target=_connect, args=(host, port, refusals), daemon=True)  # a look-up has no timeout of its own
+    probe.start()
+    probe.join(CONNECT_TIMEOUT)
+    if probe.is_alive() or refusals:
+        why = refusals[0].strerror if refusals else f"no answer within {CONNECT_TIMEOUT:g} s"
+        raise SandboxError(f"{option}: no scheduler answers: {why}")
+
+
+def _connect(host: str, port: int, refusals: list[OSError]) -> None:
+    """Connect to a port; on failure, add the error to a list."""
+    try:
+        socket.create_connection((host, port), CONNECT_TIMEOUT).close()
+    except OSError as error:
+        refusals.append(error)
 
 
 def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
@@ -156,6 +210,8 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
         client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise SandboxError(f"--scheduler {address}: no scheduler answers: {error}") from None
+    except MemoryError:  # the client took the first bytes for the length of a message
+        raise SandboxError(f"--scheduler {address}: what answers is not a Dask scheduler") from None
     with client:
         submit = partial(client.submit, pure=False)  # else a cluster that has run a job before would return its row
         futures: dict[Any, Job] = {}

@@ -1,0 +1,114 @@
+"""What `--json` writes of a comparison, as types: its JSON Schema and the columns of CSV come from them.
+
+They are made from the dataclasses that the JSON itself is made from, so a new figure is in all three.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, Final, get_args, get_type_hints
+
+from pydantic import BaseModel, Field, TypeAdapter, WithJsonSchema, create_model
+
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.difference import Difference
+from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
+from sandbox.analysis.ledger import Entry
+from sandbox.analysis.measurement import Figures
+
+JSON_SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
+CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key for cause in Cause]})]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What all engines of a comparison share, by the keys of JSON and CSV; see `Comparison` for their meaning."""
+
+    scene: str
+    seed: int
+    rate: int  # steps per second
+    since: float  # s
+    seconds: float
+    against: str
+    horizon: float | None  # s
+    undecided: float | None  # s
+    unresolved: float | None  # s
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What JSON has of an engine that failed."""
+
+    time: float  # s
+    message: str
+
+
+@dataclass(frozen=True)
+class TrialFigures:
+    """What JSON has of a trial of other settings; see `Trial` for their meaning."""
+
+    changes: dict[str, int]
+    passages: int
+    escapes: int
+    apart: float | None  # s
+    gap: float  # px
+    theory: float | None
+    energy_error: float | None
+    astray: float
+    gap_rms: float  # px
+    advised: bool
+
+
+def _model(name: str, required: Mapping[str, Any], optional: Mapping[str, Any] | None = None) -> type[BaseModel]:
+    """Return the type of a JSON object. required, optional: key -> type; an optional key may be absent."""
+    fields: dict[str, Any] = {key: (kind, ...) for key, kind in required.items()}
+    fields |= {key: (kind, Field(default_factory=dict)) for key, kind in (optional or {}).items()}
+    return create_model(name, **fields)
+
+
+def _fields(of: type, without: str = "") -> dict[str, Any]:
+    """Return the fields of a dataclass with their types."""
+    return {name: kind for name, kind in get_type_hints(of).items() if name != without}
+
+
+@cache  # building the types takes longer than writing a comparison
+def _engine() -> type[BaseModel]:
+    """Return the type of an engine's part of a comparison."""
+    first_difference = _model("FirstDifference", _fields(Difference) | {"cause": CauseKey})
+    ledger_line = _model("LedgerLine", _fields(Entry, without="cause") | {"share": float | None})
+    ledger = _model("Ledger", {}, {cause.key: ledger_line for cause in Cause})
+    theory_line = _model("TheoryLine", _fields(TheoryRow, without="figure"))
+    theory = _model("Theory", {}, dict.fromkeys(THEORY_FIGURES, theory_line))
+    changed = {"first_difference": first_difference | None, "ledger": ledger}
+    return _model("Engine", _fields(Figures) | changed, {"theory": theory})
+
+
+def _columns(of: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """Yield the names of all values in a JSON object; those of an object inside it are dotted."""
+    for name, field in of.model_fields.items():
+        kinds = (field.annotation, *get_args(field.annotation))
+        inner = next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
+        if inner:
+            yield from _columns(inner, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}"
+
+
+@cache
+def figure_columns() -> tuple[str, ...]:
+    """Return the columns of an engine's figures, the same for all engines and scenes."""
+    return tuple(_columns(_engine()))
+
+
+def json_schema(of: Any) -> dict[str, Any]:
+    """Return the JSON Schema of a type. It allows more keys, since formats grow."""
+    return {"$schema": JSON_SCHEMA} | TypeAdapter(of).json_schema()
+
+
+def comparison_schema() -> dict[str, Any]:
+    """Return the JSON Schema of what `sandbox compare --json` writes."""
+    advice = {"advice": list[TrialFigures], "recommendation": str}
+    engines = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
+    comparison = _model("Comparison", _fields(Conditions) | engines, advice)
+    description = {"description": "What `sandbox compare --json` writes; docs/formats.md explains the keys."}
+    return json_schema(comparison) | description

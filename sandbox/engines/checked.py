@@ -1,0 +1,310 @@
+"""Engines that are not built in: each call is checked against the contract of docs/engines.md."""
+
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import fields, replace
+from inspect import Signature, getfile, signature
+from numbers import Real
+from typing import Any, Final, cast
+
+import numpy as np
+
+from sandbox.compiled import NotCompiledYet
+from sandbox.engines.engine import BlockEngine, Engine
+from sandbox.engines.function import FunctionEngine
+from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown
+from sandbox.quantity import length
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
+from sandbox.state import CONTACT, NO_DAMPING, Contacts, Floats, State, States, no_contacts
+
+Factory = Callable[..., Any]  # a class or function of (scene, initial), or a function of one step
+
+ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
+MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
+FLAGS: Final = (  # attributes of a checked engine that say how to judge it, and what it can do
+    "together",
+    "infers_impulses",
+    "clamps_friction_early",
+    "damping",
+    "soft",
+    "reports_contacts",
+    "can_be_dragged",
+)
+REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
+STEP: Final = "step(position, velocity, dt, scene)"
+
+
+def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
+    """Build an engine that is not built in.
+
+    Its scene has arrays that cannot be written to; the initial state is its own, and begins at 0 s. Raises EngineError
+    if the engine breaks the contract, here and whenever it is used, Refused if it cannot run the scene.
+    """
+    is_step = _is_step(name, factory)
+    with _errors_of(name, initial.time):
+        own = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
+        engine = FunctionEngine(factory, *own) if is_step else factory(*own)
+    for method in REQUIRED:
+        if not callable(getattr(engine, method, None)):
+            raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}")
+    checked = _CheckedBlockEngine if _has_own_advance(type(engine)) else CheckedEngine
+    return checked(name, engine, scene, initial)
+
+
+def _is_step(name: str, factory: Factory) -> bool:
+    """Return whether a factory is a function that does one step itself. Raises EngineError if it is none at all."""
+    try:
+        parameters = signature(factory)
+    except ValueError:  # of some functions in C
+        return False
+    if _accepts(parameters, 2):
+        return False
+    if isinstance(factory, type) or not _accepts(parameters, 4):
+        what = f"must be a class or a function of (scene, initial), or a function {STEP}"
+        raise EngineError(name, f"{what}; its arguments are {parameters}")
+    return True
+
+
+def _accepts(parameters: Signature, count: int) -> bool:
+    try:
+        parameters.bind(*range(count))
+    except TypeError:
+        return False
+    return True
+
+
+def _with_read_only_arrays(scene: Scene) -> Scene:
+    own = scene.changed()
+    for field in fields(own.bodies):
+        getattr(own.bodies, field.name).setflags(write=False)
+    return own
+
+
+@contextmanager
+def _errors_of(name: str, time: float) -> Iterator[None]:
+    """Raise what an engine raises as an EngineError with its traceback. time: s."""
+    try:
+        yield
+    except (Refused, NotCompiledYet):
+        raise
+    except SandboxError as error:
+        raise EngineError(name, str(error), time) from error
+    except Exception as error:
+        if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
+            raise
+        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        raise EngineError(name, f"raised {what}", time, _own_traceback(error)) from error
+
+
+def _own_traceback(error: Exception) -> str:
+    """Return a traceback that begins where the engine's own code does."""
+    own = error.__traceback__
+    while own and own.tb_frame.f_code.co_filename in (__file__, getfile(FunctionEngine)):
+        own = own.tb_next
+    return "".join(traceback.format_exception(type(error), error, own))
+
+
+class CheckedEngine:
+    """An engine that is not built in. Its states and contacts are checked, and copied, before they are used.
+
+    A NaN exceeds no limit, and a state that shares the engine's arrays would change with later steps.
+    """
+
+    def __init__(self, name: str, engine: Any, scene: Scene, initial: State) -> None:
+        self.together = getattr(engine, "together", False)
+        self.infers_impulses = getattr(engine, "infers_impulses", False)
+        self.clamps_friction_early = getattr(engine, "clamps_friction_early", False)
+        self.damping = getattr(engine, "damping", NO_DAMPING)
+        self.soft = getattr(engine, "soft", False)
+        self.reports_contacts = callable(getattr(engine, "contacts", None))
+        self.can_be_dragged = callable(getattr(engine, "kick", None))
+        self._name = name
+        self._engine = engine
+        self._balls = len(scene.bodies)
+        self._walls = ~np.array(scene.wall_numbers, np.int64)  # as contacts have them
+        self._rate = scene.rate
+        self._start = initial.time  # s, of the run, when this engine takes over
+        self._steps = 0
+        self._read = 0.0  # s, when contacts were last read
+        # Of steps since contacts were last read, by the engine's clock and by ours, s; None until they are.
+        self._ends: dict[float, float] | None = None
+        self._shown: tuple[State, State] | None = None  # the state returned last, and a copy of it
+        self._check_initial(self.state(), initial, scene)
+
+    def step(self) -> None:
+        """Advance by one step."""
+        self._steps += 1
+        with self._errors():
+            self._engine.step()
+
+    def state(self) -> State:
+        """Return a snapshot. Raises EngineError if the engine's is not valid, or has changed the one before."""
+        with self._errors():
+            state = self._engine.state()
+        self._check_unchanged()
+        if not isinstance(state, State):
+            raise self._error(f"its state must be a sandbox.State, got {_short(state)}")
+        self._check_time(state.time)
+        if self._ends is not None:
+            self._ends[float(state.time)] = self._time
+        checked = State(state.time, *(self._numbers(what, getattr(state, what)) for what in States._fields))
+        self._shown = state, checked
+        return checked
+
+    def contacts(self) -> Contacts:
+        """Return the contacts since the last call. Raises EngineError if one is not valid."""
+        if not self.reports_contacts:
+            return no_contacts()
+        with self._errors():
+            contacts = self._engine.contacts()
+        if not isinstance(contacts, np.ndarray) or contacts.dtype != CONTACT or contacts.ndim != 1:
+            raise self._error(f"its contacts must be an array of sandbox.state.CONTACT, got {_short(contacts)}")
+        self._check_bodies(contacts)
+        self._check_numbers(contacts)
+        self._check_times(contacts["time"])
+        contacts, self._ends, self._read = _in_order(contacts, self._ends or {}), {}, self._time
+        return contacts
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Add dv (px/s) to a ball's velocity; only if the engine can be dragged."""
+        with self._errors():
+            self._engine.kick(ball, dv)
+
+    @property
+    def _time(self) -> float:
+        """The time since the engine was built, s."""
+        return self._steps / self._rate
+
+    def _error(self, what: str) -> EngineError:
+        return EngineError(self._name, what, self._start + self._time)
+
+    def _errors(self) -> AbstractContextManager[None]:
+        return _errors_of(self._name, self._start + self._time)
+
+    def _check_initial(self, state: State, initial: State, scene: Scene) -> None:
+        """Raise EngineError unless the engine starts with the state that it was given."""
+        limits = (
+            ("position", scene.bodies.radius),
+            ("velocity", length(initial.velocity).max()),
+            ("spin", np.abs(initial.spin).max()),
+        )
+        for what, limit in limits:
+            found, expected = getattr(state, what), getattr(initial, what)
+            error = np.abs(found - expected).reshape(self._balls, -1).max(axis=1)
+            if (wrong := error > ROUNDING * limit).any():
+                ball = int(wrong.argmax())
+                values = f"{shown(expected[ball].tolist())}, got {shown(found[ball].tolist())}"
+                raise self._error(f"must start with the state it is built from: {what} {values} of ball {ball}")
+
+    def _check_unchanged(self) -> None:
+        """Raise EngineError if the engine has written to the state that it returned last."""
+        if self._shown:
+            state, copy = self._shown
+            for what in States._fields:
+                if not np.array_equal(getattr(state, what), getattr(copy, what)):
+                    raise self._error(f"its state must not change later, but its {what} did; return copies of arrays")
+
+    def _check_time(self, time: object) -> None:
+        """Raise EngineError unless a time (s) is that of this step, as a clock of the engine's own may round it."""
+        if not isinstance(time, Real) or not abs(float(time) - self._time) * self._rate < MAX_CLOCK_ERROR:
+            raise self._error(
+                f"the time of its state must count from when it was built: {self._time:g} after {self._steps} steps, "
+                f"got {_short(time)}"
+            )
+
+    def _numbers(self, what: str, numbers: object) -> Floats:
+        """Return a copy of a state's numbers. Raises EngineError if they are not (n, 2) or (n,) finite ones."""
+        shape = (self._balls, 2)[: 2 if what in ("position", "velocity") else 1]
+        try:
+            copy = np.array(numbers, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise self._error(f"its {what} must be an array of shape {shape}, got {_short(numbers)}") from None
+        if copy.shape != shape:
+            raise self._error(f"its {what} must be of shape {shape}, got {copy.shape}")
+        self._check_finite(what, copy[None])
+        return copy
+
+    def _check_bodies(self, contacts: Contacts) -> None:
+        first, second = contacts["first"], contacts["second"]
+        known = np.isin(second, self._walls) | ((second >= 0) & (second < self._balls))
+        if not np.all((first >= 0) & (first < self._balls) & known):
+            raise self._error(f"its contacts must name the {self._balls} balls and {len(self._walls)} walls")
+        if (alone := first == second).any():
+            raise self._error(f"its contacts must be of two bodies, got one of ball {first[alone][0]} with itself")
+
+    def _check_numbers(self, contacts: Contacts) -> None:
+        numbers = (contacts[key] for key in ("time", "normal", "impulse", "depth", "tangential", "slip"))
+        if not all(np.isfinite(each).all() for each in numbers):
+            raise self._error("its contacts must have finite numbers")
+        normal = contacts["normal"]
+        if (wrong := np.abs(length(normal) - 1) > ROUNDING).any():
+            raise self._error(f"the normal of a contact must be a unit vector, got {normal[wrong][0].tolist()}")
+
+    def _check_times(self, time: Floats) -> None:
+        """Raise EngineError for contacts that are not in order, or not since the last call. time: (k,) s."""
+        slack = ROUNDING / self._rate
+        if (back := np.diff(time) < -slack).any():
+            at = int(back.argmax())
+            raise self._error(f"its contacts must be in order of time, got {time[at + 1]:g} s after {time[at]:g} s")
+        slack = MAX_CLOCK_ERROR / self._rate
+        if (wrong := (time < self._read - slack) | (time > self._time + slack)).any():
+            raise self._error(
+                f"the time of a contact must be between the last call and now, {self._read:g} to {self._time:g} s "
+                f"since the engine was built, got {time[wrong][0]:g} s"
+            )
+
+    def _check_finite(self, what: str, numbers: Floats) -> None:
+        """Raise EngineError for the first ball that has a number which is not finite. numbers: (steps, n, ...)."""
+        finite = np.isfinite(numbers).reshape(*numbers.shape[:2], -1).all(axis=2)
+        if not finite.all():
+            step, ball = np.argwhere(~finite)[0].tolist()
+            values = numbers[step, ball].tolist()
+            raise self._error(f"the {what} of ball {ball} must be finite, got {values}")
+
+
+class _CheckedBlockEngine(CheckedEngine):
+    """A checked engine that can do many steps in one call."""
+
+    def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
+        """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
+        theirs = States.empty(steps, self._balls)
+        theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
+        engine = cast("BlockEngine", self._engine)
+        self._steps += steps
+        with self._errors():  # angle and spin are optional
+            engine.advance(steps, *theirs[: len(signature(engine.advance).parameters) - 1])
+        for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), theirs, strict=True):
+            ours[:] = numbers
+            self._check_finite(what, numbers)
+
+
+def _short(value: object) -> str:
+    return " ".join(f"{value!r:.40}".split())
+
+
+def _in_order(contacts: Contacts, ends: Mapping[float, float]) -> Contacts:
+    """Return a copy of contacts, each with the lower ball first, and with our time if it was at the end of a step.
+
+    ends: of steps, by the engine's clock, which may round otherwise than ours, and by ours, s.
+    """
+    contacts = contacts.copy()
+    contacts["time"] = [ends.get(time, time) for time in contacts["time"].tolist()]
+    turned = contacts["second"] >= 0
+    turned &= contacts["first"] > contacts["second"]
+    contacts["first"][turned], contacts["second"][turned] = contacts["second"][turned], contacts["first"][turned]
+    contacts["normal"][turned] *= -1
+    return contacts
+
+
+def _has_own_advance(engine: type) -> bool:
+    """Return whether an engine has `advance`, and does not replace `step` or `state` of the class that it is from."""
+    return hasattr(engine, "advance") and all(
+        issubclass(_owner(engine, "advance"), _owner(engine, method)) for method in ("step", "state")
+    )
+
+
+def _owner(engine: type, method: str) -> type:
+    """Return the class that an engine has a method from; `object` if only its instances have it."""
+    return next((one for one in engine.__mro__ if method in vars(one)), object)

@@ -1,0 +1,72 @@
+"""Engines in files of their own, without a package: `mine.py:Mine`."""
+
+import hashlib
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from sandbox.engines.specs import file_and_name
+from sandbox.errors import EngineError, SandboxError, suggestion
+from sandbox.files import read_text
+from sandbox.text import printable
+
+
+def load_from_file(spec: str) -> Callable[..., Any]:
+    """Return the class or function of a spec such as "mine.py:Mine".
+
+    The file runs once, and once more if it has changed. Raises SandboxError if it cannot be read or has no such class
+    or function, EngineError if it raises an exception.
+    """
+    found = file_and_name(spec)
+    assert found
+    file, name = found
+    try:
+        module = _module(file.resolve(), read_text(file))
+    except (Exception, SystemExit) as error:
+        if isinstance(error, SandboxError):
+            raise
+        raise EngineError(
+            spec, f"cannot be loaded: {type(error).__name__}: {error}", details=_own_traceback(error, file.resolve())
+        ) from error
+    if not callable(engine := getattr(module, name, None)):
+        known = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
+        has = suggestion(name, known) if known else "it has no class and no function"
+        raise SandboxError(f"{printable(str(file))}: has no class or function {name!r}; {has}")
+    return engine
+
+
+@cache
+def _module(file: Path, text: str) -> ModuleType:
+    """Run a file, and return it as a module; text: its content."""
+    name = f"{file.stem}_{hashlib.sha256(str(file).encode()).hexdigest()[:8]}"  # no other module's
+    spec = spec_from_file_location(name, file)
+    assert spec
+    module = module_from_spec(spec)
+    sys.modules[name] = module  # where dataclasses look for it
+    with _importing_from(str(file.parent)):
+        exec(compile(text, file, "exec"), vars(module))
+    return module
+
+
+@contextmanager
+def _importing_from(folder: str) -> Iterator[None]:
+    """Let a file import others beside it, as if it were run by Python; installed packages come first."""
+    sys.path.append(folder)
+    try:
+        yield
+    finally:
+        sys.path.remove(folder)
+
+
+def _own_traceback(error: BaseException, file: Path) -> str:
+    """Return a traceback that begins in a file; of an error in its syntax, only what Python says of that."""
+    own = error.__traceback__
+    while own and own.tb_frame.f_code.co_filename != str(file):
+        own = own.tb_next
+    return "".join(traceback.format_exception(type(error), error, own))

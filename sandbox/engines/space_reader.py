@@ -1,0 +1,162 @@
+"""Reading what a `pymunk.Space` does in its steps: the motion of its discs, and their contacts."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import pymunk
+from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+
+from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.walls import Segments, separation
+from sandbox.quantity import dot, length, slips, tangent
+from sandbox.state import CONTACT, Damping, Floats, Integers, States
+
+_STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+STATE_BYTES: Final = 48  # of a body
+_CONTACT_FIELDS: Final = (
+    ArbiterFields.BODY_A_ID
+    | ArbiterFields.BODY_B_ID
+    | ArbiterFields.CONTACT_COUNT
+    | ArbiterFields.TOTAL_IMPULSE
+    | ArbiterFields.NORMAL
+    | ArbiterFields.DISTANCE_1
+)
+_INTS_BYTES: Final = 3 * np.dtype(np.uintp).itemsize  # of an arbiter
+
+
+class SpaceReader:
+    """Reads the discs of a Space and their contacts: `begin`, then `read` after each call of `Space.step`, then `end`.
+
+    balls: their bodies, in scene order; radius: (n,) px; carriers: the static body of each wall, by the wall's number;
+    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; calls: of all
+    steps so far; log: of the contacts.
+    """
+
+    def __init__(
+        self,
+        space: pymunk.Space,
+        balls: Sequence[pymunk.Body],
+        radius: Floats,
+        carriers: dict[int, pymunk.Body],
+        segments: Segments,
+        rate: int,
+        substeps: int = 1,
+    ) -> None:
+        self._space, self._radius, self._segments = space, radius, segments
+        self._rate, self._substeps, self._dt = rate, substeps, 1 / rate / substeps
+        self.damping = Damping(space.damping, substeps)
+        self._states, self._arbiters = Buffer(), Buffer()
+        get_space_bodies(space, BodyFields.BODY_ID, self._states)
+        row_of = {body: row for row, body in enumerate(np.frombuffer(self._states.int_buf(), np.uintp).tolist())}
+        self._rows, self.bodies = np.array([row_of[body.id] for body in balls]), len(row_of)
+        # To identify the bodies of a contact: their ids, sorted, and the number of each: a ball, or ~wall, its first.
+        on_body: dict[int, list[int]] = {}
+        for wall, carrier in carriers.items():
+            on_body.setdefault(carrier.id, []).append(wall)
+        number_of = {body.id: ball for ball, body in enumerate(balls)}
+        number_of |= {body: ~walls[0] for body, walls in on_body.items()}
+        self._ids = np.array(sorted(number_of), np.uintp)
+        self._numbers = np.array([number_of[body] for body in self._ids.tolist()])
+        self._count = len(balls) + len(segments.start)
+        self._sharing = {walls[0]: np.array(walls) for walls in on_body.values() if len(walls) > 1}
+        self._ends: list[int] = []  # of the arbiters in the buffer after each call of `Space.step`
+        # The last total impulse of each pair: the pair's number, the impulse, and the call of `Space.step`, from 1.
+        self._cached = np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64)
+        self.calls = 0
+        self.log = ContactLog()
+
+    def begin(self) -> None:
+        """Read the motion before some calls of `Space.step`."""
+        self._states.clear()
+        self._arbiters.clear()
+        self._ends.clear()
+        get_space_bodies(self._space, _STATE_FIELDS, self._states)
+
+    def read(self) -> None:
+        """Read the motion after a call of `Space.step` and, if contacts are recorded, what it solved."""
+        self.calls += 1
+        get_space_bodies(self._space, _STATE_FIELDS, self._states)
+        if self.log.recording:
+            get_space_arbiters(self._space, _CONTACT_FIELDS, self._arbiters)
+            self._ends.append(len(self._arbiters.int_buf()))
+
+    def end(self) -> None:
+        """Log the contacts of all calls since `begin`."""
+        if self._ends and self._ends[-1]:
+            self._collect(np.diff(self._ends, prepend=0) // _INTS_BYTES)
+
+    def states(self) -> States:
+        """Return the motion before the calls since `begin`, and after each of them."""
+        return parts(np.frombuffer(self._states.float_buf()).reshape(-1, self.bodies, 6)[:, self._rows])
+
+    def _collect(self, counts: Integers) -> None:
+        """Log the contacts in the buffer, which the last calls of `Space.step` solved. counts: (calls,) of arbiters."""
+        of_bodies = np.frombuffer(self._arbiters.int_buf(), np.uintp).reshape(-1, 3)
+        found = np.flatnonzero(of_bodies[:, 2])  # a contact that has ended is listed for some steps, without points
+        if not len(found):
+            return
+        call = np.repeat(np.arange(len(counts)), counts)[found]
+        values = np.frombuffer(self._arbiters.float_buf()).reshape(-1, 5)[found]
+        a, b = self._numbers[np.searchsorted(self._ids, of_bodies[found, :2])].T
+        swapped = (a < 0) | ((b >= 0) & (b < a))
+        first, second = np.where(swapped, b, a), np.where(swapped, a, b)
+        on_a, normal, depth = values[:, 0:2], values[:, 2:4], -values[:, 4]  # the normal is from A to B
+        impulse = -np.column_stack([dot(on_a, normal), dot(on_a, tangent(normal))])
+        normal = np.where(swapped[:, None], -1.0, 1.0) * normal
+        states = self.states()
+        if self._sharing:
+            second = self._walls(first, second, normal, depth, states.position[1 + call, first])
+        pair = first * self._count + second  # in the order of first, then second
+        impulse -= self._stale_impulse(pair, impulse, self.calls - len(counts) + 1 + call)
+        order = np.lexsort((pair, call))
+        order = order[impulse[order, 0] != 0]
+        contacts = np.empty(len(order), CONTACT)
+        step, substep = np.divmod(self.calls - len(counts) + call[order], self._substeps)
+        contacts["time"] = (step + (substep + 1) / self._substeps) / self._rate
+        contacts["first"], contacts["second"] = first[order], second[order]
+        contacts["normal"] = normal[order]
+        contacts["impulse"], contacts["tangential"] = impulse[order].T
+        contacts["depth"] = depth[order]
+        left = self.damping.left_after(self._dt)
+        velocity = left * states.velocity + np.multiply(self._space.gravity, self._dt)  # when `Space.step` solves
+        contacts["slip"] = slips(contacts, call[order], velocity, left * states.spin, self._radius)
+        self.log.add(contacts)
+
+    def _walls(self, first: Integers, second: Integers, normal: Floats, depth: Floats, position: Floats) -> Integers:
+        """Return the second of each contact, of the walls on one body the one that it is with: (k,).
+
+        That is the wall at which the normal and the depth (px) lead to the nearest point of the centre line. position:
+        (k, 2) px, of the first.
+        """
+        second = second.copy()
+        for k in np.flatnonzero(np.isin(second, [~wall for wall in self._sharing])).tolist():
+            walls = self._sharing[~second[k]]
+            ball = np.zeros(len(walls), np.int64)
+            away, reach = separation(position[[k]], self._radius[first[[k]]], self._segments, ball, ~walls)
+            second[k] = ~walls[length(away - (reach - depth[k])[:, None] * normal[k]).argmin()]
+        return second
+
+    def _stale_impulse(self, pair: Integers, impulse: Floats, call: Integers) -> Floats:
+        """Return the part of each total impulse that an earlier contact left and that was not applied: (k, 2) kg px/s.
+
+        Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
+        them, the solver starts from that impulse and includes it in the total, but applies only the difference.
+        pair: (k,) a number for each pair; impulse: (k, 2) in total; call: (k,) of `Space.step`, in ascending order.
+        """
+        persistence, cached = self._space.collision_persistence, self._cached
+        pair, impulse, call = (np.concatenate(both) for both in zip(cached, (pair, impulse, call), strict=True))
+        order = np.argsort(pair, kind="stable")
+        again = pair[order[1:]] == pair[order[:-1]]
+        gap = np.diff(call[order])
+        stale = np.zeros((len(pair), 2))
+        stale[order[1:]] = np.where((again & (gap > 1) & (gap <= persistence))[:, None], impulse[order[:-1]], 0.0)
+        last = order[~np.append(again, False)]
+        last = last[self.calls - call[last] < persistence]
+        self._cached = pair[last], impulse[last], call[last]
+        return stale[len(cached[0]) :]
+
+
+def parts(states: Floats) -> States:
+    """Return the parts of states as Pymunk writes them, (..., n, 6), which share the array."""
+    return States(states[..., :2], states[..., 3:5], states[..., 2], states[..., 5])

@@ -1,0 +1,102 @@
+"""Engine specs: how an engine is named in text, with settings or in a file.
+
+pymunk                              an engine
+pymunk(substeps=4, iterations=30)   Pymunk with other settings than the scene's
+mine.py:Mine                        a class or a function in a file
+"""
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from sandbox.errors import SandboxError
+
+TUNED: Final = "pymunk"  # the engine that a scene has settings for
+EXAMPLE: Final = f"{TUNED}(substeps=4, iterations=30)"  # of an engine with settings, in messages
+_IN_FILE: Final = re.compile(r"(.+\.py):(.*)", re.DOTALL)
+_COMMA: Final = re.compile(r",(?![^\[]*\])")  # not within a list
+
+Value = float | Sequence[float]
+
+
+def file_and_name(spec: str) -> tuple[Path, str] | None:
+    """Return the file of an engine and its name in there, None if a spec is of none.
+
+    >>> file, name = file_and_name("my loops/mine.py:step")
+    >>> file.name, name, file_and_name("pymunk")
+    ('mine.py', 'step', None)
+    """
+    found = _IN_FILE.fullmatch(spec)
+    return (Path(found[1]), found[2]) if found else None
+
+
+def split_values(text: str) -> list[str]:
+    """Split text at its commas, but not within lists: "60,[0, 900]" has two parts."""
+    return [part.strip() for part in _COMMA.split(text)]
+
+
+def parse_value(text: str) -> Value:
+    """Parse a number, or a list of numbers such as [0, 900]. Raises ValueError."""
+    if text.startswith("["):
+        return [_number(str(part)) for part in json.loads(text)]
+    return _number(text)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
+def settings_in(spec: str) -> tuple[str, dict[str, float]]:
+    """Return an engine's name without its settings, and these. Raises SandboxError if they cannot be read.
+
+    >>> settings_in("pymunk(substeps=4, collision_bias=0.5)")
+    ('pymunk', {'substeps': 4, 'collision_bias': 0.5})
+    """
+    base, bracket, rest = spec.partition("(")
+    if not bracket or file_and_name(spec):
+        return spec, {}
+    if not base:
+        raise SandboxError(f"{spec}: must begin with the engine's name, as in {TUNED}{spec}")
+    if base != base.rstrip():
+        raise SandboxError(f"{spec}: must have no space before the bracket, as in {base.rstrip()}({rest}")
+    if base != TUNED:
+        raise SandboxError(f"{spec}: {base} takes no settings; only {TUNED} does")
+    if not rest.endswith(")"):
+        raise SandboxError(f"{spec}: must end with a bracket, as in {EXAMPLE}")
+    settings: dict[str, float] = {}
+    for key, value in parse_settings(spec, rest[:-1]).items():
+        if not isinstance(value, int | float):
+            raise SandboxError(f"{spec}: {key} must be a number, as in {EXAMPLE}")
+        settings[key] = value
+    return base, settings
+
+
+def parse_settings(spec: str, text: str) -> dict[str, Value]:
+    """Parse "substeps=4, iterations=30", a part of a spec. Raises SandboxError."""
+    values: dict[str, Value] = {}
+    for pair in split_values(text):
+        key, _, value = (part.strip() for part in pair.partition("="))
+        if key in values:
+            raise SandboxError(f"{spec}: has {key} twice")
+        try:
+            values[key] = parse_value(value)
+        except (ValueError, TypeError):
+            raise SandboxError(f"{spec}: {pair!r} must be a setting and its number, as in {EXAMPLE}") from None
+    return values
+
+
+def format_settings(settings: Mapping[str, Value]) -> str:
+    """Return settings as `parse_settings` reads them."""
+    return ", ".join(f"{key}={value}" for key, value in settings.items())
+
+
+def with_settings(name: str, settings: Mapping[str, float]) -> str:
+    """Return the spec of an engine with settings.
+
+    >>> with_settings("pymunk", {"substeps": 4, "collision_bias": 0.5})
+    'pymunk(substeps=4, collision_bias=0.5)'
+    """
+    return f"{name}({format_settings(settings)})" if settings else name

@@ -1,0 +1,199 @@
+"""Comparisons and scores as text: tables that fit a terminal."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table
+
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.difference import Difference, Kind, pair_name
+from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
+from sandbox.analysis.verify import Board, Outcome, Result, tally
+from sandbox.text import counted
+
+COLUMN_GAP: Final = 2  # columns
+MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
+SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
+_KINDS: Final = {
+    Kind.OUTCOME: "",
+    Kind.MISSING: "Missing contact. ",
+    Kind.EXTRA: "Extra contact. ",
+    Kind.ORDER: "In another order. ",
+    Kind.FLIGHT: "",
+    Kind.STATES: "",
+}
+
+
+def print_comparison(comparison: Comparison, terminal: Console) -> None:
+    """Print a comparison: its verdict, its figures, and each engine's first difference."""
+    scene = comparison.scene
+    terminal.print(f"{headline(comparison)}\n")
+    terminal.print(f"{verdict(comparison)}\n")
+    table = Table(box=None, pad_edge=False)
+    table.add_column("", overflow="fold")
+    for name in (*comparison.runs, *comparison.failed):
+        table.add_column(name, justify="right", overflow="fold")
+    if comparison.failed:
+        failures = (f"failed at {error.time:.3f} s" for error in comparison.failed.values())
+        table.add_row("", *([""] * len(comparison.runs)), *failures)
+    for label, *values in comparison_rows(comparison):
+        table.add_row(label, *values)
+    terminal.print(table)
+    if words := mark_words(comparison):
+        terminal.print(f"\n{words}")
+    for name, run in comparison.runs.items():
+        if first := run.figures.first_difference:
+            terminal.print(
+                f"\n{name}, {first.time:.3f} s, {pair_name(scene, first)}: {_KINDS[first.kind]}{first.because}"
+            )
+            if first.second is not None:
+                terminal.print(_speeds(first, comparison.against))
+                if spins := _spins(first, comparison.against):
+                    terminal.print(spins)
+
+
+def headline(comparison: Comparison) -> str:
+    """Return a line on what ran: the scene, its balls, seed, duration and rate, and what the reference is worth."""
+    scene = comparison.scene
+    edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
+    return (
+        f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
+        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} per second, "
+        f"{reference_words(comparison)}"
+    )
+
+
+def _speeds(first: Difference, against: str) -> str:
+    """Return a sentence with the balls' speeds before and after, in the engine and in the reference."""
+    own, reference = (
+        [[math.hypot(*one) for one in each or ()] for each in pair]
+        for pair in ((first.before, first.after), (first.should_before, first.should_after))
+    )
+    return f"Speeds, px/s: {_before_and_after(own, reference, against)}."
+
+
+def _spins(first: Difference, against: str) -> str:
+    """Return the same of the balls' spins; empty if none turns."""
+    own, reference = (
+        [[*(each or ())] for each in pair]
+        for pair in ((first.spin_before, first.spin_after), (first.should_spin_before, first.should_spin_after))
+    )
+    if not any(spin for each in (*own, *reference) for spin in each):
+        return ""
+    return f"Spins, rad/s: {_before_and_after(own, reference, against)}."
+
+
+def _before_and_after(own: Sequence[Sequence[float]], reference: Sequence[Sequence[float]], against: str) -> str:
+    """Return a contact's numbers before and after, in the engine and in the reference. Either may lack the contact."""
+    parts = []
+    for where, (before, after) in (("", own), (f"in {against} ", reference)):
+        if before and after:
+            numbers = (" and ".join(f"{one + 0.0:.4g}" for one in each) for each in (before, after))
+            parts.append(f"{where}{' before, '.join(numbers)} after")
+    return "; ".join(parts)
+
+
+def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield the rows of a comparison's table: a label, and a value for each engine."""
+    runs = comparison.runs.values()
+    yield from key_figures(comparison)
+    firsts = [run.figures.first_difference for run in runs]
+    yield ["  cause", *(first.cause_label if first else "-" for first in firsts)]
+    if any(run.missed for run in runs):
+        yield ["missed contacts", *(str(len(run.missed)) for run in runs)]
+    energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
+    for cause in Cause:
+        shares = [
+            energy[cause] / run.energy[0] if run.energy[0] and cause in energy else 0.0
+            for energy, run in zip(energies, runs, strict=True)
+        ]
+        values = [f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else "-" for share in shares]
+        if any(value != "-" for value in values):
+            yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
+    for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
+        of_runs = [run.theory[number] if run.theory else None for run in runs]
+        yield [row.figure, *(f"{one.measured:.4g}" if one else "-" for one in of_runs)]
+        yield [f"  expected ({row.because})", *(f"{one.expected:.4g}" if one else "-" for one in of_runs)]
+
+
+class Scoreboard:
+    """Prints scores as they come: a row for each scene, a column for each engine, as far as the terminal is wide.
+
+    On a narrower one, the names of scenes have lines of their own, and on one narrower still, every cell has.
+    """
+
+    def __init__(self, scenes: Sequence[str], engines: Sequence[str], terminal: Console) -> None:
+        self._terminal = terminal
+        self._widths = {engine: max(SCORE_WIDTH, cell_len(engine)) for engine in engines}
+        self._name_width = max(map(cell_len, ("scene", *scenes)))
+        columns = sum(COLUMN_GAP + width for width in self._widths.values())
+        self._is_wide = self._name_width + columns <= self._terminal.width
+        self._is_table = columns <= self._terminal.width
+        if self._is_table:
+            self._print("scene", {engine: engine for engine in engines})
+
+    def print_row(self, scene: str, row: Mapping[str, Result]) -> None:
+        """Print the scores of one scene."""
+        self._print(scene, {engine: _cell(result) for engine, result in row.items()})
+
+    def _print(self, scene: str, cells: Mapping[str, str]) -> None:
+        padded = "".join(
+            " " * (COLUMN_GAP + self._widths[name] - cell_len(cell)) + cell for name, cell in cells.items()
+        )
+        if self._is_wide:
+            lines = [scene + " " * (self._name_width - cell_len(scene)) + padded]
+        elif self._is_table:
+            lines = [scene, padded]
+        else:
+            labels = max(map(cell_len, cells))
+            lines = [scene, *(f"  {name}{' ' * (labels - cell_len(name))}  {cell}" for name, cell in cells.items())]
+        for line in lines:
+            self._terminal.print(line, soft_wrap=True)
+
+
+def print_scores(board: Board, terminal: Console) -> None:
+    """Print all scores, what was missed, and in how many scenes each engine met all expectations."""
+    scoreboard = Scoreboard(list(board), list(next(iter(board.values()))), terminal)
+    for scene, row in board.items():
+        scoreboard.print_row(scene, row)
+    print_misses(board, terminal)
+    terminal.print()
+    print_tally(board, terminal)
+
+
+def _cell(result: Result) -> str:
+    if result.outcome in (Outcome.MET, Outcome.MISSED):
+        return f"{result.worst.error:.1e} {result.outcome.value}"
+    word: str = result.outcome.value
+    return word
+
+
+def print_misses(board: Board, terminal: Console) -> None:
+    """Print what was missed most in each scene by each engine, what could not be judged, and which engines broke."""
+    for scene, row in board.items():
+        for engine, result in row.items():
+            if result.outcome in (Outcome.MET, Outcome.REFUSED, Outcome.NOT_RUN) and not any(
+                one.skipped for one in result.scores
+            ):
+                continue
+            first, *others = result.lines
+            more = f" ({len(others)} more)" if others else ""
+            terminal.print(f"\n{scene}, {engine}{more}: {first}")
+
+
+def print_tally(board: Board, terminal: Console) -> None:
+    """Print for each engine in how many scenes it met all expectations, missed one and so on."""
+    for line in tally_lines(board):
+        terminal.print(line)
+
+
+def tally_lines(board: Board) -> Iterator[str]:
+    """Yield a line for each engine: in how many scenes it met all expectations, missed one and so on."""
+    for engine, count in tally(board).items():
+        met = count.pop(Outcome.MET, 0)
+        others = "".join(f", {number} {outcome.name.lower().replace('_', ' ')}" for outcome, number in count.items())
+        yield f"{engine}: {met} of {counted(len(board), 'scene')} met{others}"

@@ -1,0 +1,1 @@
+"""The functions of `import sandbox`: their arguments, checked, and what they return."""

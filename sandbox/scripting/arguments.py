@@ -1,0 +1,123 @@
+"""Arguments of the Python interface, checked before it runs. The command line reads scenes and inputs with them."""
+
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sandbox.errors import SandboxError, shown, suggestion
+from sandbox.run.inputs import Input, Start, check_inputs, load_inputs
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.text import printable
+
+AnyScene = Scene | str | os.PathLike[str]  # a scene, the name of a bundled one, or a file
+AnyInputs = Sequence[Input | Mapping[str, object]] | str | os.PathLike[str]  # or a file of them
+
+
+class Replay(NamedTuple):
+    """A scene, and the recorded inputs to replay on it. warning: empty, or that they are of another scene."""
+
+    scene: Scene
+    inputs: list[Input]
+    warning: str
+
+
+def scene_of(scene: AnyScene) -> Scene:
+    """Return a scene, or load it. Raises SandboxError as `load` does."""
+    return scene if isinstance(scene, Scene) else load(scene)
+
+
+def replay(scene: AnyScene, inputs: AnyInputs | None = None, **changes: object) -> Replay:
+    """Return a scene with the changes that are not None, and inputs, which bring their own seed and rate.
+
+    Raises SandboxError if the scene, the inputs or a change is not valid.
+    """
+    chosen, warning = scene_of(scene), ""
+    recorded = [] if inputs is None else _inputs_of(inputs, chosen)
+    if recorded and isinstance(start := recorded[0], Start):
+        if start.scene != chosen.name:
+            file = printable(str(inputs)) if isinstance(inputs, str | os.PathLike) else "inputs"
+            warning = f"{file}: warning: recorded on {shown(start.scene)}, not on {chosen.name}"
+        chosen = start.change_scene(chosen)
+    made = {key: _plain(value) for key, value in changes.items() if value is not None}
+    return Replay(chosen.changed(**made), recorded, warning)
+
+
+def _inputs_of(inputs: AnyInputs, scene: Scene) -> list[Input]:
+    if isinstance(inputs, str | os.PathLike):
+        return load_inputs(Path(inputs), scene)
+    if not isinstance(inputs, Iterable) or isinstance(inputs, Mapping):
+        raise SandboxError(f"inputs must be a list of inputs, or a file of them, got {shown(inputs)}")
+    return check_inputs(inputs, scene)
+
+
+def _plain(value: object) -> object:
+    """Return NumPy's whole number as Python's, which a scene requires."""
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def names_of(engines: str | Sequence[str] | None) -> Sequence[str] | None:
+    """Return the name of one engine as a list of one, others as they are. Raises SandboxError for any other value."""
+    names = [engines] if isinstance(engines, str) else engines
+    if names is not None and not (isinstance(names, Sequence) and all(isinstance(name, str) for name in names)):
+        raise SandboxError(f"engines must be the name of one or a list of names, got {shown(engines)}")
+    return names
+
+
+def reference_of(against: str | None) -> str | None:
+    """Return the name of a reference, or None. Raises SandboxError if it is of another type."""
+    if against is not None and not isinstance(against, str):
+        raise SandboxError(f"against must be the name of an engine, got {shown(against)}")
+    return against
+
+
+def number(name: str, value: object) -> float:
+    """Return a number. Raises SandboxError for any other value."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise SandboxError(f"{name} must be a number, got {shown(value)}")
+    try:
+        found = float(value)
+    except OverflowError:  # a whole number may be larger than any float
+        found = math.inf
+    if not math.isfinite(found):
+        raise SandboxError(f"{name} must be a finite number, got {shown(value)}")
+    return int(value) if isinstance(value, int | np.integer) else found
+
+
+def whole_number(name: str, value: object, least: int = 0) -> int:
+    """Return a whole number. Raises SandboxError for any other value, and for one below the least."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise SandboxError(f"{name} must be a whole number, got {shown(value)}")
+    count = int(value)
+    if count < least:
+        raise SandboxError(f"{name} must be at least {least}, got {shown(count)}")
+    return count
+
+
+def several(name: str, values: object) -> list[Any]:
+    """Return one value or several as a list. Raises SandboxError if it is empty."""
+    found = list(values) if isinstance(values, Iterable) and not isinstance(values, str | bytes | Scene) else [values]
+    if not found:
+        raise SandboxError(f"{name} must contain at least one, got an empty list")
+    return found
+
+
+def output(what: str, path: str | os.PathLike[str], endings: Iterable[str]) -> str:
+    """Return a path as text. Raises SandboxError if it is none, or has another ending."""
+    if not isinstance(path, str | os.PathLike):
+        raise SandboxError(f"the path of a file must be text, got {shown(path)}")
+    if Path(path).suffix not in endings:
+        raise SandboxError(f"{printable(str(path))}: {what} must end in {' or '.join(endings)}")
+    return str(path)
+
+
+def known(what: str, name: object, names: Iterable[str]) -> str:
+    """Return a name that is among others. Raises SandboxError if it is not."""
+    names = list(names)
+    if name not in names:
+        raise SandboxError(f"no {what} {shown(name)} here; {suggestion(str(name), names)}")
+    return str(name)

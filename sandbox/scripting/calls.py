@@ -1,0 +1,185 @@
+"""What a script can do: simulate, compare, verify, sweep. Every wrong argument raises SandboxError."""
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import overload
+
+from sandbox.analysis import comparison
+from sandbox.analysis import verify as scoring
+from sandbox.engines import Engines, Source, default_engines, named, registry
+from sandbox.engines.specs import Value
+from sandbox.errors import SandboxError, shown
+from sandbox.run import trajectory
+from sandbox.run.inputs import Input
+from sandbox.run.trajectory import Trajectory
+from sandbox.scene.files import bundled
+from sandbox.scene.model import Scene
+from sandbox.scripting.arguments import (
+    AnyInputs,
+    AnyScene,
+    names_of,
+    number,
+    reference_of,
+    replay,
+    scene_of,
+    several,
+    whole_number,
+)
+from sandbox.scripting.comparison import Comparison
+from sandbox.scripting.scores import Scores
+from sandbox.scripting.sweep_table import SweepTable
+from sandbox.sweeps import in_order, plan
+from sandbox.sweeps.workers import run_here, run_locally
+
+
+def compare(
+    scene: AnyScene,
+    engines: Engines | None = None,
+    *,
+    against: str | None = None,
+    seconds: float | None = None,
+    seed: int | None = None,
+    rate: int | None = None,
+    inputs: AnyInputs = (),
+    progress: Callable[[float], object] | None = None,
+) -> Comparison:
+    """Run a scene in several engines, in lockstep, and measure how far they are apart, since when, and why.
+
+    scene: a Scene, the name of a bundled scene, or a file; engines: one or several, each a name such as "pymunk", a
+    class or a function, or a mapping from names to these, as `sandbox.engines.named` reads them; by default "pymunk",
+    then "article" (or "impulse" if the article's rule cannot run the scene with its edits), and "exact". An engine of
+    your own that fails has no run, but an EngineError in `failed`; against: the engine that the others are measured
+    against, by default "exact" if it takes part, else the last; seconds, seed, rate: by
+    default the scene's; inputs: recorded inputs to replay, or their file, which bring their own seed and rate;
+    progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison covers what
+    follows the last edit.
+    Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
+    """
+    reference = reference_of(against)
+    chosen, replayed = _replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
+    return Comparison.of(comparison.compare(chosen, engines, against=reference, inputs=replayed, progress=progress))
+
+
+@overload
+def simulate(  # type: ignore[overload-overlap]
+    scene: AnyScene,
+    engine: Source,
+    *,
+    seconds: float | None = ...,
+    steps: int | None = ...,
+    seed: int | None = ...,
+    rate: int | None = ...,
+    inputs: AnyInputs = ...,
+) -> Trajectory: ...
+@overload
+def simulate(
+    scene: AnyScene,
+    engine: Iterable[Source] | Mapping[str, Source],
+    *,
+    seconds: float | None = ...,
+    steps: int | None = ...,
+    seed: int | None = ...,
+    rate: int | None = ...,
+    inputs: AnyInputs = ...,
+) -> dict[str, Trajectory]: ...
+def simulate(
+    scene: AnyScene,
+    engine: Engines,
+    *,
+    seconds: float | None = None,
+    steps: int | None = None,
+    seed: int | None = None,
+    rate: int | None = None,
+    inputs: AnyInputs = (),
+) -> Trajectory | dict[str, Trajectory]:
+    """Run a scene in one engine and return its trajectory, or in several and return a dictionary of them by name.
+
+    scene, engine, seed, rate, inputs: as in `compare`; seconds or steps: how long, by default the scene's seconds. Each
+    state includes the edits of its step.
+    Raises SandboxError if an argument is wrong or the trajectory too large, Refused if an engine cannot run the scene.
+    """
+    sources = named(engine)
+    if not sources:
+        raise SandboxError(f"engine must name one or several, got {shown(engine)}")
+    chosen, replayed = _replay(scene, inputs, seed=seed, rate=rate)
+    seconds = None if seconds is None else number("seconds", seconds)
+    steps = None if steps is None else whole_number("steps", steps)
+    runs = {
+        name: trajectory.simulate(chosen, {name: source}, seconds=seconds, steps=steps, inputs=replayed)
+        for name, source in sources.items()
+    }
+    return next(iter(runs.values())) if isinstance(engine, str) or callable(engine) else runs
+
+
+def _replay(scene: AnyScene, inputs: AnyInputs, **changes: object) -> tuple[Scene, list[Input]]:
+    """Return the scene and inputs that `replay` does, and warn if the inputs are of another scene."""
+    chosen, replayed, warning = replay(scene, inputs, **changes)
+    if warning:
+        warnings.warn(warning, stacklevel=3)
+    return chosen, replayed
+
+
+def verify(scenes: AnyScene | Iterable[AnyScene] | None = None, engines: str | Sequence[str] | None = None) -> Scores:
+    """Score engines against what scenes expect.
+
+    scenes: one or several, by default all bundled scenes that expect something; engines: one name or several, by
+    default all engines.
+    Raises SandboxError if an argument is wrong, or nothing is expected.
+    """
+    names = names_of(engines) or list(registry())
+    return Scores(dict(scoring.verify(scenes_to_score(scenes), names)))
+
+
+def scenes_to_score(scenes: AnyScene | Iterable[AnyScene] | None = None) -> list[Scene]:
+    """Return the scenes that expect something, by default of all bundled ones. Raises SandboxError if none does."""
+    given = [*bundled("truths"), *bundled()] if scenes is None else several("scenes", scenes)
+    chosen = [scene_of(scene) for scene in given]
+    if scored := [scene for scene in chosen if scene.expect]:
+        return scored
+    raise SandboxError(f"nothing to score: no [[expect]] in {', '.join(scene.name for scene in chosen)}")
+
+
+def sweep(
+    scene: AnyScene,
+    engines: str | Sequence[str] | None = None,
+    *,
+    seeds: int | Iterable[int] | None = None,
+    rates: int | Iterable[int] | None = None,
+    settings: Mapping[str, Value | Iterable[Value]] | None = None,
+    against: str | None = None,
+    seconds: float | None = None,
+    workers: int = 1,
+) -> SweepTable:
+    """Run a scene with many seeds, rates, engines and settings of Pymunk, and return a table with a row for each.
+
+    engines: by default "pymunk", and "article" or else "impulse"; seeds, rates, seconds: by default the scene's;
+    settings: values of each setting of Pymunk or key of the scene, such as {"substeps": [1, 4]}; against: by default
+    "exact"; workers: processes. If there are several, a script must start its work under `if __name__ == "__main__":`,
+    as `multiprocessing` requires.
+    A run that fails loses its row only.
+    Raises SandboxError if an argument is wrong, Refused if an engine cannot run the scene.
+    """
+    names, reference = names_of(engines), reference_of(against)
+    chosen, _ = _replay(scene, (), seconds=seconds)
+    planned = plan(
+        chosen,
+        [chosen.seed] if seeds is None else [whole_number("seeds", seed) for seed in several("seeds", seeds)],
+        [chosen.rate] if rates is None else [whole_number("rates", rate) for rate in several("rates", rates)],
+        names or default_engines(chosen),
+        _values_of(settings),
+        against=reference,
+    )
+    count = whole_number("workers", workers, 1)
+    outcomes = list(run_here(planned, planned.jobs) if count == 1 else run_locally(planned, planned.jobs, count))
+    rows = [outcome.row for outcome in outcomes if outcome.row is not None]
+    return SweepTable(planned, in_order(planned, rows), [outcome for outcome in outcomes if outcome.failure])
+
+
+def _values_of(settings: Mapping[str, Value | Iterable[Value]] | None) -> dict[str, list[Value]]:
+    if settings is not None and not isinstance(settings, Mapping):
+        raise SandboxError(f"settings must be a dictionary of values, got {shown(settings)}")
+    return {key: [_value(key, value) for value in several(key, values)] for key, values in (settings or {}).items()}
+
+
+def _value(key: str, value: object) -> Value:
+    return [number(key, one) for one in value] if isinstance(value, list | tuple) else number(key, value)

@@ -1,0 +1,97 @@
+"""A comparison as a script or a notebook uses it: figures by engine, text, files, a page."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import fields
+from functools import partial
+from typing import Final, Self
+
+from sandbox.analysis import comparison, verdict
+from sandbox.analysis.measurement import Figures
+from sandbox.analysis.verdict import key_figures
+from sandbox.files import whole_file
+from sandbox.report.tables import headline, print_comparison
+from sandbox.scripting.arguments import known, output
+from sandbox.text import DEFAULT_WIDTH, json_text, text_of
+
+IN_REPR: Final = ("energy left", "RMS gap", "first difference")  # rows of the table
+
+
+class Comparison(comparison.Comparison):
+    """Several engines' runs of one scene. `comparison["article"]` has the figures of an engine's run.
+
+    >>> import sandbox
+    >>> comparison = sandbox.compare("oblique", ["pymunk", "exact"])
+    >>> comparison
+    <Oblique: 2 balls, seed 0, 3 s at 60 steps per second, measured against exact; no chaos within the run
+      pymunk: energy left 100.0000%, RMS gap 6.991 px, first difference 0.867 s
+      exact: energy left 100.0000%, RMS gap 0 px, first difference none>
+    >>> comparison["pymunk"].pair_contacts
+    1
+    """
+
+    @classmethod
+    def of(cls, measured: comparison.Comparison) -> Self:
+        """Return what was measured, as a comparison with text, files and a page."""
+        return cls(**{field.name: getattr(measured, field.name) for field in fields(measured)})
+
+    def __getitem__(self, engine: str) -> Figures:
+        """Return an engine's figures, under their names in JSON. Raises SandboxError if it took no part."""
+        return self.runs[known("engine", engine, self.runs)].figures
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.runs)
+
+    def __len__(self) -> int:
+        return len(self.runs)
+
+    def __repr__(self) -> str:
+        rows = {label.removesuffix(verdict.MARK): values for label, *values in key_figures(self)}
+        rows["first difference"] = ["none" if time == "-" else time for time in rows["first difference"]]
+        lines = (
+            f"  {name}: " + ", ".join(f"{label} {rows[label][number]}" for label in IN_REPR)
+            for number, name in enumerate(self.runs)
+        )
+        return f"<{headline(self)}\n" + "\n".join(lines) + ">"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the page."""
+        from sandbox.report.notebook import html_of  # noqa: PLC0415  (Bokeh is slow to import)
+
+        return html_of(self)
+
+    @property
+    def verdict(self) -> str:
+        """A paragraph: until when paths agree, what the reference is worth, errors, what to change."""
+        return verdict.verdict(self)
+
+    def table(self, width: int = DEFAULT_WIDTH) -> str:
+        """Return the text that the command line prints, in so many columns."""
+        return text_of(partial(print_comparison, self), width)
+
+    def to_json(self) -> str:
+        """Return the text that `--json` writes; `as_json` returns it as a dictionary."""
+        return json_text(self.as_json())
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write the page, as one .html file. Raises SandboxError if it cannot be written."""
+        self._write(output("a report", path, [".html"]))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the figures as .json or .csv, or the page as .html, by the path's ending.
+
+        Raises SandboxError for another ending, or if the file cannot be written.
+        """
+        self._write(output("a comparison", path, [".json", ".csv", ".html"]))
+
+    def _write(self, path: str) -> None:
+        if path.endswith(".json"):
+            text = self.to_json()
+        elif path.endswith(".csv"):
+            text = self.as_csv()
+        else:
+            from sandbox.report.comparison import page  # noqa: PLC0415  (Bokeh is slow to import)
+
+            text = page(self)
+        with whole_file(path) as file:
+            file.write(text.encode())

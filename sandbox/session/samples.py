@@ -1,0 +1,155 @@
+"""What is sampled of a run after every step, for its charts: energy, gap to the reference, momentum of every engine."""
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Final
+
+import numpy as np
+
+from sandbox.quantity import length, momentum
+from sandbox.session.history import Moment
+from sandbox.state import Floats
+
+CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
+
+
+class Quantity(Enum):
+    """What is sampled of every engine. The value is its number among them.
+
+    ENERGY: what the engine lost (negative) or made, see `change_of_energy`, minus what the reference did; GAP: the
+    largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s.
+    """
+
+    ENERGY = 0
+    GAP = 1
+    MOMENTUM = 2
+
+
+class Series:
+    """Samples of some values over time in bounded memory: when it is full, every other sample is dropped.
+
+    columns: how many values. Each sample belongs to a step. Steps that have a sample are not sampled again when a run
+    is stepped back and resumed; if it takes another course, `cut` drops the samples after a step.
+    """
+
+    def __init__(self, columns: int) -> None:
+        self.drops = 0  # how often samples have been dropped
+        self._rows = np.empty((CAPACITY, columns))
+        self._steps = np.empty(CAPACITY, int)
+        self._count = 0
+        self._stride = 1  # steps between two samples, at least
+
+    def __len__(self) -> int:
+        return self._count
+
+    def wants(self, step: int) -> bool:
+        """Return whether a sample at a step would be kept."""
+        return not self._count or step >= self._steps[self._count - 1] + self._stride
+
+    def add(self, step: int, values: Sequence[float]) -> None:
+        """Keep a sample at a step that `wants` accepts."""
+        if self._count == CAPACITY:
+            half = CAPACITY // 2
+            self._rows[:half], self._steps[:half] = self._rows[::2].copy(), self._steps[::2].copy()
+            self._count, self._stride = half, 2 * self._stride
+            self.drops += 1
+        self._steps[self._count], self._rows[self._count] = step, values
+        self._count += 1
+
+    def cut(self, step: int) -> None:
+        """Drop the samples after a step."""
+        count = int(np.searchsorted(self._steps[: self._count], step, side="right"))
+        if count < self._count:
+            self._count = count
+            self.drops += 1
+
+    @property
+    def steps(self) -> np.ndarray[tuple[int], np.dtype[np.int_]]:
+        """The step of each sample: (samples,)."""
+        return self._steps[: self._count]
+
+    @property
+    def rows(self) -> Floats:
+        """The values: (samples, columns)."""
+        return self._rows[: self._count]
+
+
+class Samples:
+    """Each quantity in each engine over time. A quantity is NaN while an engine or the reference does not run.
+
+    energy_at_start: kg px²/s², the same in every engine.
+    """
+
+    def __init__(self, engines: Sequence[str], reference: str, energy_at_start: float) -> None:
+        self.engines = list(engines)
+        self.reference = reference
+        self.energy_at_start = energy_at_start
+        # Time, the lowest and highest change of the reference's energy around it, and each quantity of each engine.
+        self.series = Series(3 + len(Quantity) * len(self.engines))
+        self._change = np.nan  # of the reference's energy in the step before
+
+    def __len__(self) -> int:
+        return len(self.series)
+
+    def add(self, moment: Moment) -> None:
+        """Add a step, and a sample if one is due. Called after every step, in order."""
+        change = {
+            name: change_of_energy(energy, self.energy_at_start, moment.work[name])
+            for name, energy in moment.energy.items()
+        }
+        before, self._change = self._change, change.get(self.reference, np.nan)
+        series = self.series
+        if len(series) and series.steps[-1] == moment.step - 1:
+            last = series.rows[-1]
+            last[1:3] = min(last[1], self._change), max(last[2], self._change)
+        if series.wants(moment.step):
+            around = before if len(series) and before == before else self._change  # noqa: PLR0124 (not NaN)
+            ends = min(around, self._change), max(around, self._change)
+            series.add(moment.step, [moment.time, *ends, *self._values(moment, change)])
+
+    def _values(self, moment: Moment, change: dict[str, float]) -> list[float]:
+        states, mass = moment.states, moment.scene.bodies.mass
+        reference = states.get(self.reference)
+        values = [change.get(name, np.nan) for name in self.engines]
+        for name in self.engines:
+            state = states.get(name)
+            if state is None or reference is None:
+                values.append(np.nan)
+            else:
+                values.append(float(length(state.position - reference.position).max()))
+        impulse = {name: float(length(momentum(state.velocity, mass))) for name, state in states.items()}
+        return [*values, *(impulse.get(name, np.nan) for name in self.engines)]
+
+    def of(self, quantity: Quantity, since: int = 0) -> Floats:
+        """Return a quantity in the samples from one on, one column per engine: (samples, engines).
+
+        A difference of energy counts only if the reference's energy does not have that value a step earlier or later:
+        where energy is lost in contacts, an engine that is late by a step is not accused of the loss.
+        """
+        n, rows = len(self.engines), self.series.rows[since:]
+        first = 3 + quantity.value * n
+        values = rows[:, first : first + n]
+        if quantity is not Quantity.ENERGY or self.is_alone:
+            return values
+        low, high = rows[:, 1, None], rows[:, 2, None]
+        return np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether there is only the reference, so that its energy is compared with the start."""
+        return self.engines == [self.reference]
+
+    @property
+    def times(self) -> Floats:
+        """The times of the samples, s: (samples,)."""
+        return self.series.rows[:, 0]
+
+
+def change_of_energy(energy: float, start: float, work: float) -> float:
+    """Return what an engine lost (negative) or made: % of the start and of what was given, kg px²/s² if that was 0.
+
+    energy, start: kg px²/s², now and at first; work: what mouse and edits have added to it. It counts as given while
+    it is positive.
+    """
+    own = energy - start - work
+    return 100 * own / (abs(start) + max(work, 0.0)) if start else own

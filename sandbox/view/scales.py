@@ -1,0 +1,87 @@
+"""The scales of the charts: where a value stands on an axis, how far the axis reaches, and which values it names."""
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from sandbox.state import Floats
+from sandbox.view.primitives import round_up
+
+Span = tuple[float, float]  # the lowest and the highest position on an axis
+
+MIN_GAP: Final = 1e-3  # px, the lowest value of a logarithmic axis; what is less is drawn there
+NEAR_ZERO: Final = 1e-3  # up to which an axis with both signs is linear; then it has powers of ten
+LEAST_END: Final = 1e-2  # of such an axis, in both directions
+
+
+class Scale(Protocol):
+    """Maps values to positions on an axis."""
+
+    def position(self, value: Floats) -> Floats:
+        """Return where values stand."""
+
+    def span(self, low: float, high: float) -> Span:
+        """Return the positions of round numbers that include two values, which are not finite if there are none."""
+
+    def ticks(self, span: Span) -> list[tuple[float, str]]:
+        """Return positions and what is written there, the most important first."""
+
+
+@dataclass(frozen=True)
+class Linear:
+    """From 0, or from the lowest value if that is negative."""
+
+    def position(self, value: Floats) -> Floats:
+        """Return the values."""
+        return value
+
+    def span(self, low: float, high: float) -> Span:
+        """Return round numbers."""
+        return (-round_up(-low) if -np.inf < low < 0 else 0.0), round_up(high) if 0 < high < np.inf else 1.0
+
+    def ticks(self, span: Span) -> list[tuple[float, str]]:
+        """Return both ends."""
+        return [(end, f"{end:.6g}") for end in span]
+
+
+@dataclass(frozen=True)
+class Logarithmic:
+    """Powers of ten from MIN_GAP on."""
+
+    def position(self, value: Floats) -> Floats:
+        """Return logarithms to the base 10."""
+        return np.log10(np.maximum(value, MIN_GAP))
+
+    def span(self, low: float, high: float) -> Span:
+        """Return whole powers; the highest is at least 1."""
+        end = np.ceil(np.log10(high) - 1e-9) if 1 < high < np.inf else 0.0
+        return float(np.log10(MIN_GAP)), float(end)
+
+    def ticks(self, span: Span) -> list[tuple[float, str]]:
+        """Return both ends, then the powers between, the highest first."""
+        first, last = round(span[0]), round(span[1])
+        return [(power, f"{10.0**power:g}") for power in (first, *range(last, first, -1))]
+
+
+@dataclass(frozen=True)
+class BothSigns:
+    """Powers of ten in both directions, and linear up to NEAR_ZERO: a thousandth is seen as well as a half."""
+
+    def position(self, value: Floats) -> Floats:
+        """Return the logarithm of the magnitude, in units of NEAR_ZERO and plus 1, with the sign."""
+        return np.sign(value) * np.log10(1 + np.abs(value) / NEAR_ZERO)
+
+    def span(self, low: float, high: float) -> Span:
+        """Return powers of ten, LEAST_END or more in both directions."""
+        ends = (
+            10 ** np.ceil(np.log10(max(end, LEAST_END)) - 1e-9) if end < np.inf else LEAST_END for end in (-low, high)
+        )
+        below, above = (float(self.position(np.array(end))) for end in ends)
+        return -below, above
+
+    def ticks(self, span: Span) -> list[tuple[float, str]]:
+        """Return 0, the further end, the other end, then the powers between from the largest on."""
+        powers = [sign * 10.0**k for k in range(9, -3, -1) for sign in (-1, 1)]
+        inside = [(float(self.position(np.array(power))), f"{power:+g}") for power in powers]
+        return [(0.0, "0"), *((at, text) for at, text in inside if span[0] - 1e-9 <= at <= span[1] + 1e-9)]

@@ -1,0 +1,269 @@
+"""The functions of `import sandbox`: what they accept, and that every wrong argument is refused in plain words."""
+
+import csv
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import Command, scene_of
+
+import sandbox
+from sandbox.run.inputs import INPUT_KINDS, Grab, Input, Release, Start, write_inputs
+
+FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
+DRAG: list[Input] = [Grab(step=2, ball=0, at=(100, 100)), Release(step=20)]
+
+
+@pytest.fixture(scope="module")
+def oblique() -> sandbox.Comparison:
+    return sandbox.compare("oblique", ["pymunk", "exact"])
+
+
+def test_a_scene_is_an_object_a_name_or_a_path(working_folder: Path) -> None:
+    Path("mine.toml").write_text(sandbox.load("oblique").source)
+    for scene in (sandbox.load("oblique"), "oblique", "mine.toml", Path("mine.toml")):
+        assert sandbox.simulate(scene, "exact", steps=1).position.shape == (2, 2, 2)
+        assert list(sandbox.compare(scene, "exact", seconds=0.1).runs) == ["exact"]
+
+
+def test_one_engine_gives_a_trajectory_and_several_give_one_each() -> None:
+    one = sandbox.simulate("oblique", "exact", steps=60)
+    several = sandbox.simulate("oblique", ["pymunk", "exact"], steps=60)
+    assert list(several) == ["pymunk", "exact"]
+    assert several["exact"].position.tobytes() == one.position.tobytes()
+    assert several["pymunk"].position.tobytes() != one.position.tobytes()
+
+
+def test_seconds_seed_and_rate_are_those_of_the_scene_changed() -> None:
+    changes: dict[str, Any] = {"seconds": 0.5, "seed": 7, "rate": 120}
+    changed = sandbox.load("article").changed(**changes)
+    assert sandbox.compare("article", "exact", **changes).scene == changed
+    ran, expected = sandbox.simulate("article", "exact", **changes), sandbox.simulate(changed, "exact")
+    assert ran.position.tobytes() == expected.position.tobytes()
+    assert ran.time[-1] == 0.5
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    numbers: dict[str, Any] = {"seed": np.int64(3), "rate": np.int32(30), "seconds": np.float64(0.5)}
+    compared = sandbox.compare("article", "exact", **numbers)
+    assert (compared.scene.seed, compared.scene.rate, len(compared.time)) == (3, 30, 16)
+    table = sandbox.sweep("article", "exact", seeds=np.arange(2), seconds=0.1)
+    assert [row["seed"] for row in table] == [0, 1]
+
+
+def test_inputs_are_objects_dictionaries_or_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "mouse.jsonl"
+    write_inputs(DRAG, file)
+    free = sandbox.simulate(scene_of(FREE), "exact", steps=30).position
+    runs = [
+        sandbox.simulate(scene_of(FREE), "exact", steps=30, inputs=inputs).position.tobytes()
+        for inputs in (DRAG, [json.loads(line) for line in file.read_text().splitlines()], file, str(file))
+    ]
+    assert len(set(runs)) == 1
+    assert runs[0] != free.tobytes()
+
+
+def test_inputs_bring_their_seed_and_rate_unless_others_are_given() -> None:
+    inputs = [Start(scene="article", seed=4, rate=90)]
+    assert sandbox.compare("article", "exact", seconds=0.1, inputs=inputs).scene.seed == 4
+    assert sandbox.compare("article", "exact", seconds=0.1, inputs=inputs, seed=5).scene.seed == 5
+    assert len(sandbox.simulate("article", "exact", seconds=0.1, inputs=inputs).time) == 10
+
+
+def test_inputs_of_another_scene_are_warned_of() -> None:
+    with pytest.warns(UserWarning, match=r"^inputs: warning: recorded on \"oblique\", not on article$"):
+        sandbox.compare("article", "exact", seconds=0.1, inputs=[Start(scene="oblique", seed=0, rate=60)])
+
+
+NAN = float("nan")
+ANY: Any = sandbox  # so that mypy accepts wrong arguments
+KINDS = ", ".join(INPUT_KINDS)
+SCENE = "a scene must be the name of a bundled scene or a file, got"
+NAMES = "must be the name of one or a list of names, got"
+SOURCES = "must be names, classes or functions, got"
+WRONG: dict[str, tuple[Callable[[], object], str]] = {
+    "scene is a number": (lambda: ANY.compare(3), f"{SCENE} 3"),
+    "scene is none": (lambda: ANY.simulate(None, "exact"), f"{SCENE} null"),
+    "no such scene": (
+        lambda: ANY.compare("articel"),
+        "no scene 'articel': neither a file nor a bundled scene; did you mean article?",
+    ),
+    "load a list": (lambda: ANY.load(["article"]), f'{SCENE} ["article"]'),
+    "engines are numbers": (
+        lambda: ANY.compare("oblique", [1, 2]),
+        "int: must be the name of an engine, a class or a function, got 1",
+    ),
+    "engines are a number": (lambda: ANY.compare("oblique", 3), f"engines {SOURCES} 3"),
+    "engine is none": (lambda: ANY.simulate("oblique", None), f"engines {SOURCES} null"),
+    "no engine": (lambda: ANY.simulate("oblique", []), "engine must name one or several, got []"),
+    "no such engine": (lambda: ANY.simulate("oblique", "exakt"), "no engine 'exakt'; did you mean exact?"),
+    "against is a number": (lambda: ANY.compare("oblique", against=3), "against must be the name of an engine, got 3"),
+    "negative seconds": (lambda: ANY.compare("oblique", seconds=-1), "seconds must be greater than 0, got -1"),
+    "negative seconds to simulate": (
+        lambda: ANY.simulate("oblique", "exact", seconds=-1),
+        "seconds must be at least 0 and finite, got -1",
+    ),
+    "seconds are nan": (lambda: ANY.compare("oblique", seconds=NAN), "seconds must be a finite number, got nan"),
+    "seconds to simulate are nan": (
+        lambda: ANY.simulate("oblique", "exact", seconds=NAN),
+        "seconds must be a finite number, got nan",
+    ),
+    "seconds are text": (lambda: ANY.simulate("oblique", "exact", seconds="2"), 'seconds must be a number, got "2"'),
+    "seconds are true": (lambda: ANY.simulate("oblique", "exact", seconds=True), "seconds must be a number, got true"),
+    "seconds are huge": (
+        lambda: ANY.simulate("oblique", "exact", seconds=10**400),
+        "seconds must be a finite number, got 1000000000000000000000000000000000000...",
+    ),
+    "steps are a fraction": (
+        lambda: ANY.simulate("oblique", "exact", steps=2.5),
+        "steps must be a whole number, got 2.5",
+    ),
+    "negative steps": (lambda: ANY.simulate("oblique", "exact", steps=-1), "steps must be at least 0, got -1"),
+    "seed -1": (lambda: ANY.compare("oblique", seed=-1), "seed must be at least 0, got -1"),
+    "seed is a list": (lambda: ANY.compare("oblique", seed=[1]), "seed must be a whole number, got [1]"),
+    "rate 0": (lambda: ANY.simulate("oblique", "exact", rate=0), "rate must be at least 1, got 0"),
+    "rate is a fraction": (lambda: ANY.compare("oblique", rate=60.0), "rate must be a whole number, got 60.0"),
+    "inputs are a number": (
+        lambda: ANY.compare("oblique", inputs=3),
+        "inputs must be a list of inputs, or a file of them, got 3",
+    ),
+    "inputs are numbers": (
+        lambda: ANY.compare("oblique", inputs=[3]),
+        f'inputs[0]: must be an object with "do" as one of {KINDS}, got 3',
+    ),
+    "inputs in another order": (
+        lambda: ANY.compare("oblique", inputs=[Release(step=5), Release(step=3)]),
+        "inputs[1]: step must be at least 5, got 3",
+    ),
+    "no such ball": (
+        lambda: ANY.compare("oblique", inputs=[Grab(step=0, ball=9, at=(0, 0))]),
+        "inputs[0]: ball must be at most 1, got 9",
+    ),
+    "no such inputs": (
+        lambda: ANY.compare("oblique", inputs="no.jsonl"),
+        "no.jsonl: cannot be read: No such file or directory",
+    ),
+    "verify a number": (lambda: ANY.verify(3), f"{SCENE} 3"),
+    "nothing to verify": (lambda: ANY.verify([]), "scenes must contain at least one, got an empty list"),
+    "nothing expected": (lambda: ANY.verify("article"), "nothing to score: no [[expect]] in article"),
+    "verify with numbers": (lambda: ANY.verify("oblique", [1]), f"engines {NAMES} [1]"),
+    "no seeds": (lambda: ANY.sweep("oblique", seeds=[]), "seeds must contain at least one, got an empty list"),
+    "a seed of -1": (lambda: ANY.sweep("oblique", seeds=[3, -1]), "seeds must be at least 0, got -1"),
+    "seeds are text": (lambda: ANY.sweep("oblique", seeds="0:4"), 'seeds must be a whole number, got "0:4"'),
+    "rates 0": (lambda: ANY.sweep("oblique", rates=0), "rate must be at least 1, got 0"),
+    "settings are a list": (
+        lambda: ANY.sweep("oblique", settings=[1]),
+        "settings must be a dictionary of values, got [1]",
+    ),
+    "a setting is text": (
+        lambda: ANY.sweep("oblique", settings={"substeps": "4"}),
+        'substeps must be a number, got "4"',
+    ),
+    "no workers": (lambda: ANY.sweep("oblique", workers=0), "workers must be at least 1, got 0"),
+}
+
+
+@pytest.mark.parametrize(("call", "message"), WRONG.values(), ids=WRONG)
+def test_a_wrong_argument_is_refused_in_plain_words(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(sandbox.SandboxError, match=f"^{re.escape(message)}$"):
+        call()
+
+
+def test_indexing_gives_the_figures_of_an_engine(oblique: sandbox.Comparison) -> None:
+    assert oblique["pymunk"] is oblique.runs["pymunk"].figures
+    assert list(oblique) == ["pymunk", "exact"]
+    assert "pymunk" in oblique
+    with pytest.raises(sandbox.SandboxError, match=r'^no engine "pimunk" here; did you mean pymunk\?$'):
+        oblique["pimunk"]
+
+
+def without_padding(printed: str) -> str:
+    return "".join(f"{line.rstrip()}\n" for line in printed.splitlines())
+
+
+def test_the_text_is_that_of_the_command(oblique: sandbox.Comparison, command: Command) -> None:
+    _, out, _ = command("compare", "oblique", "--engines", "pymunk,exact")
+    assert oblique.table() == without_padding(out)
+    assert " ".join(oblique.verdict.split()) == " ".join(out.split("\n\n")[1].split())
+    _, out, _ = command("verify", "oblique", "--engines", "article,exact")
+    assert sandbox.verify("oblique", ["article", "exact"]).table() == without_padding(out)
+
+
+def test_the_files_are_those_of_the_command(
+    oblique: sandbox.Comparison, working_folder: Path, command: Command
+) -> None:
+    options = ["--json", "a.json", "--csv", "a.csv", "--report", "a.html"]
+    command("compare", "oblique", "--engines", "pymunk,exact", *options)
+    for ending in ("json", "csv", "html"):
+        oblique.save(f"b.{ending}")
+        assert Path(f"b.{ending}").read_text() == Path(f"a.{ending}").read_text()
+    oblique.report(Path("c.html"))
+    assert Path("c.html").read_text() == Path("a.html").read_text()
+    assert oblique.to_json() == Path("a.json").read_text()
+
+
+def test_scores_and_their_files_are_those_of_the_command(working_folder: Path, command: Command) -> None:
+    scores = sandbox.verify("oblique", ["article", "exact"])
+    command("verify", "oblique", "--engines", "article,exact", "--json", "a.json", "--junit", "a.xml")
+    for ending in ("json", "xml"):
+        scores.save(f"b.{ending}")
+        assert Path(f"b.{ending}").read_text() == Path(f"a.{ending}").read_text()
+    assert not scores.passed()
+    assert scores.passed("exact")
+    assert not scores["oblique"]["article"].scores[0].passed
+
+
+def test_rows_of_a_sweep_are_those_of_the_command(working_folder: Path, command: Command) -> None:
+    options = ["--seeds", "0:2", "--engines", "pymunk,exact", "--set", "substeps=1,2", "--seconds", "0.5"]
+    command("sweep", "article", *options, "--out", "a.csv", "--workers", 1)
+    settings = {"substeps": [1, 2]}
+    table = sandbox.sweep("article", ["pymunk", "exact"], seeds=range(2), settings=settings, seconds=0.5)
+    table.save("b.csv")
+    written, expected = ([*csv.DictReader(Path(f"{name}.csv").read_text().splitlines())] for name in "ba")
+    for row in (*written, *expected):
+        del row["wall_s"]
+    assert written == expected
+    assert len(written) == len(table) == 6
+    assert table.column("energy_ratio").tolist() == [float(row["energy_ratio"]) for row in written]
+    table.save("b.html")
+    assert "<title>article: a sweep</title>" in Path("b.html").read_text()
+
+
+WRONG_FILES: dict[str, tuple[object, str]] = {
+    "another ending": ("figures.txt", "figures.txt: a comparison must end in .json or .csv or .html"),
+    "no text": (3, "the path of a file must be text, got 3"),
+    "no folder": ("no/figures.json", "no/figures.json: cannot be written: No such file or directory"),
+}
+
+
+@pytest.mark.parametrize(("path", "message"), WRONG_FILES.values(), ids=WRONG_FILES)
+def test_a_wrong_file_is_refused(oblique: sandbox.Comparison, path: Any, message: str, working_folder: Path) -> None:
+    with pytest.raises(sandbox.SandboxError, match=f"^{re.escape(message)}$"):
+        oblique.save(path)
+    assert list(working_folder.iterdir()) == []
+
+
+def test_what_is_returned_shows_as_a_few_lines(oblique: sandbox.Comparison) -> None:
+    table = sandbox.sweep("oblique", "exact", seconds=0.1)
+    for shown in (oblique, oblique.runs["pymunk"], sandbox.simulate("oblique", "exact"), table):
+        assert len(repr(shown)) < 400
+        assert "array" not in repr(shown)
+
+
+def test_a_run_that_fails_loses_its_row_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    from sandbox.sweeps import workers
+
+    def break_at_seed_1(scene: sandbox.Scene, against: str, job: Any, shared: Any) -> dict[str, Any]:
+        if job.seed == 1:
+            raise RuntimeError("broken")
+        return {**job._asdict(), "pow": "fma", "wall_s": 0.0}
+
+    monkeypatch.setattr(workers, "run_job", break_at_seed_1)
+    table = sandbox.sweep("article", "exact", seeds=range(3), seconds=0.1)
+    assert [row["seed"] for row in table] == [0, 2]
+    assert [(failed.job.seed, failed.failure) for failed in table.failures] == [(1, "RuntimeError: broken")]
+    assert repr(table) == "<SweepTable: article, 2 rows against exact: 3 seeds, 1 rate, 1 engine; 1 failed>"

@@ -1,0 +1,267 @@
+"""Watching a live Space: what is recorded is what it did, and what its program did to it is booked to the program."""
+
+import math
+import runpy
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pymunk
+import pytest
+
+import sandbox
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.verdict import verdict
+from sandbox.errors import SandboxError, SpaceWarning
+from sandbox.scripting.watch import Watched, watch
+
+RATE = 60
+EXAMPLES = sorted((Path(__file__).parents[2] / "docs" / "examples").glob("*.py"))
+
+
+def box(gravity: float = 0) -> pymunk.Space:
+    """Return a box of 400 x 300 px, whose four walls are on the Space's own static body."""
+    space = pymunk.Space()
+    space.gravity = 0, gravity
+    corners = [(0, 0), (400, 0), (400, 300), (0, 300)]
+    for k in range(4):
+        wall = pymunk.Segment(space.static_body, corners[k - 1], corners[k], 4)
+        wall.elasticity = 1
+        space.add(wall)
+    return space
+
+
+def add_ball(space: pymunk.Space, x: float, y: float, vx: float = 0, vy: float = 0, mass: float = 1) -> pymunk.Body:
+    body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, 10))
+    body.position, body.velocity = (x, y), (vx, vy)
+    disc = pymunk.Circle(body, 10)
+    disc.elasticity = 1
+    space.add(body, disc)
+    return body
+
+
+def ledger(watched: Watched, engine: str = "space") -> dict[Cause, float]:
+    return {entry.cause: entry.energy for entry in watched.comparison.runs[engine].figures.ledger}
+
+
+def test_what_is_recorded_is_what_pymunk_does_with_the_scene() -> None:
+    space = box(gravity=300)
+    for k in range(6):
+        add_ball(space, 60 + 50 * k, 60 + 20 * k, 90 - 40 * k, 30 * k)
+    scene = sandbox.from_space(space).changed(seconds=2)
+    with watch(space) as watched:
+        for _ in range(2 * RATE):
+            space.step(1 / RATE)
+    theirs = sandbox.compare(scene, ["pymunk", "exact"])
+    own, pymunk_s = watched.comparison.runs["space"], theirs.runs["pymunk"]
+    assert len(own.contacts) > 10
+    assert own.contacts.tobytes() == pymunk_s.contacts.tobytes()
+    assert own.energy.tobytes() == pymunk_s.energy.tobytes()
+    assert own.figures.first_difference == pymunk_s.figures.first_difference
+    assert own.figures.ledger == pymunk_s.figures.ledger
+    assert watched.comparison.trusted_until == theirs.trusted_until
+
+
+def test_damping_is_recognised() -> None:
+    space = box()
+    space.damping = 0.5
+    add_ball(space, 60, 150, 100)
+    with watch(space) as watched:
+        for _ in range(RATE):
+            space.step(1 / RATE)
+    assert set(ledger(watched)) <= {Cause.DAMPING, Cause.ROUNDING}
+    assert ledger(watched)[Cause.DAMPING] == pytest.approx(-(100**2) / 2 * (1 - 0.5**2))
+
+
+def test_two_walls_of_one_body_that_are_touched_at_once_are_told_apart() -> None:
+    space = box()
+    add_ball(space, 380, 280, 100, 100)  # meets the right and the bottom wall at 6 px, in step 4
+    with watch(space) as watched:
+        for _ in range(8):
+            space.step(1 / RATE)
+    contacts = watched.comparison.runs["space"].contacts
+    assert [(~contact["second"], contact["normal"].round(9).tolist()) for contact in contacts] == [
+        (4 + 3, [0, 1]),  # walls 0 to 3 are the arena's; corner 2 to corner 3 is the fourth segment
+        (4 + 2, [1, 0]),
+    ]
+    assert contacts["impulse"] == pytest.approx([200, 200])
+
+
+def test_velocities_that_the_program_sets_are_booked_to_it_and_given_to_the_reference() -> None:
+    space = box()
+    ball = add_ball(space, 60, 150, 30)
+    other = add_ball(space, 200, 60, mass=2)
+    with watch(space) as watched:
+        for step in range(RATE):
+            if step == 10:
+                ball.velocity, other.velocity = (90, 0), (0, 60)
+            if step == 20:
+                other.apply_impulse_at_world_point((0, 40), other.position)  # 20 px/s
+            space.step(1 / RATE)
+    given = (90**2 - 30**2) / 2 + 80**2  # m (v2² - v1²) / 2, of 1 kg and of 2 kg
+    for engine in ("space", "exact"):
+        assert ledger(watched, engine)[Cause.HAND] == pytest.approx(given)
+        run = watched.comparison.runs[engine]
+        assert run.final.position == pytest.approx(np.array([[60 + 5 + 75, 150], [200, 60 + 10 + 40 / 60 * 80]]))
+    figures = watched.comparison.runs["space"].figures
+    assert figures.first_difference is None
+    assert (figures.momentum_drift or 0.0) < 1e-12
+    assert figures.gap_max < 1e-9
+
+
+def test_the_summary_says_how_much_more_energy_the_program_gave_the_space_than_the_reference() -> None:
+    """A kick of dv adds m v.dv + m dv²/2; the ball is found late on the floor, and so has another v there."""
+    space = box(gravity=900)
+    ball = add_ball(space, 200, 200, 0, 333)
+    kicked, before = 30, 0.0
+    with watch(space) as watched:
+        for step in range(40):
+            if step == kicked:
+                before = ball.velocity.y
+                ball.velocity = 0, before - 100
+            space.step(1 / RATE)
+    comparison = watched.comparison
+    given = {name: ledger(watched, name)[Cause.HAND] for name in ("space", "exact")}
+    assert given["space"] == pytest.approx(-100 * before + 100**2 / 2)
+    bounces = 2 * math.sqrt(333**2 + 2 * 900 * (300 - 4 - 10 - 200))  # px/s, that the floor at 286 px gives
+    assert given["exact"] == pytest.approx(-100 * (333 + 900 * kicked / RATE - bounces) + 100**2 / 2)
+    share = (given["space"] - given["exact"]) / comparison.runs["space"].energy[0]
+    than = f"{100 * abs(share):.3g} % {'less' if share < 0 else 'more'} than exact"
+    assert f"In all, the mouse or your code gave it {than}." in verdict(comparison)
+
+
+def test_the_space_s_own_step_comes_back_even_after_an_error() -> None:
+    space = box()
+    add_ball(space, 60, 150)
+    with pytest.raises(ZeroDivisionError), watch(space) as watched:
+        space.step(1 / RATE / int(space.step != watched.step))
+    assert "step" not in vars(space)
+
+
+def test_step_of_the_object_records_without_a_with_block() -> None:
+    space = box()
+    add_ball(space, 60, 150, 240)
+    watched = watch(space)
+    for steps in (90, 180):  # one more wall each
+        for _ in range(90):
+            watched.step(1 / RATE)
+        assert len(watched.comparison.time) == steps + 1
+        assert len(watched.comparison.runs["space"].contacts) == steps // 90
+
+
+def add_one(space: pymunk.Space) -> None:
+    add_ball(space, 300, 200)
+
+
+def remove_one(space: pymunk.Space) -> None:
+    space.remove(*[shape for shape in space.shapes if isinstance(shape, pymunk.Circle)][1:])
+
+
+def first(space: pymunk.Space) -> pymunk.Body:
+    return next(body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC)
+
+
+BREAKS: dict[str, Callable[[pymunk.Space], object]] = {
+    "the circles changed": add_one,
+    "a radius, elasticity or friction changed": lambda space: setattr(list(space.shapes)[-1], "elasticity", 0.5),
+    "a mass or moment changed": lambda space: setattr(first(space), "mass", 3),
+    "the gravity changed": lambda space: setattr(space, "gravity", (0, 100)),
+    "a setting of the Space changed": lambda space: setattr(space, "iterations", 20),
+    "a wall changed": lambda space: setattr(next(iter(space.shapes)), "friction", 0.5),
+    "the position of ball 0 was set": lambda space: setattr(first(space), "position", (100, 100)),
+    "the angular velocity of ball 0 was set": lambda space: setattr(first(space), "angular_velocity", 3),
+}
+
+
+@pytest.mark.parametrize("why", BREAKS)
+def test_after_any_other_change_the_recording_begins_anew_and_says_so(why: str) -> None:
+    space = box()
+    add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step in range(30):
+            if step == 10:
+                BREAKS[why](space)
+            space.step(1 / RATE)
+    with pytest.warns(SpaceWarning, match=f"^before step 11, {why}; .*, steps 11 to 30 of 30$"):
+        comparison = watched.comparison
+    assert len(comparison.time) == 21
+    assert comparison.since == pytest.approx(10 / RATE)
+    assert comparison.runs["space"].apart is None
+    assert Cause.HAND not in ledger(watched)
+
+
+def test_forces_and_joints_are_named_and_the_longest_part_without_them_is_compared() -> None:
+    space = box()
+    ball = add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step in range(40):
+            if step == 20:
+                ball.apply_force_at_local_point((600, 0))
+            if step == 35:
+                space.add(pymunk.PivotJoint(space.static_body, ball, ball.position))
+            space.step(1 / RATE)
+    had = "the Space had 1 body with a force or torque, which a scene cannot have"
+    match = f"^before step 21, {had}, and 1 more such change; .*, steps 1 to 20 of 40$"
+    with pytest.warns(SpaceWarning, match=match):
+        assert len(watched.comparison.time) == 21
+
+
+def test_a_variable_dt_is_recorded_with_a_warning() -> None:
+    space = box()
+    add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step in range(30):
+            space.step(1 / RATE if step < 12 else 1 / 120)
+    with pytest.warns(SpaceWarning, match=r"^before step 13, dt changed from 0\.0166667 s to 0\.00833333 s; "):
+        assert watched.comparison.scene.rate == 120
+    assert first(space).position.x == pytest.approx(60 + 30 * (12 / 60 + 18 / 120))
+
+
+def test_nothing_to_compare_is_one_error() -> None:
+    space = box()
+    with pytest.raises(SandboxError, match=r"^there is nothing to compare: no step was done$"):
+        watch(space).comparison  # noqa: B018
+    watched = watch(space)
+    watched.step(1 / RATE)
+    with pytest.raises(SandboxError, match=r"^there is nothing to compare: before step 1, there were no circles$"):
+        watched.comparison  # noqa: B018
+    add_ball(space, 60, 150)
+    watched = watch(space)
+    watched.step(0.017)
+    with pytest.raises(SandboxError, match=r"before step 1, dt was 0\.017 s, which is not 1 / a whole number"):
+        watched.comparison  # noqa: B018
+
+
+def test_a_space_with_what_a_scene_cannot_have_is_refused_at_once() -> None:
+    space = box()
+    body = pymunk.Body(1, math.inf)
+    space.add(body, pymunk.Poly.create_box(body))
+    with pytest.raises(SandboxError, match=r"^the Space has 1 dynamic polygon, which a scene cannot have$"):
+        watch(space)
+    space = box()
+    next(iter(add_ball(space, 60, 150).shapes)).friction = 0.5
+    first(space).moment = 20
+    with pytest.raises(SandboxError, match=r"moments m r²/2; in this Space, ball 0 20 instead of 50$"):
+        watch(space)
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_the_examples_become_scenes_and_are_watched(file: Path, tmp_path: Path) -> None:
+    program = runpy.run_path(str(file))
+    space = program["make_space"]()
+    scene = sandbox.from_space(space)
+    sandbox.write(scene, tmp_path / "mine.toml")
+    assert sandbox.load(tmp_path / "mine.toml") == scene
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with watch(space) as watched:
+            program["run"](space)
+        comparison = watched.comparison
+    assert (comparison["space"].momentum_drift or 0.0) < 1e-9
+    assert Cause.UNTOLD not in ledger(watched)
+    assert (Cause.HAND in ledger(watched)) == (file.stem == "pinball")
+
+
+def test_there_are_examples() -> None:
+    assert [file.stem for file in EXAMPLES] == ["gas", "pile", "pinball"]

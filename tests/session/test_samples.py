@@ -1,0 +1,197 @@
+"""Every step of a run is sampled, against the reference, and what a hand gives is not what an engine makes."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from conftest import scene_of
+
+from sandbox.compiled import NotCompiledYet
+from sandbox.engines.exact.engine import ExactEngine
+from sandbox.errors import SandboxError
+from sandbox.run.edits import AddBall, SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.session.history import Moment
+from sandbox.session.monitor import Monitor
+from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy
+from sandbox.session.session import Session
+from sandbox.state import State, no_contacts
+
+ENERGY_AT_START = 1800.0  # kg px²/s², of one ball of 1 kg at 60 px/s
+THROW: list[Input] = [Grab(step=3, ball=0, at=(300, 300)), Move(step=6, at=(500, 250)), Release(step=20)]
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
+
+
+def moment(scene: Scene, step: int, work: float = 0.0, **velocity: float) -> Moment:
+    """Make a moment with an engine for each speed (px/s) of the first ball, which is also its distance from 200 px."""
+    states = {
+        name: State(step / 60, np.array([[200.0 + speed, 300.0], [600.0, 300.0]]), np.array([[speed, 0.0], [0.0, 0.0]]))
+        for name, speed in velocity.items()
+    }
+    energy = {name: speed**2 / 2 for name, speed in velocity.items()}
+    none = dict.fromkeys(velocity, no_contacts())
+    counts, works = dict.fromkeys(velocity, 0), dict.fromkeys(velocity, work)
+    return Moment(step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0))
+
+
+def sampled(scene: Scene, *steps: dict[str, float]) -> Samples:
+    samples = Samples(list(steps[0]), "exact", ENERGY_AT_START)
+    for step, velocity in enumerate(steps):
+        samples.add(moment(scene, step, **velocity))
+    return samples
+
+
+def run(session: Session, steps: int) -> Session:
+    for _ in range(steps):
+        session.advance()
+    return session
+
+
+def test_a_series_keeps_an_hour_of_steps_evenly_in_bounded_memory() -> None:
+    series = Series(2)
+    hour = 3600 * 60
+    for step in range(hour):
+        if series.wants(step):
+            series.add(step, (step, -step))
+    assert CAPACITY / 2 <= len(series) <= CAPACITY
+    gaps = np.diff(series.steps)
+    assert set(gaps.tolist()) == {64}  # the least power of two by which an hour fits
+    assert series.steps[0] == 0
+    assert series.steps[-1] >= hour - 64
+    assert np.array_equal(series.rows, np.column_stack([series.steps, -series.steps]))
+
+
+def test_earlier_steps_are_not_sampled_again_until_the_series_is_cut() -> None:
+    series = Series(1)
+    for step in range(10):
+        series.add(step, [step])
+    assert not series.wants(4)
+    series.cut(4)
+    assert series.steps.tolist() == [0, 1, 2, 3, 4]
+    assert series.wants(5)
+    assert not series.wants(4)
+
+
+def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None:
+    samples = sampled(scene, *[{"pymunk": 90.0, "exact": 60.0}] * 2)
+    assert samples.of(Quantity.ENERGY)[1].tolist() == pytest.approx([100 * (1.5**2 - 1), 0])
+    assert samples.of(Quantity.GAP)[1].tolist() == [30, 0]
+    assert samples.of(Quantity.MOMENTUM)[1].tolist() == [90, 60]
+
+
+def test_an_engine_that_loses_what_the_reference_loses_a_step_later_is_not_accused(scene: Scene) -> None:
+    late = [{"pymunk": 60.0, "exact": 60.0}, {"pymunk": 60.0, "exact": 30.0}, {"pymunk": 30.0, "exact": 30.0}]
+    later = [late[0], late[1], late[1], *late[2:]]
+    early = [late[0], {"pymunk": 30.0, "exact": 60.0}, late[2]]
+    for steps, accused in ((late, 0.0), (early, 0.0), (later, 75.0)):
+        energy = sampled(scene, *steps, steps[-1]).of(Quantity.ENERGY)[:, 0]
+        assert np.abs(energy).max() == pytest.approx(accused)
+
+
+def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene) -> None:
+    samples = Samples(["pymunk", "exact"], "exact", ENERGY_AT_START)
+    for step in range(3):
+        samples.add(moment(scene, step, pymunk=60.0))
+    assert np.isnan(samples.of(Quantity.ENERGY)).all()
+    assert np.isnan(samples.of(Quantity.GAP)).all()
+    assert samples.of(Quantity.MOMENTUM)[:, 0].tolist() == [60, 60, 60]
+
+
+@pytest.mark.parametrize(
+    ("energy", "work", "change"),
+    [(1800, 0, 0), (900, 0, -50), (3600, 1800, 0), (1800, 1800, -50), (900, -900, 0), (450, -900, -25)],
+)
+def test_what_a_hand_gives_is_no_change_of_an_engine_s_own(energy: float, work: float, change: float) -> None:
+    assert change_of_energy(energy, ENERGY_AT_START, work) == pytest.approx(change)
+
+
+@pytest.mark.parametrize("inputs", [THROW, [SetVelocity(step=4, ball=0, velocity=(700, 90))],
+    [AddBall(step=4, position=(90, 90), radius=9)]], ids=["throw", "velocity", "add"])  # fmt: skip
+def test_engines_that_keep_energy_keep_it_whatever_a_hand_does(scene: Scene, inputs: Sequence[Input]) -> None:
+    session = run(Session(scene, ["impulse", "exact"], inputs), 60)
+    shown = session.shown
+    for name, energy in shown.energy.items():
+        assert abs(change_of_energy(energy, session.samples.energy_at_start, shown.work[name])) < 1e-9
+    if inputs is not THROW:
+        assert shown.work["exact"] == pytest.approx(shown.energy["exact"] - session.samples.energy_at_start)
+    assert abs(shown.work["impulse"]) > 1 or isinstance(inputs[0], AddBall)
+
+
+def test_every_step_is_sampled_at_any_speed_of_play() -> None:
+    session = run(Session(load("article"), ["article"], reference="exact"), 90)
+    assert session.samples.series.steps.tolist() == list(range(91))
+    assert session.samples.times[-1] == 1.5
+
+
+# The hidden reference
+
+
+def test_the_reference_runs_along_hidden_and_engines_are_measured_against_it() -> None:
+    marks, differences = [], []
+    for names, reference in ((["pymunk", "article"], "exact"), (["pymunk", "article", "exact"], None)):
+        monitor = Monitor()
+        session = run(Session(load("article"), names, observer=monitor, reference=reference), 90)
+        marks.append(monitor.marks)
+        differences.append(session.samples.of(Quantity.GAP)[-1].tolist())
+        assert session.names == names
+    assert marks[0] == marks[1]
+    assert set(marks[0].differences) == {"pymunk", "article"}
+    assert differences[0] == differences[1]
+
+
+def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = run(Session(load("article"), ["pymunk"]), 60).shown.states["pymunk"]
+    step = ExactEngine.step
+
+    def fail(engine: ExactEngine) -> None:
+        if engine._steps == 29:
+            raise SandboxError("exact: contacts without end")
+        step(engine)
+
+    monkeypatch.setattr(ExactEngine, "step", fail)
+    monitor = Monitor()
+    session = run(Session(load("article"), ["pymunk"], observer=monitor, reference="exact"), 60)
+    assert session.shown.states["pymunk"].position.tobytes() == expected.position.tobytes()
+    assert set(session.shown.states) == {"pymunk"}
+    assert monitor.marks.stopped == (0.5, "exact: contacts without end")
+    gap = session.samples.of(Quantity.GAP)[:, 0]
+    assert np.isfinite(gap[:30]).all()
+    assert np.isnan(gap[30:]).all()
+    session.seek(10)
+    session.catch_up()
+    assert "exact" in session.shown.states
+    run(session, 50)
+    assert monitor.marks.stopped == (0.5, "exact: contacts without end")
+    with pytest.raises(SandboxError, match="contacts without end"):
+        run(Session(load("article"), ["pymunk", "exact"]), 60)
+
+
+def test_a_reference_compiled_later_is_there_from_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = run(Session(load("article"), ["article"], reference="exact"), 90)
+    tries: list[int] = []
+
+    def create(*_: object) -> None:
+        tries.append(1)
+        raise NotCompiledYet
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sandbox.session.session.create", create)
+        monitor = Monitor()
+        session = run(Session(load("article"), ["article"], observer=monitor, reference="exact"), 60)
+        session.admit_reference()
+        assert session.is_live
+    assert (len(tries), session.lacks_reference, set(session.shown.states)) == (2, True, {"article"})
+    assert not monitor.marks.differences
+    session.admit_reference()
+    assert not session.is_live
+    run(session, 30)
+    assert not session.lacks_reference
+    assert np.array_equal(session.samples.series.rows, expected.samples.series.rows, equal_nan=True)
+    assert math.isfinite(monitor.marks.differences["article"])
