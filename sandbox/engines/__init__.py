@@ -58,6 +58,8 @@ Source = str | Callable[..., Any]
 Engines = Source | Iterable[Source] | Mapping[str, Source]
 """One engine or several. In a mapping each has a name of its own; else a spec is its own name."""
 
+KINDS: Final = "engines must be names, classes or functions"  # in messages
+
 
 def named(engines: Engines) -> dict[str, Source]:
     """Return what each of some engines is built from, by its name. Raises SandboxError for a name that is not allowed.
@@ -68,9 +70,9 @@ def named(engines: Engines) -> dict[str, Source]:
     if isinstance(engines, str) or callable(engines):
         engines = [engines]
     if not isinstance(engines, Iterable):
-        raise SandboxError(f"engines must be names, classes or functions, got {shown(engines)}")
+        raise SandboxError(f"{KINDS}, got {shown(engines)}")
     if not isinstance(engines, Mapping):
-        engines = {_name_of(source): source for source in engines}
+        engines = _by_name(engines)
     for name, source in engines.items():
         if not isinstance(name, str) or not name or printable(name) != name:
             raise SandboxError(f"an engine must have a printable name, got {shown(name)}")
@@ -79,6 +81,17 @@ def named(engines: Engines) -> dict[str, Source]:
         if settings_in(name)[0] in (*_BUILT_IN, *_EXTRAS) and source != name:
             raise SandboxError(f"{name}: is the name of a built-in engine; choose another one")
     return dict(engines)
+
+
+def _by_name(sources: Iterable[Source]) -> dict[str, Source]:
+    """Return engines by the names that they have themselves. Raises SandboxError if two have the same."""
+    found: dict[str, Source] = {}
+    for source in sources:
+        if not isinstance(source, str) and not callable(source):
+            raise SandboxError(f"{KINDS}, got {shown(source)}")
+        if found.setdefault(name := _name_of(source), source) != source:
+            raise SandboxError(f"{name}: is the name of two engines; name them in a mapping")
+    return found
 
 
 def _name_of(source: Source) -> str:

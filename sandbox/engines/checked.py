@@ -192,7 +192,8 @@ class CheckedEngine:
         )
         for what, limit in limits:
             found, expected = getattr(state, what), getattr(initial, what)
-            error = np.abs(found - expected).reshape(self._balls, -1).max(axis=1)
+            rounding = np.finfo(np.float32).eps * np.abs(expected)
+            error = (np.abs(found - expected) - rounding).reshape(self._balls, -1).max(axis=1)
             if (wrong := error > ROUNDING * limit).any():
                 ball = int(wrong.argmax())
                 values = f"{shown(expected[ball].tolist())}, got {shown(found[ball].tolist())}"

@@ -106,7 +106,7 @@ def bokeh_script() -> str:
     return script
 
 
-def thinning(comparison: Comparison, max_bytes: int = MAX_PATHS_BYTES) -> int:
+def thinning(comparison: Comparison, max_bytes: int) -> int:
     """Return the number n such that every n-th frame of the paths fits into some bytes of a page."""
     whole = sum(run.path.size for run in comparison.runs.values()) * 2 * 4 / 3  # two bytes a number, then base64
     return max(1, int(np.ceil(whole / max_bytes)))

@@ -27,6 +27,7 @@ HEADROOM: Final = 1.06  # length of an axis from 0, in units of the largest valu
 TICKS: Final = 6  # of an axis, about
 BELOW: Final = f" (< {MIN_GAP:g})"  # after the name of an engine whose gap is never shown
 LINE_WIDTH: Final = 2.0
+REFERENCE_WIDTH: Final = 4.0  # wider, so that lines equal to it do not hide it
 TIME: Final = "time, s"
 WIDER_FONTS: Final = 1.2  # width of a text in the font that shows an SVG, in units of pygame's font, at most
 INK: Final = palette("white").ink
@@ -103,14 +104,15 @@ def _draw(canvas: Canvas, place: Rect, comparison: Comparison, quantity: Quantit
         canvas.text(comparison.trust.ends_by, (x, place.y - LINE_HEIGHT / 2.5), INK, 0.5)
     ends: dict[str, float] = {}
     colours = palette("white").engines(comparison.runs)
-    for name, values in quantity.lines.items():
+    for name in sorted(quantity.lines, key=lambda name: name != comparison.against):  # the reference below the others
+        values = quantity.lines[name]
         kept = thinned(values)
         if quantity.logarithmic:
             kept = kept[values[kept] >= MIN_GAP]
         shown = np.log10(values[kept]) if quantity.logarithmic else values[kept]
         points = np.column_stack([place.x + across.share(time[kept]) * place.width, _heights(place, up, shown)])
         if len(points) > 1:
-            canvas.line(points, colours[name], LINE_WIDTH)
+            canvas.line(points, colours[name], REFERENCE_WIDTH if name == comparison.against else LINE_WIDTH)
         ends[name] = float(points[-1, 1]) if len(points) else float(place.bottom)
     for name, y in _spread(ends, place):
         absent = quantity.logarithmic and (quantity.lines[name] < MIN_GAP).all()

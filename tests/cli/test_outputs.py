@@ -398,7 +398,7 @@ def test_dev_stdout_is_standard_output_even_if_that_is_a_file() -> None:
     trace = ("trace", "article", "--engine", "article", "--steps", "1", "--out", "/dev/stdout")
     with Path("out").open("wb") as out:
         assert outcome_of(*trace, out=out.fileno()) == (0, "")
-    assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass,angle,spin\n0.0,0,")
+    assert Path("out").read_text().startswith("time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,")
     assert Path("/dev/stdout").is_symlink()
 
 

@@ -157,7 +157,7 @@ def sweeping() -> Iterator[subprocess.Popen[str]]:
     while processes_of(program.pid):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    assert [entry.name for entry in Path().iterdir()] == ["f.csv.journal"]
+    assert [entry.name for entry in Path().iterdir()] in ([], ["f.csv.journal"])  # it is left if it has rows
 
 
 def test_ctrl_c_while_the_workers_of_a_sweep_start_ends_all_of_them_silently(sweeping: subprocess.Popen[str]) -> None:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.series import thinned
-from sandbox.report.comparison import fixed_point, page, thinning
+from sandbox.report.comparison import MAX_PATHS_BYTES, fixed_point, page, thinning
 from sandbox.run.inputs import Grab, Input, Release
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
@@ -123,14 +123,14 @@ def test_a_hundred_balls_for_twenty_seconds_are_less_than_6_mb_and_every_step_is
     comparison = compare(load("gas-100"), ENGINES)
     text = page(comparison)
     assert len(text.encode()) < 6_000_000
-    assert thinning(comparison) == 1
+    assert thinning(comparison, MAX_PATHS_BYTES) == 1
     assert "Every step is shown: 1,201 of 1,201 states" in text
 
 
 def test_a_long_run_is_thinned_and_the_page_says_so(article: Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.report.comparison.MAX_PATHS_BYTES", 20_000)
     text = page(article)
-    every = thinning(article)
+    every = thinning(article, 20_000)
     assert every > 1
     shown = article.stride * every
     assert f"1 step in {shown} is shown: {1200 // shown + 1} of 1,201 states" in text

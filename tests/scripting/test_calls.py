@@ -93,10 +93,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
         "no scene 'articel': neither a file nor a bundled scene; did you mean article?",
     ),
     "load a list": (lambda: ANY.load(["article"]), f'{SCENE} ["article"]'),
-    "engines are numbers": (
-        lambda: ANY.compare("oblique", [1, 2]),
-        "int: must be the name of an engine, a class or a function, got 1",
-    ),
+    "engines are numbers": (lambda: ANY.compare("oblique", [1, 2]), f"engines {SOURCES} 1"),
     "engines are a number": (lambda: ANY.compare("oblique", 3), f"engines {SOURCES} 3"),
     "engine is none": (lambda: ANY.simulate("oblique", None), f"engines {SOURCES} null"),
     "no engine": (lambda: ANY.simulate("oblique", []), "engine must name one or several, got []"),

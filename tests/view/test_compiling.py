@@ -55,6 +55,7 @@ def row_of_bar(surface: Surface) -> tuple[int, int]:
 
 @pytest.fixture
 def screen(memory_screen: Any) -> Iterator[None]:
+    pygame.display.quit()  # another test's window
     pygame.display.init()
     yield
     pygame.display.quit()
