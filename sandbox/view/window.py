@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 import pygame
-from pygame import Surface
+from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
@@ -415,10 +415,11 @@ class Window:
         if self.mouse.holds:
             return
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
-        if ball is None and self.editor.by_key and self.editor.selected is not None:
+        in_charts = point is not None and layout.strip.collidepoint(point)  # which have a card of their own
+        if ball is None and self.editor.by_key and self.editor.selected is not None and not in_charts:
             ball = self.editor.selected
             x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
-            point = round(x), round(y)
+            point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
         if ball is not None and point:
             draw_ball_card(surface, layout, panes, ball, point)
 
