@@ -23,7 +23,8 @@ CODES: Final = {
     "Left": pygame.K_LEFT, "Right": pygame.K_RIGHT, "Up": pygame.K_UP, "Down": pygame.K_DOWN, "Home": pygame.K_HOME,
     "End": pygame.K_END, "PageUp": pygame.K_PAGEUP, "PageDown": pygame.K_PAGEDOWN, "Delete": pygame.K_DELETE,
     "Enter": pygame.K_RETURN, "Esc": pygame.K_ESCAPE, "Back": pygame.K_BACKSPACE, "Tab": pygame.K_TAB,
-    "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F9": pygame.K_F9, "F12": pygame.K_F12,
+    "Shift": pygame.K_LSHIFT, "Space": pygame.K_SPACE, "F1": pygame.K_F1, "F9": pygame.K_F9,
+    "F11": pygame.K_F11, "F12": pygame.K_F12,
 }  # fmt: skip
 CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
 
@@ -32,7 +33,9 @@ def press(window: Window, *keys: str, shift: bool = False) -> None:
     """Press keys by their names, or by what they type."""
     for key in keys:
         code, typed = (CODES[key], "") if key in CODES else (0, CONTROL.get(key, key))
-        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=pygame.KMOD_LSHIFT if shift else 0))
+        mod = pygame.KMOD_LSHIFT if shift else 0
+        window.on_event(Event(pygame.KEYDOWN, key=code, unicode=typed, mod=mod))
+        window.on_event(Event(pygame.KEYUP, key=code, unicode=typed, mod=mod))
 
 
 def mouse(window: Window, what: int, point: tuple[int, int], held: bool = True) -> None:
@@ -57,8 +60,8 @@ def drag(window: Window, start: tuple[int, int], end: tuple[int, int]) -> None:
 
 def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
     """Return the point of the screen at a place of the scene in a pane."""
-    arena, scale = window.layout.arenas[pane], window.layout.scale
-    return round(arena.x + x * scale), round(arena.y + y * scale)
+    right, down = window.layout.to_screen(pane, (x, y))
+    return round(right), round(down)
 
 
 def button(window: Window, action: Action | Layer) -> tuple[int, int]:
@@ -99,6 +102,11 @@ def given(window: Window) -> list[Input]:
 
 def pixels(surface: Surface) -> np.ndarray:
     return pygame.surfarray.array3d(surface)
+
+
+def colours(surface: Surface) -> set[tuple[int, ...]]:
+    """Return all colours of a surface."""
+    return set(map(tuple, pixels(surface).reshape(-1, 3).tolist()))
 
 
 def colour_at(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, ...]:

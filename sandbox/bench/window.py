@@ -105,7 +105,7 @@ def first_moving_ball() -> None:
 
     pygame.display.flip = print_flip
     scene = load("article")
-    with compiling_beside_window(scene.arena.size, None) as compilation:
+    with compiling_beside_window(scene, None) as compilation:
         _UntilABallMoves(scene, None, (), compilation).run()
 
 

@@ -15,7 +15,7 @@ import typer
 
 from sandbox import __version__
 from sandbox.cli.exit import exit_codes, print_error
-from sandbox.cli.inputs import print_warnings, scene_and_inputs, write_inputs_file
+from sandbox.cli.inputs import print_warnings, scene_and_inputs
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
@@ -104,13 +104,14 @@ def run(
 
     Without a display: compare it, and save a picture of its end.
     """
+    from sandbox.run.inputs import write_run
     from sandbox.view.compiling import compiling_beside_window
     from sandbox.view.window import Window, has_display
 
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
-        with compiling_beside_window(chosen.arena.size, engines) as compilation:
+        with compiling_beside_window(chosen, engines) as compilation:
             print_warnings(chosen)
             window = Window(chosen, engines, replayed, compilation)
             try:
@@ -118,14 +119,14 @@ def run(
             finally:  # mouse input cannot be reproduced
                 if save_inputs:
                     session = window.view.session
-                    write_inputs_file(window.scene, session.given(), session.step, save_inputs)
+                    write_run(window.scene, session.given(), session.step, save_inputs)
     else:
         print("No display: comparing instead of opening the window.")
         show_compiling()
         print_warnings(chosen)
         _compare_and_draw(chosen, engines, replayed)
         if save_inputs:
-            write_inputs_file(chosen, replayed, chosen.steps, save_inputs)
+            write_run(chosen, replayed, chosen.steps, save_inputs)
 
 
 @app.command()

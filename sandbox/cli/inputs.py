@@ -26,11 +26,3 @@ def print_warnings(scene: "Scene") -> None:
 
     for warning in warnings(scene, spawn(scene)):
         print(warning, file=sys.stderr)
-
-
-def write_inputs_file(scene: "Scene", given: "Sequence[Input]", steps: int, file: str) -> None:
-    """Write the inputs of a run that has made so many steps."""
-    from sandbox.run.inputs import End, Start, write_inputs
-
-    start = Start(scene=scene.name, seed=scene.seed, rate=scene.rate)
-    write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], file)

@@ -195,6 +195,18 @@ def can_run(name: str, *scenes: Scene) -> bool:
     return True
 
 
+def refusal(name: str, scene: Scene) -> str:
+    """Return why the named engine's `check` refuses a scene; nothing if it accepts the scene, or has no `check`."""
+    base, _ = settings_in(name)
+    check = getattr(_load(base), "check", None)
+    try:
+        if check:
+            check(scene)
+    except Refused as refused:
+        return str(refused)
+    return ""
+
+
 def default_engines(*scenes: Scene) -> list[str]:
     """Return the engines to run by default: Pymunk, and the first textbook engine that can run all scenes."""
     return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, *scenes)][:1]]

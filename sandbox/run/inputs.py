@@ -184,3 +184,9 @@ def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
     """Write inputs as JSON lines, which `load_inputs` reads. Raises SandboxError if the file cannot be written."""
     with whole_file(path) as file:
         file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)
+
+
+def write_run(scene: Scene, given: Iterable[Input], steps: int, path: str | Path) -> None:
+    """Write the inputs of a run that has made so many steps. Raises SandboxError if the file cannot be written."""
+    start = Start(scene=scene.name, seed=scene.seed, rate=scene.rate)
+    write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], path)

@@ -268,7 +268,7 @@ class Lockstep:
             state = runner.state()
             pushes = list(kicks)
             if ball is not None:
-                pushes.append((ball, self.mouse.pull(state.position[ball], state.velocity[ball])))
+                pushes.append((ball, self.mouse.pull(state)))
             for pushed, dv in pushes:
                 runner.kick(pushed, dv)
             if runner.name not in self.pushes:  # a hidden engine may have the same name

@@ -1,25 +1,33 @@
 """The control law of the mouse: how a grabbed ball is pulled to the pointer, in every engine alike."""
 
 import math
-from collections.abc import Sequence
 from typing import Final
 
+import numpy as np
+
+from sandbox.quantity import dot, length, nearest_on_segment
 from sandbox.run.edits import DeleteBall
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.state import Floats, State
 
 PULL_RATE: Final = 25.0  # 1/s, of the critically damped pull: a ball reaches the pointer in about a fifth of a second
 MAX_PULL_ACCELERATION: Final = 40_000.0  # px/s², whatever the scene's gravity
 BRAKING_DISTANCE: Final = MAX_PULL_ACCELERATION / PULL_RATE**2  # px; further from the target the speed is limited
+MAX_DEPTH: Final = 0.5  # of its radius, by which a ball is pulled into a wall, which pushes it out again
+MAX_BALL_DEPTH: Final = 0.75  # of the sum of both radii, by which it is pulled into another ball: never to its centre
+MIN_DEPTH: Final = 0.01  # of its radius, by which it is pulled on in a step where it is as deep already
+MIN_DISTANCE: Final = 1e-9  # px
 
 
 class Mouse:
     """The mouse, alike in every engine: a critically damped pull of one ball to a point inside the arena.
 
     The pull is a backward Euler step of x'' = -w² (x - target) - 2 w x', which does not overshoot from rest, and is
-    stable at every rate. Its acceleration is limited, and its speed to what this acceleration can brake. It moves a
-    ball by at most the ball's radius per step, so that walls and other balls stop it.
+    stable at every rate. Its acceleration is limited, and its speed to what this acceleration can brake. In a step, it
+    moves a ball no further than to what is in the way and less than a radius into it, so that inner walls and other
+    balls stop it. The arena's walls stop it at any speed.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -46,19 +54,50 @@ class Mouse:
         x, y = (min(max(to, radius), size - radius) for to, size in zip(at, self.scene.arena.size, strict=True))
         self.target = x, y
 
-    def pull(self, position: Sequence[float], velocity: Sequence[float]) -> Vector:
-        """Return the change of the grabbed ball's velocity for one step, px/s. position: px; velocity: px/s."""
+    def pull(self, state: State) -> Vector:
+        """Return the change of the grabbed ball's velocity for one step of an engine in a state, px/s."""
         assert self.ball is not None
+        position, velocity = state.position[self.ball].tolist(), state.velocity[self.ball].tolist()
         h, w = 1 / self.scene.rate, PULL_RATE
         damping = (1 + h * w) * (1 + h * w)  # not **, which is the C library's pow and has two variants
         vx, vy = (
             (v - h * w * w * (x - to)) / damping for x, v, to in zip(position, velocity, self.target, strict=True)
         )
-        vx, vy = _at_most(float(self.scene.bodies.radius[self.ball]) / h, vx, vy)
         dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
         if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKING_DISTANCE:
             vx, vy = _at_most(math.sqrt(MAX_PULL_ACCELERATION * math.hypot(dx, dy)), vx, vy)
-        return _at_most(MAX_PULL_ACCELERATION * h, vx - velocity[0], vy - velocity[1])
+        ax, ay = _at_most(MAX_PULL_ACCELERATION * h, vx - velocity[0], vy - velocity[1])
+        way = h * np.array([velocity[0] + ax, velocity[1] + ay])
+        vx, vy = (_free_part(way, self.scene, state.position, self.ball) / h).tolist()
+        return vx - velocity[0], vy - velocity[1]
+
+
+def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats:
+    """Return as much of a ball's way in a step as goes through no inner wall and no other ball, px.
+
+    A wall counts as the plane that touches it at its point nearest to the ball. Along a wall that it touches, the ball
+    slides; before any other it stops. way: (2,) px; position: (n, 2) px.
+    """
+    radius, here = scene.bodies.radius, position[ball]
+    if scene.walls:
+        start, end = (np.array([getattr(wall, name) for wall in scene.walls]) for name in ("start", "to"))
+        offset = nearest_on_segment(here, start, end) - here
+        distance = np.maximum(length(offset), MIN_DISTANCE)
+        normal = offset / distance[:, None]
+        gap = distance - radius[ball] - np.array([wall.thickness / 2 for wall in scene.walls])
+        room = np.maximum(gap + radius[ball] * MAX_DEPTH, radius[ball] * MIN_DEPTH)
+        for touched in np.flatnonzero(gap < radius[ball] * MAX_DEPTH):
+            way = way - max(float(dot(way, normal[touched]) - room[touched]), 0.0) * normal[touched]
+        way = way * min(1.0, float((room / np.maximum(dot(way, normal), MIN_DISTANCE)).min()))
+    span = math.hypot(*way.tolist())
+    if span <= radius[ball] * MIN_DEPTH:
+        return way
+    offset, reach = position - here, radius + radius[ball]
+    ahead = dot(offset, way) / span
+    depth = reach * reach - (dot(offset, offset) - ahead * ahead)
+    hit = (ahead > 0) & (depth > 0)
+    free = np.maximum(ahead - np.sqrt(np.maximum(depth, 0)) + reach * MAX_BALL_DEPTH, radius[ball] * MIN_DEPTH)
+    return way * min(1.0, float(free[hit].min(initial=span)) / span)
 
 
 def _at_most(length: float, x: float, y: float) -> Vector:

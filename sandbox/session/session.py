@@ -103,6 +103,10 @@ class Session:
         """Go to a step that was reached before; `catch_up` brings the engines there."""
         self.step = min(max(step, 0), self.end)
 
+    def go_on_from(self, step: int) -> None:
+        """Go to a step that another session has reached with the same inputs; `catch_up` brings the engines there."""
+        self.step = self.end = step
+
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
         return clock_of(self.start.rate, self.inputs).step(time)

@@ -8,6 +8,7 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.compiled import compile_by
+from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.layout import GAP, natural_size
@@ -16,6 +17,7 @@ from sandbox.view.primitives import panel, text_width, write
 
 TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
 BAR_WIDTH: Final = 160  # px
+PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
 class WindowCompiler:
@@ -41,30 +43,36 @@ class WindowCompiler:
             pygame.display.flip()
             if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
                 raise SystemExit
+            pygame.event.clear(PRESSES)  # or all of them would be done at once when the wait is over
 
     def _open(self) -> Surface:
         with signals_deferred():  # set_mode discards exceptions
             screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
-        pygame.display.set_caption("sandbox")
         screen.fill(FRAME)
         return screen
 
 
 @contextmanager
-def compiling_beside_window(arena: tuple[float, float], engines: Sequence[str] | None) -> Iterator[Compilation]:
-    """Have kernels that are not in the cache compiled while the window is open, in this block.
+def compiling_beside_window(scene: Scene, engines: Sequence[str] | None) -> Iterator[Compilation]:
+    """Have kernels that are not in the cache compiled while the window of a scene is open, in this block.
 
-    arena: its width and height, px; engines: those to be shown, if they are known.
+    engines: those to be shown, if they are known.
     """
     pygame.display.init()
+    pygame.display.set_caption(caption(scene))
     panes = len(engines) if engines else 2
-    compiler = WindowCompiler(natural_size(arena, panes, pygame.display.get_desktop_sizes()[0]))
+    compiler = WindowCompiler(natural_size(scene.arena.size, panes, pygame.display.get_desktop_sizes()[0]))
     compile_by(compiler)
     try:
         yield compiler.compilation
     finally:
         compile_by(None)
         compiler.compilation.stop()
+
+
+def caption(scene: Scene) -> str:
+    """Return the title of a scene's window."""
+    return f"{scene.title or scene.name} - sandbox"
 
 
 def draw_notice(surface: Surface, progress: Compilation) -> None:

@@ -9,6 +9,7 @@ from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, 
 from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
+from sandbox.scene.fields import Vector
 from sandbox.state import State
 from sandbox.view.discs import Discs
 from sandbox.view.primitives import capsule, thin_lines
@@ -35,30 +36,38 @@ class DebugDraw(DrawOptions):
         self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
         self._buffer = Buffer()
 
-    def draw(self, surface: Surface, scale: float, discs: Discs, past: State | None = None) -> None:
-        """Draw the space on a surface. scale: px of the surface for one px of the space.
+    def draw(
+        self,
+        surface: Surface,
+        scale: float,
+        discs: Discs,
+        past: State | None = None,
+        origin: Vector = (0.0, 0.0),
+    ) -> None:
+        """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is.
 
         past: where the balls are drawn, without contacts; by default where they are now.
         """
         self.surface = surface
-        self.transform = pymunk.Transform.scaling(scale)
+        self.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
         for wall in self._walls:
             colour = self.color_for_shape(wall)
-            self.draw_fat_segment(scale * wall.a, scale * wall.b, scale * wall.radius, colour, colour)
+            ends = origin + scale * wall.a, origin + scale * wall.b
+            self.draw_fat_segment(*ends, scale * wall.radius, colour, colour)
         if past is not None:
-            discs.draw(surface, past.position, scale, past.angle)
+            discs.draw(surface, past.position, scale, past.angle, origin)
             return
-        self._draw_discs(scale, discs)
+        self._draw_discs(scale, discs, origin)
         self._space.debug_draw(self)
-        self._draw_collision_points(scale)
+        self._draw_collision_points(scale, origin)
 
-    def _draw_discs(self, scale: float, discs: Discs) -> None:
+    def _draw_discs(self, scale: float, discs: Discs, origin: Vector) -> None:
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
         rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(discs)]
-        discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy())
+        discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy(), origin)
 
-    def _draw_collision_points(self, scale: float) -> None:
+    def _draw_collision_points(self, scale: float, origin: Vector) -> None:
         """Draw each contact as a line through its two points; a contact that has ended, but is still listed, has none.
 
         The shapes are discs and segments, so a contact has one point on each body.
@@ -67,7 +76,7 @@ class DebugDraw(DrawOptions):
         get_space_arbiters(self._space, _POINT_FIELDS, self._buffer)
         found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
         normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
-        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal])
+        ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
         thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
 
     def draw_fat_segment(

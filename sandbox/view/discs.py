@@ -9,12 +9,14 @@ import numpy as np
 import pygame
 from pygame import Surface
 
-from sandbox.scene.fields import rgb
+from sandbox.scene.fields import Vector, rgb
 from sandbox.state import Floats
 from sandbox.view.pixels import NODES, WEIGHTS, pixel_of, pixels_of, place_of, stamp_discs, suits_kernels
+from sandbox.view.primitives import capsule
 
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
 MAX_BLIT_OFFSET: Final = 10**6  # px; pictures further away are moved here, where they are as invisible
+MAX_PICTURE_RADIUS: Final = 500.0  # px; a larger disc is drawn at each frame, as its picture would need much memory
 TURNS: Final = 64  # directions that a line in a picture can have, so at most 3 degrees off
 
 
@@ -38,21 +40,41 @@ class Discs:
     def __len__(self) -> int:
         return len(self._radius)
 
-    def draw(self, surface: Surface, position: Floats, scale: float, angle: Floats | None = None) -> None:
-        """Draw the discs. position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,)."""
-        centre, radius = scale * position, np.maximum(scale * self._radius, MIN_RADIUS)
+    def draw(
+        self,
+        surface: Surface,
+        position: Floats,
+        scale: float,
+        angle: Floats | None = None,
+        origin: Vector = (0.0, 0.0),
+    ) -> None:
+        """Draw the discs.
+
+        position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,); origin: where the
+        scene's is, px of the surface.
+        """
+        centre, radius = scale * position + origin, np.maximum(scale * self._radius, MIN_RADIUS)
         if suits_kernels(surface, len(radius)):
             self._stamp(surface, centre, radius, angle)
         else:
             self._blit(surface, centre, radius, angle)
 
     def _blit(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats | None) -> None:
+        large = radius > MAX_PICTURE_RADIUS
+        if large.any():
+            for k in np.flatnonzero(large).tolist():
+                capsule(surface, rgb(self._colours[k]), centre[k], centre[k], float(radius[k]))
+            centre, radius = centre[~large], radius[~large]
+            angle = None if angle is None else angle[~large]
+            colours: Sequence[str] = [c for c, left_out in zip(self._colours, large, strict=True) if not left_out]
+        else:
+            colours = self._colours
         if self._line is None or angle is None:
-            pictures = list(map(disc, radius.tolist(), self._colours))
+            pictures = list(map(disc, radius.tolist(), colours))
         else:
             turns = np.rint(angle / math.tau * TURNS).astype(int) % TURNS
             lines = [self._line] * len(radius)
-            pictures = list(map(turned_disc, radius.tolist(), self._colours, turns.tolist(), lines))
+            pictures = list(map(turned_disc, radius.tolist(), colours, turns.tolist(), lines))
         half = np.rint(radius) + 1
         corners = np.clip(np.rint(centre) - half[:, None], -MAX_BLIT_OFFSET, MAX_BLIT_OFFSET).astype(int)
         surface.blits(list(zip(pictures, corners.tolist(), strict=True)), doreturn=False)

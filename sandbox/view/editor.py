@@ -5,15 +5,19 @@ from typing import Final
 
 import numpy as np
 
+from sandbox.engines import refusal
 from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
-from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
 from sandbox.scene.fields import PALETTE, Vector
+from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
 PUSH_SPEED: Final = 30.0  # px/s that a key adds to a velocity
+ANOTHER_ELASTICITY: Final = SetElasticity(step=0, elasticity=0.5)  # which an engine either refuses, as all others
+ANOTHER_GRAVITY: Final = SetGravity(step=0, gravity=(0, 100))  # than 1 and 0, or accepts
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
 
 
@@ -26,6 +30,8 @@ class Editor:
     def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
         self._notice = notice
+        self._refusals: dict[Edit, str] = {}  # of edits of one scene in some engines
+        self._refusals_of: tuple[Scene, list[str]] | None = None
         self.select(None)
 
     @property
@@ -100,6 +106,16 @@ class Editor:
             self._playback.give(edit)
 
     # What applies to all balls
+
+    def refusal(self, edit: Edit) -> str:
+        """Return why an engine refuses an edit of the scene, or nothing."""
+        scene, names = self._moment.scene, self._playback.session.names
+        if self._refusals_of is None or self._refusals_of[0] is not scene or self._refusals_of[1] is not names:
+            self._refusals, self._refusals_of = {}, (scene, names)
+        if edit not in self._refusals:
+            edited = edit.change_scene(scene)
+            self._refusals[edit] = next(filter(None, (refusal(name, edited) for name in names)), "")
+        return self._refusals[edit]
 
     def elasticity(self) -> float:
         """Return the elasticity between two balls like the first, to hundredths."""

@@ -1,13 +1,12 @@
 """Cards with errors: of a file that cannot be run, of an engine that failed."""
 
-import textwrap
 from typing import Final
 
 from pygame import Rect, Surface
 
 from sandbox.errors import EngineError
 from sandbox.view.layout import Layout
-from sandbox.view.primitives import card, drawable, text_width
+from sandbox.view.primitives import card, wrapped
 
 MAX_LINES: Final = 8  # of errors, shown at once
 
@@ -16,7 +15,7 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
     """Draw the errors of a file above the status line, as many lines as are shown at once."""
     height, window = layout.text_height, surface.get_rect()
     errors = error.splitlines()
-    lines = [part for one in errors[:MAX_LINES] for part in _wrapped(one, window.width - 4 * height, height)]
+    lines = [part for one in errors[:MAX_LINES] for part in wrapped(one, window.width - 4 * height, height, "    ")]
     count = len(lines) + len(errors[MAX_LINES:])
     if count > MAX_LINES:
         lines[MAX_LINES - 1 :] = [f"and {count - MAX_LINES + 1} more lines"]
@@ -28,11 +27,5 @@ def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: Engi
     """Draw in the place of an arena why its engine failed, and when."""
     height = layout.text_height
     text = f"failed at {error.time:.3f} s, and stands still: {error}"
-    lines = _wrapped(text, place.width - 4 * height, height)[:MAX_LINES]
+    lines = wrapped(text, place.width - 4 * height, height, "    ")[:MAX_LINES]
     card(surface, [[line] for line in lines], place.topleft, height, place)
-
-
-def _wrapped(text: str, width: int, height: int) -> list[str]:
-    """Break text into lines of a width, px."""
-    letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
-    return textwrap.wrap(drawable(text), letters, subsequent_indent="    ")

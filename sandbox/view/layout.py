@@ -1,6 +1,7 @@
 """The places of everything in a window: a toolbar, panes as large as they can be, charts, a status line."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Final
@@ -13,7 +14,32 @@ GAP: Final = 8  # px between panes and round them
 CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
 CHARTS_SHARE: Final = 0.27  # of the window's height, for the charts
 MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
+MAX_ZOOM: Final = 50.0
 ScreenPoint = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """Which part of the arena the panes show. zoom: 1 shows all of it; centre: as shares of its width and height."""
+
+    zoom: float = 1.0
+    centre: Vector = (0.5, 0.5)
+
+    def zoomed(self, factor: float, about: Vector) -> "Lens":
+        """Return the lens zoomed in by a factor, or out; the shares of the arena that stay where they are: about."""
+        zoom = min(max(self.zoom * factor, 1.0), MAX_ZOOM)
+        x, y = (at + (c - at) * self.zoom / zoom for c, at in zip(self.centre, about, strict=True))
+        return Lens(zoom, _inside((x, y), zoom))
+
+    def moved(self, by: Vector) -> "Lens":
+        """Return the lens moved by shares of the arena, as far as there is arena."""
+        return Lens(self.zoom, _inside((self.centre[0] + by[0], self.centre[1] + by[1]), self.zoom))
+
+
+def _inside(centre: Vector, zoom: float) -> Vector:
+    """Return the nearest centre from which only the arena is seen."""
+    x, y = (min(max(c, 0.5 / zoom), 1 - 0.5 / zoom) for c in centre)
+    return x, y
 
 
 @dataclass(frozen=True)
@@ -22,6 +48,7 @@ class Layout:
 
     window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
     in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
+    lens: what the panes show of the arena.
     """
 
     window: tuple[int, int]
@@ -29,6 +56,7 @@ class Layout:
     panes: int
     tools: tuple[tuple[float, ...], ...] = ()
     charts: int = 0
+    lens: Lens = Lens()
 
     @cached_property
     def text_height(self) -> int:
@@ -42,18 +70,22 @@ class Layout:
 
     @cached_property
     def toolbar(self) -> list[Rect]:
-        """Each widget's place: rows from the left, with a gap between groups."""
-        side, places = round(1.75 * self.text_height), []
-        x, y = GAP, GAP // 2
+        """Each widget's place: rows of whole groups from the left, where wide widgets fill what the others leave."""
+        side, room = round(1.75 * self.text_height), self.window[0] - 2 * GAP
+        rows: list[list[Rect]] = [[]]
         for group in self.tools:
-            for share in group:
-                width = round(share * side)
-                if x + width > self.window[0] - GAP:
-                    x, y = GAP, y + side + 2
-                places.append(Rect(x, y, width, side))
+            widths = [round(share * side) for share in group]
+            x = rows[-1][-1].right - GAP + 2 + side // 3 if rows[-1] else 0
+            if x and x + sum(widths) + 2 * (len(widths) - 1) > room:
+                rows.append([])
+                x = 0
+            for width in widths:
+                if x + width > room:
+                    rows.append([])
+                    x = 0
+                rows[-1].append(Rect(GAP + x, GAP // 2 + (len(rows) - 1) * (side + 2), width, side))
                 x += width + 2
-            x += side // 3
-        return places
+        return [place for row in rows if row for place in _filled(row, GAP + room)]
 
     @cached_property
     def top(self) -> int:
@@ -80,9 +112,23 @@ class Layout:
         return max(range(1, self.panes + 1), key=self._scale)
 
     @cached_property
+    def _whole(self) -> float:
+        """Px of the screen for one px of the scene, if a pane shows all of the arena."""
+        return self._scale(self.columns)
+
+    @cached_property
     def scale(self) -> float:
         """Px of the screen for one px of the scene."""
-        return self._scale(self.columns)
+        return self._whole * self.lens.zoom
+
+    @cached_property
+    def origin(self) -> Vector:
+        """Where the scene's origin is in a pane, px from its upper left."""
+        x, y = (
+            side * self._whole * (0.5 - c * self.lens.zoom)
+            for side, c in zip(self.arena, self.lens.centre, strict=True)
+        )
+        return x, y
 
     def _room(self, columns: int) -> Vector:
         """Return the width and height available to a pane's arena, px."""
@@ -98,7 +144,7 @@ class Layout:
     def arenas(self) -> list[Rect]:
         """Each pane's arena on the screen."""
         width, height = self._room(self.columns)
-        size = [max(1, round(side * self.scale)) for side in self.arena]
+        size = [max(1, round(side * self._whole)) for side in self.arena]
         rects = []
         for pane in range(self.panes):
             row, column = divmod(pane, self.columns)
@@ -128,11 +174,28 @@ class Layout:
     def to_scene(self, pane: int, point: ScreenPoint) -> Vector:
         """Turn a point of the screen into a position in the scene of a pane, px."""
         arena = self.arenas[pane]
-        return (point[0] - arena.x) / self.scale, (point[1] - arena.y) / self.scale
+        x, y = self.origin
+        return (point[0] - arena.x - x) / self.scale, (point[1] - arena.y - y) / self.scale
+
+    def to_screen(self, pane: int, position: Sequence[float]) -> tuple[float, float]:
+        """Turn a position in the scene of a pane, px, into a point of the screen."""
+        arena, (x, y) = self.arenas[pane], self.origin
+        return arena.x + x + position[0] * self.scale, arena.y + y + position[1] * self.scale
 
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
+
+
+def _filled(row: list[Rect], right: int) -> list[Rect]:
+    """Widen the wide widgets of a row, to three times their width at most, so that it ends at the right."""
+    wide = sum(place.width > place.height for place in row)
+    spare, shift, filled = max(right - row[-1].right, 0), 0, []
+    for place in row:
+        more = min(spare // wide, 2 * place.width) if place.width > place.height else 0
+        filled.append(Rect(place.x + shift, place.y, place.width + more, place.height))
+        shift += more
+    return filled
 
 
 def _without(rect: Rect, covered: Rect) -> list[Rect]:

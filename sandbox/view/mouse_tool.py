@@ -13,15 +13,15 @@ from sandbox.run.inputs import Grab, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
-from sandbox.view.layout import Layout, ScreenPoint
+from sandbox.view.layout import Layout, Lens, ScreenPoint
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import arrow
+from sandbox.view.primitives import arrow, label
 from sandbox.view.time_bar import step_of_point
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
-ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel shortens the charts' axis of time
+ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
 CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 
 
@@ -37,12 +37,14 @@ class MouseTool:
         self._layout = layout
         self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
         self.scrubbing = False  # the mouse drags the time
+        self.lens = Lens()
+        self._moved_from: ScreenPoint | None = None  # where the middle button has moved the panes' contents from
         self.reset()
 
     def reset(self) -> None:
         """Drop what belongs to a run, because another one begins."""
         self.adding = False  # the next click places a ball
-        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to
+        self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
 
@@ -70,9 +72,37 @@ class MouseTool:
         return ball if distance <= 0 else None
 
     @property
+    def over_grip(self) -> bool:
+        """Whether a press of the mouse here would grab something."""
+        pane, position = self.pane, self.position
+        if pane is None or position is None:
+            return False
+        view = self._playback.view
+        _, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+        return distance * self._layout().scale <= GRAB_DISTANCE
+
+    @property
+    def cursor(self) -> int:
+        """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
+        if self.holds or self._moved_from:
+            return pygame.SYSTEM_CURSOR_SIZEALL
+        if self.adding:
+            return pygame.SYSTEM_CURSOR_CROSSHAIR
+        return pygame.SYSTEM_CURSOR_HAND if self.over_grip else pygame.SYSTEM_CURSOR_ARROW
+
+    @property
     def holds(self) -> bool:
         """Whether the mouse holds a ball, or the tip of its velocity."""
         return self._pressed is not None or self._playback.session.held is not None
+
+    @property
+    def aimed(self) -> Vector | None:
+        """The velocity that the drag gives to the selected ball in every engine, px/s."""
+        ball = self._editor.selected
+        if self.aim is None or ball is None:
+            return None
+        vx, vy = ((self.aim - self._playback.view.panes[self._pane].state.position[ball]) / ARROW_SECONDS).tolist()
+        return vx, vy
 
     # Events
 
@@ -96,6 +126,14 @@ class MouseTool:
                 return
             self.scrubbing = bool(strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
+        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
+            self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
+        elif event.type == pygame.MOUSEBUTTONUP and event.button == 2:
+            self._moved_from = None
+        elif event.type == pygame.MOUSEWHEEL:
+            self._zoom(event.y)
+        elif event.type == pygame.MOUSEMOTION and self._moved_from:
+            self._move_lens(event.pos if event.buttons[1] else None)
         elif event.type == pygame.MOUSEMOTION and (self.scrubbing or self.holds):
             if not event.buttons[0]:
                 self.release()
@@ -124,6 +162,27 @@ class MouseTool:
         else:
             return False
         return True
+
+    def _zoom(self, notches: int) -> None:
+        """Zoom all panes about the position under the mouse."""
+        position = self.position
+        if position:
+            width, height = self._layout().arena
+            self.lens = self.lens.zoomed(ZOOM_FACTOR**notches, (position[0] / width, position[1] / height))
+
+    def _move_lens(self, point: ScreenPoint | None) -> None:
+        """Move what all panes show with the mouse to a point of the screen; stop if there is none."""
+        layout, before = self._layout(), self._moved_from
+        if point and before:
+            x, y = (
+                (old - new) / layout.scale / side for old, new, side in zip(before, point, layout.arena, strict=True)
+            )
+            self.lens = self.lens.moved((x, y))
+        self._moved_from = point
+
+    def show_all(self) -> None:
+        """Let the panes show all of the arena."""
+        self.lens = Lens()
 
     def _press(self, point: ScreenPoint) -> None:
         """Grab or select the ball nearest to a point of the screen, if it is near enough; or place a new one."""
@@ -160,14 +219,12 @@ class MouseTool:
         """Let go of what the mouse holds."""
         if self.aim:
             self._playback.settle()
-        aim, self.aim, self._pressed, self.scrubbing = self.aim, None, None, False
+        velocity, self.aim, self._pressed, self.scrubbing = self.aimed, None, None, False
         session, ball = self._playback.session, self._editor.selected
         if session.held is not None:
             self._playback.give(Release(step=session.step))
-        elif aim is not None and ball is not None:
-            position = self._playback.view.panes[self._pane].state.position[ball]
-            vx, vy = ((aim - position) / ARROW_SECONDS).tolist()
-            self._editor.set_velocity(ball, (vx, vy))
+        elif velocity is not None and ball is not None:
+            self._editor.set_velocity(ball, velocity)
 
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
@@ -203,17 +260,33 @@ class MouseTool:
         layout, view, ball = self._layout(), self._playback.view, self._editor.selected
         scene, scale = view.moment.scene, layout.scale
         ink, width = palette(scene.arena.background).ink, max(2, round(layout.text_height / 7))
-        for pane, arena in zip(view.panes, layout.arenas, strict=True):
-            if ball is not None:
-                inside = surface.subsurface(arena)
-                centre = (pane.state.position[ball] * scale).tolist()
-                radius = scene.bodies.radius[ball] * scale + 2 * width
-                pygame.draw.circle(inside, ink, centre, radius, width)
-                if self.aim:
-                    arrow(inside, ink, centre, [scale * c for c in self.aim], width)
+        if ball is not None:
+            radius = scene.bodies.radius[ball] * scale + 2 * width
+            for pane, arena in zip(view.panes, layout.arenas, strict=True):
+                centre = (pane.state.position[ball] * scale + layout.origin).tolist()
+                pygame.draw.circle(surface.subsurface(arena), ink, centre, radius, width)
+            if self.aimed:
+                self._draw_velocity(surface, ball, self.aimed)
         if self.adding and self.point and self.pane is not None:
             radius = scene.bodies.radius[self._editor.model_ball] * scale
             pygame.draw.circle(surface, ink, self.point, radius, width)
+
+    def _draw_velocity(self, surface: Surface, ball: int, velocity: Vector) -> None:
+        """Draw the velocity that a ball is given from each of its copies, over the edges of the panes."""
+        layout, view = self._layout(), self._playback.view
+        colours = palette(view.moment.scene.arena.background)
+        width = max(2, round(layout.text_height / 7))
+        vx, vy = velocity
+        text = f"{math.hypot(vx, vy):.0f} px/s, {math.degrees(math.atan2(vy, vx)):.0f}\N{DEGREE SIGN}"
+        for index, (pane, arena) in enumerate(zip(view.panes, layout.arenas, strict=True)):
+            x, y = layout.to_screen(index, pane.state.position[ball].tolist())
+            if not arena.collidepoint(x, y):
+                continue
+            tip = x + vx * ARROW_SECONDS * layout.scale, y + vy * ARROW_SECONDS * layout.scale
+            arrow(surface, colours.ground, (x, y), tip, 2 * width)  # or the frame would hide it
+            arrow(surface, colours.ink, (x, y), tip, width)
+            beyond = tip[0], tip[1] + math.copysign(1.2 * layout.text_height, vy)
+            label(surface, text, beyond, layout.text_height, arena, colours)
 
 
 def ball_at(state: State, radius: Floats, position: Vector) -> tuple[int, float]:

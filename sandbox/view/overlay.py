@@ -25,7 +25,8 @@ MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 class Overlay:
     """Draws layers on one pane's arena.
 
-    scale: px of the surface for one px of the scene. text_height: px. ghosts: the reference's balls.
+    scale: px of the surface for one px of the scene. origin: where the scene's is on it.
+    text_height: px. ghosts: the reference's balls.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Overlay:
         *,
         scale: float,
         text_height: int,
+        origin: Vector = (0.0, 0.0),
     ) -> None:
         self.surface = surface
         self.scene = scene
@@ -47,9 +49,14 @@ class Overlay:
         self._contacts = contacts
         self._ghosts = ghosts
         self._scale = scale
+        self._origin = origin
         self._text_height = text_height
         self.palette = palette(scene.arena.background)
         self.width = max(1, round(text_height / 10))  # of lines, px
+
+    def _at(self, position: Floats) -> Floats:
+        """Turn positions in the scene, (..., 2) px, into places on the surface."""
+        return position * self._scale + self._origin
 
     def grid(self) -> None:
         """Draw lines at round distances, with their positions in px of the scene."""
@@ -57,7 +64,7 @@ class Overlay:
         (width, height), small = self.surface.get_size(), round(0.7 * self._text_height)
         for axis, size in enumerate(self.scene.arena.size):
             for k in range(1, int(size / cell) + 1):
-                at = round(k * cell * self._scale)
+                at = round(k * cell * self._scale + self._origin[axis])
                 start, end = ((at, 0), (at, height)) if axis == 0 else ((0, at), (width, at))
                 pygame.draw.line(self.surface, self.palette.faint, start, end)
                 number = lettering(f"{k * cell:g}", self.palette.ground.lerp(self.palette.ink, 0.5), small)
@@ -66,7 +73,7 @@ class Overlay:
     def trails(self) -> None:
         """Draw where the balls were, in their colours, fainter the longer ago."""
         positions = self._trail.positions()
-        lines = np.rint(positions * self._scale).astype(int).swapaxes(0, 1)
+        lines = np.rint(self._at(positions)).astype(int).swapaxes(0, 1)
         for start, end, share in _quarters(len(positions)):
             for line, colour in zip(lines[:, start:end].tolist(), self.scene.colors, strict=True):
                 faded = self.palette.ground.lerp(Color(*rgb(colour)), share)
@@ -85,8 +92,8 @@ class Overlay:
     def _arrows(self, velocity: Floats, colour: Color, width: int) -> None:
         """Draw an arrow from each ball to where a velocity takes it in ARROW_SECONDS. velocity: (n, 2) px/s."""
         position = self._state.position
-        tips = (position + ARROW_SECONDS * velocity) * self._scale
-        for tail, tip in zip((position * self._scale).tolist(), tips.tolist(), strict=True):
+        tips = self._at(position + ARROW_SECONDS * velocity)
+        for tail, tip in zip(self._at(position).tolist(), tips.tolist(), strict=True):
             arrow(self.surface, colour, tail, tip, width)
 
     def contacts(self) -> None:
@@ -98,7 +105,7 @@ class Overlay:
         for contact in contacts:
             fresh = 1 - (self._state.time - contact["time"]) / CONTACT_SECONDS
             colour = self.palette.ground.lerp(self.palette.contact, 0.3 + 0.7 * fresh)
-            x, y = (contact["point"] * self._scale).tolist()
+            x, y = self._at(contact["point"]).tolist()
             dx, dy = (contact["normal"] * max(contact["impulse"] * px_per_impulse / 2, 1.0)).tolist()
             pygame.draw.line(self.surface, colour, (x - dx, y - dy), (x + dx, y + dy), self.width)
             pygame.draw.circle(self.surface, colour, (round(x), round(y)), 2 * self.width + 1)
@@ -109,7 +116,7 @@ class Overlay:
         written: list[Rect] = []
         for contact in contacts:
             number = lettering(f"{contact['impulse']:.3g}", self.palette.ink, round(0.8 * self._text_height))
-            x, y = (contact["point"] * self._scale).round().astype(int).tolist()
+            x, y = self._at(contact["point"]).round().astype(int).tolist()
             place = number.get_rect(midleft=(x + 3 * self.width + 2, y)).clamp(self.surface.get_rect())
             if place.collidelist(written) < 0:
                 self.surface.blit(number, place)
@@ -118,7 +125,7 @@ class Overlay:
     def centre(self) -> None:
         """Draw the centre of mass as its usual symbol: a disc of two light and two dark quarters."""
         mass = self.scene.bodies.mass
-        at = (mass @ self._state.position / mass.sum() * self._scale).round().astype(int).tolist()
+        at = self._at(mass @ self._state.position / mass.sum()).round().astype(int).tolist()
         radius = round(0.55 * self._text_height)
         pygame.draw.circle(self.surface, self.palette.ground, at, radius)
         for quarter in ({"draw_top_right": True}, {"draw_bottom_left": True}):
@@ -129,7 +136,7 @@ class Overlay:
         """Write each ball's number on it, unless there are too many balls to read them."""
         if len(self.scene.bodies) > MAX_NUMBERED:
             return
-        centres = (self._state.position * self._scale).tolist()
+        centres = self._at(self._state.position).tolist()
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for number, ((x, y), radius, colour) in enumerate(balls):
             height = max(9, min(round(radius * self._scale), self._text_height))
@@ -140,16 +147,20 @@ class Overlay:
         """Draw the outlines of the reference's balls."""
         if self._ghosts is None:
             return
-        centres, width = (self._ghosts.position * self._scale).tolist(), max(2, self.width)
+        centres, width = self._at(self._ghosts.position).tolist(), max(2, self.width)
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for (x, y), radius, colour in balls:
             px = max(2, round(radius * self._scale))
             pygame.draw.circle(self.surface, rgb(colour), (round(x), round(y)), px, width)
 
     def pull(self, ball: int, target: Vector) -> None:
-        """Draw the line from a held ball to where it is pulled, px of the scene."""
-        start, end = ([round(c * self._scale) for c in point] for point in (self._state.position[ball], target))
-        pygame.draw.line(self.surface, self.palette.ink, start, end, max(2, self.width))
+        """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""
+        start, end = self._at(np.array([self._state.position[ball], target])).round().astype(int).tolist()
+        radius = self.scene.bodies.radius[ball] * self._scale
+        width = max(2, self.width)
+        pygame.draw.circle(self.surface, self.palette.ground, start, radius + 2 * width, width)
+        pygame.draw.circle(self.surface, self.palette.ink, start, radius + 3 * width, width)
+        pygame.draw.line(self.surface, self.palette.ink, start, end, width)
         pygame.draw.circle(self.surface, self.palette.ink, end, 2 * self.width + 2)
 
 

@@ -8,6 +8,7 @@ from pygame import Color, Rect, Surface
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stopping import StoppingEngine
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.samples import change_of_energy
@@ -103,7 +104,7 @@ class Pane:
         colour: of the engine's lines in the charts. ghosts: the balls whose outlines are drawn; outlined: in which
         engine they are.
         """
-        inside, scale = surface.subsurface(layout.arenas[index]), layout.scale
+        inside, scale, origin = surface.subsurface(layout.arenas[index]), layout.scale, layout.origin
         overlay = Overlay(
             inside,
             self.scene,
@@ -113,16 +114,17 @@ class Pane:
             ghosts,
             scale=scale,
             text_height=layout.text_height,
+            origin=origin,
         )
         fill(inside, overlay.palette.ground)
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state)
+            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state, origin)
         else:
-            draw_walls(inside, self.scene, scale)
-            self._discs.draw(inside, self.state.position, scale, self.state.angle)
+            draw_walls(inside, self.scene, scale, origin)
+            self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
         for layer, draw in ABOVE_BALLS.items():
             if layer in showing:
                 draw(overlay)
@@ -149,11 +151,11 @@ class Pane:
         write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 
-def draw_walls(surface: Surface, scene: Scene, scale: float) -> None:
-    """Draw a scene's walls. scale: px of the surface for one px of the scene."""
+def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
+    """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
     ink = contrast(scene.arena.background)
     for wall in scene.walls:
-        start, end = ((x * scale, y * scale) for x, y in (wall.start, wall.to))
+        start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in (wall.start, wall.to))
         capsule(surface, ink, start, end, wall.thickness / 2 * scale)
 
 

@@ -1,6 +1,7 @@
 """What the window is drawn with: text, thick segments, arrows, cards."""
 
 import math
+import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -12,7 +13,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.state import Floats
 from sandbox.text import printable
-from sandbox.view.palette import FAINT, FRAME, INK
+from sandbox.view.palette import FAINT, FRAME, INK, Palette
 from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suits_kernels
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
@@ -71,6 +72,12 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
         surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
         x += line.get_width() + space
     return min(x - space, place.right)
+
+
+def wrapped(text: str, width: int, height: int, indent: str = "") -> list[str]:
+    """Break a text into lines of about a width, px; all but the first are indented."""
+    letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
+    return textwrap.wrap(drawable(text), letters, subsequent_indent=indent)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
@@ -148,6 +155,14 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
             write(surface, text, cell.clip(place), FAINT if number and not column else INK, height)
+
+
+def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:
+    """Write a line of text on a ground of its own in the middle of a point, moved inside a place. near: px."""
+    line = lettering(text, colours.ink, height)
+    place = line.get_rect(center=(round(near[0]), round(near[1]))).inflate(height // 2, 0).clamp(within)
+    surface.fill(colours.ground, place)
+    surface.blit(line, line.get_rect(center=place.center))
 
 
 def round_up(size: float) -> float:

@@ -3,7 +3,7 @@
 from pygame import Surface
 
 from sandbox.errors import SandboxError
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Kind, Notice
 from sandbox.view.video import Gif, Video
 
 
@@ -13,6 +13,11 @@ class Recorder:
     def __init__(self, notice: Notice) -> None:
         self._notice = notice
         self.video: Video | None = None  # that is being recorded
+
+    @property
+    def seconds(self) -> float | None:
+        """The length of what is recorded so far, s; None while nothing is being recorded."""
+        return self.video.frames / self.video.fps if self.video else None
 
     def toggle(self, path: str, size: tuple[int, int]) -> None:
         """Start recording into a file, in a size in px; or stop."""
@@ -33,7 +38,7 @@ class Recorder:
             except SandboxError as error:
                 video.discard()
                 self.video = None
-                self._notice.show(str(error))
+                self._notice.show(str(error), Kind.ERROR)
 
     def stop(self) -> None:
         """Save the recording, if there is one."""
@@ -41,4 +46,4 @@ class Recorder:
         if video:
             with self._notice.reporting():
                 video.save()
-                self._notice.show(f"saved {video.path}")
+                self._notice.show_saved(video.path)

@@ -1,11 +1,15 @@
-"""Saving what the window shows: the balls as a scene, the window as a picture."""
+"""Saving what the window shows: the balls as a scene, the window as a picture, and what was done as inputs."""
 
 import os
+import shlex
 from itertools import count
 
+import pygame
 from pygame import Surface
 
-from sandbox.scene.files import write
+from sandbox.run.inputs import write_run
+from sandbox.scene.files import TRUTHS, bundled, write
+from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice
 from sandbox.view.picture import save_picture
 from sandbox.view.playback import Playback
@@ -27,15 +31,45 @@ class Saver:
         """Save the balls as they are in a pane as a scene, under a name that is free."""
         self._playback.settle()
         view = self._playback.view
-        names = (self.file_name(".toml" if k == 1 else f"-{k}.toml") for k in count(1))
-        name = next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
+        name = self._free_name(".toml")
         with self._notice.reporting():
             write(view.moment.scene, name, view.panes[pane].state)
-            self._notice.show(f"saved {name}: the balls as in {view.panes[pane].name}")
+            self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
+
+    def save_inputs(self) -> None:
+        """Save what was done up to the step shown, and copy the command that shows the same to the clipboard."""
+        session = self._playback.session
+        name = self._free_name(".jsonl")
+        with self._notice.reporting():
+            write_run(session.start, session.given(), session.step, name)
+            engines = shlex.quote(",".join(session.names))
+            command = f"sandbox run {_argument(session.start)} --engines {engines} --inputs {shlex.quote(name)}"
+            copied = "; copied" if _copy(command) else ""
+            self._notice.show_saved(name, f"{copied}: {command}")
+
+    def _free_name(self, ending: str) -> str:
+        names = (self.file_name(ending if k == 1 else f"-{k}{ending}") for k in count(1))
+        return next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
 
     def save_picture(self, screen: Surface) -> None:
         """Save the window as a picture."""
         name = self.file_name(".png")
         with self._notice.reporting():
             save_picture(screen, name)
-            self._notice.show(f"saved {name}")
+            self._notice.show_saved(name)
+
+
+def _argument(scene: Scene) -> str:
+    """Return how a command names a scene."""
+    examples = {file: name for folder in ("", TRUTHS) for name, file in bundled(folder).items()}
+    return shlex.quote(examples.get(scene.file, str(scene.file)))
+
+
+def _copy(text: str) -> bool:
+    """Copy a text to the clipboard. Return whether there is one."""
+    try:
+        pygame.scrap.init()
+        pygame.scrap.put(pygame.SCRAP_TEXT, text.encode())
+    except pygame.error:
+        return False
+    return True

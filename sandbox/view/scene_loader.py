@@ -8,7 +8,7 @@ from sandbox.errors import Refused, SandboxError
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.file_watcher import CHECK_INTERVAL, FileWatcher
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Kind, Notice
 from sandbox.view.scene_picker import ScenePicker
 
 
@@ -30,13 +30,19 @@ class SceneLoader:
         self._begin = begin
         self._notice = notice
         self.picker: ScenePicker | None = None  # while it is open
+        self._folders = [Path()]  # whose scenes it lists
         self._opened(scene)
 
     def _opened(self, scene: Scene) -> None:
         self._scene = scene
+        self._add_folder(scene.file.parent)
         self.error = ""  # of a file that could not be opened since
         self._watcher = FileWatcher(scene.file)
         self._next_check = monotonic() + CHECK_INTERVAL
+
+    def _add_folder(self, folder: Path) -> None:
+        if folder.resolve() not in [known.resolve() for known in self._folders]:
+            self._folders.append(folder)
 
     def try_to_run(self, scene: Scene) -> None:
         """Run another scene; if that is impossible, show a notice."""
@@ -44,8 +50,12 @@ class SceneLoader:
             self._run(scene)
 
     def open_file(self, file: Path) -> None:
-        """Run the scene of a file; if that is impossible, keep its errors to be shown."""
+        """Run the scene of a file, or list those of a folder; if that is impossible, keep the errors to be shown."""
         self.close_picker()
+        if file.is_dir():
+            self._add_folder(file)
+            self.open_picker()
+            return
         try:
             self._run(load(file))
         except SandboxError as error:
@@ -56,7 +66,7 @@ class SceneLoader:
             self._begin(scene, self._engines)
         except Refused as refusal:
             self._begin(scene, None)
-            self._notice.show(str(refusal))
+            self._notice.show(str(refusal), Kind.ERROR)
         self._opened(scene)
 
     def reload_if_edited(self) -> bool:
@@ -82,7 +92,7 @@ class SceneLoader:
 
     def open_picker(self) -> None:
         """Open the scene picker."""
-        self.picker = ScenePicker(self.open_file, self.close_picker)
+        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker)
 
     def close_picker(self) -> None:
         """Close the scene picker."""

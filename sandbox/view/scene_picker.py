@@ -1,6 +1,6 @@
 """The scene picker: previews of scenes, found by typing."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -20,10 +20,11 @@ from sandbox.text import printable
 from sandbox.view.discs import LINE, Discs
 from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
 from sandbox.view.pane import draw_walls
-from sandbox.view.primitives import panel, text_width, write
+from sandbox.view.primitives import panel, text_width, wrapped, write
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
 PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
+ABOUT_LINES: Final = 2  # below the previews, about the chosen scene
 MAX_FILES: Final = 200  # of a folder that are listed
 
 
@@ -44,25 +45,28 @@ class SceneEntry:
             return self.name.lower()
 
 
-def entries(folder: Path) -> list[SceneEntry]:
-    """List the scenes of a folder, then the bundled ones."""
+def entries(folders: Iterable[Path]) -> list[SceneEntry]:
+    """List the scenes of some folders, then the bundled ones."""
     examples = [SceneEntry(name, file) for name, file in (*bundled().items(), *bundled(TRUTHS).items())]
     known = {entry.file.resolve() for entry in examples}
-    files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
-    own = [SceneEntry(printable(file.name), file) for file in files[:MAX_FILES]]
+    own: list[SceneEntry] = []
+    for folder in folders:
+        files = [file for file in sorted(folder.glob("*.toml")) if file.is_file() and file.resolve() not in known]
+        known |= {file.resolve() for file in files}
+        own += [SceneEntry(printable(file.name), file) for file in files[:MAX_FILES]]
     return [entry for entry in own if "[[balls]]" in entry.words] + examples
 
 
 class ScenePicker:
-    """A grid of scenes over the whole window.
+    """A grid of scenes over the whole window, those of some folders first.
 
     choose: runs the scene of a file. close: closes the picker.
     """
 
-    def __init__(self, choose: Callable[[Path], None], close: Callable[[], None]) -> None:
+    def __init__(self, folders: Iterable[Path], choose: Callable[[Path], None], close: Callable[[], None]) -> None:
         self._choose = choose
         self._close = close
-        self._entries = entries(Path())
+        self._entries = entries(folders)
         self.typed = ""
         self.chosen = 0
         self._first_row = 0
@@ -131,7 +135,7 @@ class ScenePicker:
     @property
     def rows(self) -> int:
         """How many rows of previews fit into the window."""
-        return max(1, (self._window.height - self._head - self._pad) // (self._tile_height + self._pad))
+        return max(1, (self._window.height - self._head - self._foot - self._pad) // (self._tile_height + self._pad))
 
     @property
     def _pad(self) -> int:
@@ -142,12 +146,20 @@ class ScenePicker:
         return 4 * self._text_height
 
     @property
+    def _foot(self) -> int:
+        return round(ABOUT_LINES * 1.4 * self._text_height) if self._window.height > 20 * self._text_height else 0
+
+    @property
     def _tile_width(self) -> int:
         return (self._window.width - self._pad) // self.columns - self._pad
 
     @property
     def _tile_height(self) -> int:
         return round(TILE_WIDTH * self._text_height * PREVIEW_HEIGHT) + round(2 * 1.4 * self._text_height)
+
+    @property
+    def _picture_size(self) -> tuple[int, int]:
+        return self._tile_width, self._tile_height - 2 * round(1.4 * self._text_height)
 
     def places(self) -> list[tuple[int, Rect]]:
         """Return the visible scenes, by their number in `found`, and their places."""
@@ -171,6 +183,15 @@ class ScenePicker:
         found = self.found
         for index, place in self.places():
             self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
+            if index == self.chosen and self._foot:
+                self._draw_about(surface, preview(found[index].file, self._picture_size, self._text_height).about)
+
+    def _draw_about(self, surface: Surface, about: str) -> None:
+        height, left = self._text_height, self._window.x + self._pad
+        place = Rect(left, self._window.bottom - self._foot, self._window.width - 2 * self._pad, round(1.4 * height))
+        for line in wrapped(about, place.width, height)[:ABOUT_LINES]:
+            write(surface, line, place, INK, height)
+            place.y += place.height
 
     def _draw_search(self, surface: Surface) -> None:
         """Draw the field with the typed text, and the number of scenes found."""
@@ -192,7 +213,7 @@ class ScenePicker:
     def _draw_tile(self, surface: Surface, entry: SceneEntry, place: Rect, *, chosen: bool) -> None:
         height = self._text_height
         text = Rect(place.x, 0, place.width, round(1.4 * height))
-        picture = preview(entry.file, (place.width, place.height - 2 * text.height), height)
+        picture = preview(entry.file, self._picture_size, height)
         if chosen:
             pygame.draw.rect(surface, RAISED, place.inflate(height, height // 2), border_radius=height // 3)
             pygame.draw.rect(surface, ACCENT, place.inflate(height, height // 2), 2, border_radius=height // 3)
@@ -205,10 +226,11 @@ class ScenePicker:
 
 @dataclass(frozen=True)
 class Preview:
-    """A scene's picture and title in the picker."""
+    """A scene's picture and texts in the picker."""
 
     surface: Surface
     title: str
+    about: str
 
 
 @lru_cache(maxsize=256)
@@ -220,8 +242,8 @@ def preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
         _draw_start(surface, loaded)
     except SandboxError as error:
         write(surface, str(error).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
-        return Preview(surface, "has errors")
-    return Preview(surface, loaded.title)
+        return Preview(surface, "has errors", "")
+    return Preview(surface, loaded.title, loaded.about)
 
 
 def _draw_start(surface: Surface, scene: Scene) -> None:

@@ -106,7 +106,8 @@ class Button:
 class Slider:
     """Chooses one of some values in ascending order. value: the current one, which may be between two of them.
 
-    at_once: a drag of the mouse chooses all the time; else at its end.
+    at_once: a drag of the mouse chooses all the time; else at its end. refusal: why no other value can be chosen, or
+    nothing. remedy: what a click does about that; remedy_tip: the same in words.
     """
 
     group: Group
@@ -118,12 +119,16 @@ class Slider:
     unit: str = ""
     at_once: bool = True
     width: float = SLIDER_WIDTH
+    refusal: Callable[[], str] = str
+    remedy: Callable[[], None] | None = None
+    remedy_tip: str = ""
     dragged: int | None = None  # the value that the mouse has dragged it to and has not chosen yet
 
     @property
     def tip(self) -> str:
-        """What it sets, and its value."""
-        return f"{self.does}: {self._value_text()}"
+        """What it sets, and its value; or why it cannot, and what a click does about that."""
+        refusal = self.refusal()
+        return f"{refusal}\n{self.remedy_tip}" if refusal else f"{self.does}: {self._value_text()}"
 
     def _value_text(self) -> str:
         value = self.value() if self.dragged is None else self.values[self.dragged]
@@ -132,24 +137,27 @@ class Slider:
     @property
     def look(self) -> object:
         """The value shown."""
-        return self.value(), self.dragged
+        return self.value(), self.dragged, self.refusal()
 
     def draw(self, surface: Surface, place: Rect, *, hot: bool) -> None:
-        """Draw its name and value over a track with a knob."""
+        """Draw its name and value over a track with a knob, grey if no other value can be chosen."""
+        ink, knob = (FAINT, FAINT) if self.refusal() else (INK, ACCENT)
         pygame.draw.rect(surface, RAISED, place, border_radius=place.height // 6)
         if hot:
             pygame.draw.rect(surface, INK, place, max(1, place.height // 16), border_radius=place.height // 6)
         height = round(0.38 * place.height)
         track = self._track(place)
-        name, value = lettering(self.name, FAINT, height), lettering(self._value_text(), INK, height)
+        name, value = lettering(self.name, FAINT, height), lettering(self._value_text(), ink, height)
         surface.blit(name, (track.x, place.y + height // 6))
         surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
         pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
         x = track.x + track.width * self._nearest() / max(1, len(self.values) - 1)
-        pygame.draw.circle(surface, ACCENT, (round(x), track.centery), round(0.16 * place.height))
+        pygame.draw.circle(surface, knob, (round(x), track.centery), round(0.16 * place.height))
 
     def press(self, place: Rect, x: int) -> None:
         """Choose the value at x of the track."""
+        if self.refusal():
+            return
         track = self._track(place)
         share = min(max((x - track.x) / track.width, 0.0), 1.0)
         index = round(share * (len(self.values) - 1))
@@ -160,12 +168,18 @@ class Slider:
 
     def release(self) -> None:
         """Choose the value that the mouse dragged it to."""
-        if self.dragged is not None:
+        if self.remedy and self.refusal():
+            self.remedy()
+        elif self.dragged is not None:
             index, self.dragged = self.dragged, None
             self._choose(index)
 
     def key(self, key: int) -> bool:
         """Choose the previous or next value if the key is an arrow."""
+        if self.refusal():
+            if key in ENTER:
+                self.release()
+            return key in ARROWS or key in ENTER
         if key in ARROWS:
             self._choose(min(max(self._nearest() + ARROWS[key], 0), len(self.values) - 1))
         return key in ARROWS
@@ -261,7 +275,8 @@ class Toolbar:
         """Draw the tip of the widget that the mouse or the keyboard is on."""
         index = self.over if self.over is not None else self.focus
         if index is not None:
-            card(surface, [[self.widgets[index].tip]], places[index].bottomleft, text_height, surface.get_rect())
+            lines = [[line] for line in self.widgets[index].tip.splitlines()]
+            card(surface, lines, places[index].bottomleft, text_height, surface.get_rect())
 
 
 def _index(places: Sequence[Rect], point: tuple[int, int]) -> int | None:

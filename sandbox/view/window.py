@@ -3,45 +3,50 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Final
 
 import pygame
-from pygame import Surface
+from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
+from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import draw_status
+from sandbox.view.compiling import caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
-from sandbox.view.editor import Editor
+from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
+from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
-from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.palette import FRAME
 from sandbox.view.pixels import fill
 from sandbox.view.playback import SPEEDS, Playback
-from sandbox.view.primitives import write
 from sandbox.view.recorder import Recorder
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
+from sandbox.view.status_line import draw_status_line
 from sandbox.view.time_bar import draw_time_bar
-from sandbox.view.toolbar import Button, Slider, Toolbar, Widget
+from sandbox.view.toolbar import ARROWS, ENTER, Button, Slider, Toolbar, Widget
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 ELASTICITIES: Final = tuple(k / 20 for k in range(21))
 GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
 RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
+REMEDY: Final = "Click, or press I, to replace article by impulse."
+QUIT_HINT: Final = "Esc again quits"
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -76,19 +81,24 @@ class Window:
         self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
+        self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
+        self.key_repeat = KeyRepeat()
         self.showing = {Layer.CHARTS}
         self.help_open = False
         self.toolbar = Toolbar(self._widgets())
         self.actions = self._actions()
         pygame.display.init()
+        pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
         size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.running = True
+        self._cursor = pygame.SYSTEM_CURSOR_ARROW
+        self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
-        self._drawn = (-1, "")  # step and status in the window
+        self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
 
     def _widgets(self) -> list[Widget]:
         playback, editor = self.playback, self.editor
@@ -96,11 +106,33 @@ class Window:
             Group.TIME, "speed", "how fast time passes", SPEEDS, lambda: playback.speed, playback.set_speed, " x"
         )
         edits = [
-            ("elasticity", "elasticity of every pair", ELASTICITIES, editor.elasticity, editor.set_elasticity),
-            ("gravity", "gravity downwards, px/s²", GRAVITIES, editor.gravity, editor.set_gravity),
-            ("rate", "steps per second", RATES, editor.rate, editor.set_rate),
+            Slider(
+                Group.EDIT,
+                "elasticity",
+                "elasticity of every pair",
+                ELASTICITIES,
+                editor.elasticity,
+                editor.set_elasticity,
+                at_once=False,
+                refusal=partial(editor.refusal, ANOTHER_ELASTICITY),
+                remedy=self.use_impulse,
+                remedy_tip=REMEDY,
+            ),
+            Slider(
+                Group.EDIT,
+                "gravity",
+                "gravity downwards, px/s²",
+                GRAVITIES,
+                editor.gravity,
+                editor.set_gravity,
+                at_once=False,
+                refusal=partial(editor.refusal, ANOTHER_GRAVITY),
+                remedy=self.use_impulse,
+                remedy_tip=REMEDY,
+            ),
+            Slider(Group.EDIT, "rate", "steps per second", RATES, editor.rate, editor.set_rate, at_once=False),
         ]
-        sliders = [speed, *(Slider(Group.EDIT, *edit, at_once=False) for edit in edits)]
+        sliders = [speed, *edits]
         widgets: list[Widget] = []
         for group, controls in groupby(CONTROLS, key=lambda control: control.group):
             widgets += [Button(control, self.do, self.is_on) for control in controls if control.icon]
@@ -125,18 +157,22 @@ class Window:
             Action.NEXT_SCENE: partial(scenes.open_bundled, 1),
             Action.NEXT_SEED: scenes.next_seed,
             Action.SAVE_SCENE: lambda: self.saver.save_scene(mouse.pane or 0),
+            Action.SAVE_INPUTS: self.saver.save_inputs,
             Action.UNDO: playback.undo,
             Action.REDO: playback.redo,
             Action.ADD_BALL: mouse.add_ball,
             Action.DELETE_BALL: mouse.delete_ball,
+            Action.USE_IMPULSE: self.use_impulse,
             Action.SELECT_PREVIOUS: partial(editor.select_next, -1),
             Action.SELECT_NEXT: partial(editor.select_next, 1),
             Action.PUSH_LEFT: partial(editor.push, -1, 0),
             Action.PUSH_RIGHT: partial(editor.push, 1, 0),
             Action.PUSH_UP: partial(editor.push, 0, -1),
             Action.PUSH_DOWN: partial(editor.push, 0, 1),
+            Action.SHOW_ALL: mouse.show_all,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
+            Action.FULL_SCREEN: self._toggle_full_screen,
             Action.HELP: self._toggle_help,
             Action.ESCAPE: self._escape,
         }
@@ -155,10 +191,28 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
+        size = self.scene.arena.size
         self.playback.play(SessionView(scene, engines))
+        if scene.arena.size != size:
+            self.mouse.show_all()
         self.editor.select(None)
         self.mouse.reset()
         self.notice.clear()
+        if scene.about != self.about.scene.about:
+            self.about = AboutCard(scene)
+
+    def use_impulse(self) -> None:
+        """Let impulse run in place of article, with the same inputs, to the same step."""
+        session = self.view.session
+        if "article" not in session.names:
+            self.notice.show("article does not run here, so impulse cannot replace it")
+            return
+        names = list(dict.fromkeys("impulse" if name == "article" else name for name in session.names))
+        self.mouse.release()
+        view = SessionView(self.scene, names, session.given())
+        view.session.go_on_from(session.step)
+        self.playback.play(view)
+        self.playback.settle()
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -170,6 +224,7 @@ class Window:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
                 idle = self.playback.paused and self.playback.shows_current_step and not events
+                idle = idle and self.key_repeat.held is None
                 rate = IDLE_RATE if idle else self.recorder.video.fps if self.recorder.video else FRAME_RATE
                 self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         finally:  # the window can also be closed while a kernel is waited for
@@ -179,6 +234,9 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, video = self.playback, self.recorder.video
+        again = self.key_repeat.due(seconds)
+        if again:
+            self._on_press(again)
         if self._compilation and self._compilation.is_running:
             self._compilation.poll()
             self._outdated = True
@@ -186,7 +244,7 @@ class Window:
             playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
             playback.catch_up()
-        if self._outdated or self._drawn != (self.view.moment.step, self.status):
+        if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):
             self.draw()
             pygame.display.flip()
         if not playback.paused:
@@ -198,20 +256,42 @@ class Window:
         """Handle an event."""
         self._outdated = True
         self.mouse.track(event)
-        if event.type == pygame.QUIT:
+        self.key_repeat.track(event)
+        if event.type == pygame.KEYDOWN:
+            self.key_repeat.press(event, repeats=self._repeats(event))
+            self._on_press(event)
+        elif event.type == pygame.QUIT:
             self.running = False
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
             self.scenes.picker.on_event(event)
-        elif self.toolbar.on_event(event, self.layout.toolbar):
-            pass
-        elif event.type == pygame.KEYDOWN:
-            control = control_of(event)
-            if control:
-                self.do(control)
         else:
-            self.mouse.on_event(event)
+            if event.type == pygame.MOUSEBUTTONDOWN:
+                self.notice.go_stale()
+                self.about.close()
+            if not self.toolbar.on_event(event, self.layout.toolbar):
+                self.mouse.on_event(event)
+
+    def _repeats(self, event: Event) -> bool:
+        """Return whether a key is repeated while it is held."""
+        if self.scenes.picker:
+            return event.key not in (*ENTER, pygame.K_ESCAPE)
+        if self.toolbar.focus is not None and event.key in ARROWS:
+            return True
+        control = control_of(event)
+        return control is not None and control.repeats
+
+    def _on_press(self, event: Event) -> None:
+        """Handle a key."""
+        self._outdated = True
+        control = control_of(event)
+        if self.scenes.picker:
+            self.scenes.picker.on_event(event)
+        elif not self.toolbar.on_event(event, self.layout.toolbar) and control:
+            if control.action is not Action.ESCAPE:
+                self.notice.go_stale()
+            self.do(control)
 
     def do(self, control: Control) -> None:
         """Do a control's action, or show or hide its layer."""
@@ -224,29 +304,34 @@ class Window:
 
     def is_on(self, control: Control) -> bool:
         """Return whether what a control turns on and off is on."""
-        match control.action:
-            case Layer():
-                return control.action in self.showing
-            case Action.PAUSE:
-                return self.playback.paused
-            case Action.RECORD:
-                return self.recorder.video is not None
-            case Action.ADD_BALL:
-                return self.mouse.adding
-            case Action.HELP:
-                return self.help_open
-            case _:
-                return False
+        on = {
+            Action.PAUSE: self.playback.paused,
+            Action.RECORD: self.recorder.video is not None,
+            Action.ADD_BALL: self.mouse.adding,
+            Action.FULL_SCREEN: self._window_size is not None,
+            Action.HELP: self.help_open,
+        }
+        return control.action in self.showing if isinstance(control.action, Layer) else on.get(control.action, False)
+
+    def _toggle_full_screen(self) -> None:
+        desktop = pygame.display.get_desktop_sizes()[0]
+        size, flags = (self._window_size, pygame.RESIZABLE) if self._window_size else (desktop, pygame.FULLSCREEN)
+        self._window_size = None if self._window_size else self.screen.get_size()
+        with signals_deferred():  # set_mode discards exceptions
+            self.screen = pygame.display.set_mode(size, flags)
 
     def _toggle_help(self) -> None:
-        self.help_open = not self.help_open
+        self.help_open = self.about.asked_for = not self.help_open
 
     def _escape(self) -> None:
-        """Close what is open over the panes; if nothing is, close the window."""
+        """Close what is open over the panes; if nothing is, close the window, the second time."""
         if self.scenes.error or self.mouse.adding or self.help_open:
-            self.scenes.error, self.mouse.adding, self.help_open = "", False, False
-        else:
+            self.scenes.error, self.mouse.adding = "", False
+            self.help_open = self.about.asked_for = False
+        elif self.notice.text == QUIT_HINT:
             self.running = False
+        else:
+            self.notice.show(QUIT_HINT)
 
     # Drawing
 
@@ -265,10 +350,13 @@ class Window:
     def layout_in(self, size: tuple[int, int]) -> Layout:
         """Return the layout that the window would have in some size, px."""
         charts = self.view.chart_count(self.showing)
-        return layout_of(size, self.scene.arena.size, len(self.view.panes), self.toolbar.widths, charts)
+        return layout_of(
+            size, self.scene.arena.size, len(self.view.panes), self.toolbar.widths, charts, self.mouse.lens
+        )
 
     def draw(self) -> None:
         """Draw everything."""
+        self._show_cursor()
         layout = self.layout
         if self.screen.get_size() == layout.window:
             self._draw_on(self.screen, layout)
@@ -276,9 +364,17 @@ class Window:
             whole = Surface(layout.window)
             self._draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
-        pygame.display.set_caption(f"{self.scene.title or self.scene.name} - sandbox")
-        self._drawn = self.view.moment.step, self.status
+        pygame.display.set_caption(caption(self.scene))
+        self._drawn = self.view.moment.step, self.status, self.about.text
         self._outdated = False
+
+    def _show_cursor(self) -> None:
+        over_panes = not self.scenes.picker and self.toolbar.over is None
+        cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
+        if cursor != self._cursor:
+            self._cursor = cursor
+            with suppress(pygame.error):  # a screen in memory has no pointers
+                pygame.mouse.set_cursor(cursor)
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
@@ -287,7 +383,15 @@ class Window:
         self.view.draw(surface, layout, self.showing, self.mouse.point)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
-        write(surface, self.status, layout.status, FAINT, layout.text_height)
+        draw_status_line(
+            surface,
+            layout.status,
+            layout.text_height,
+            self._time_line,
+            self.recorder.seconds,
+            self.notice,
+            self._scene_line,
+        )
         if self._compilation and self._compilation.is_running:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
@@ -297,11 +401,13 @@ class Window:
         if self.scenes.error:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:
-            draw_help(surface, layout)
+            draw_help(surface.subsurface((0, 0, layout.window[0], self.about.top(layout))), layout)
+        if not self.scenes.error:
+            self.about.draw(surface, layout)
         if self.scenes.picker:
             self.scenes.picker.fit(surface.get_rect(), layout.text_height)
             self.scenes.picker.draw(surface)
-        else:
+        elif not self.mouse.holds:
             self.toolbar.draw_tip(surface, layout.toolbar, layout.text_height)
 
     def _draw_ball_card(self, surface: Surface, layout: Layout) -> None:
@@ -309,19 +415,28 @@ class Window:
         if self.mouse.holds:
             return
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
-        if ball is None and self.editor.by_key and self.editor.selected is not None:
+        in_charts = point is not None and layout.strip.collidepoint(point)  # which have a card of their own
+        if ball is None and self.editor.by_key and self.editor.selected is not None and not in_charts:
             ball = self.editor.selected
-            x, y = panes[0].state.position[ball] * layout.scale
-            point = layout.arenas[0].x + round(x), layout.arenas[0].y + round(y)
+            x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
+            point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
         if ball is not None and point:
             draw_ball_card(surface, layout, panes, ball, point)
 
     @property
     def status(self) -> str:
-        """The status line, or a notice in its place."""
+        """What the status line says."""
+        recorded = "" if self.recorder.seconds is None else f"    {self.recorder.seconds:.1f} s"
+        return f"{self._time_line}{recorded}    {self.notice.text or self._scene_line}"
+
+    @property
+    def _time_line(self) -> str:
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go"
         pace = "paused" if playback.paused else playback.pace.text(playback.speed)
-        line = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {self.view.moment.time:.2f} s"
-        return self.notice.text or f"{line}    {pace}    F1 help"
+        return f"{self.view.moment.time:.2f} s    {pace}"
+
+    @property
+    def _scene_line(self) -> str:
+        return f"F1 help    seed {self.scene.seed}    {self.scene.title or self.scene.name}"

@@ -11,8 +11,14 @@ from hypothesis import strategies as st
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.mouse import MAX_PULL_ACCELERATION, PULL_RATE, Mouse
+from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Floats, State
+
+
+def state_of(position: tuple[float, float], velocity: tuple[float, float]) -> State:
+    """Return the state of a single ball."""
+    return State(0.0, np.array([position]), np.array([velocity]))
 
 
 def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Floats, Floats]:
@@ -21,7 +27,7 @@ def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Flo
     mouse.apply(Grab(step=0, ball=0, at=(to, 300)))
     path, speeds = [x], [v]
     for _ in range(steps):
-        dv = mouse.pull((path[-1], 300), (speeds[-1], 0))
+        dv = mouse.pull(state_of((path[-1], 300), (speeds[-1], 0)))
         assert dv[1] == 0
         speeds.append(speeds[-1] + dv[0])
         path.append(path[-1] + speeds[-1] / scene.rate)
@@ -76,16 +82,50 @@ def test_a_held_ball_arrives_within_half_a_second_across_the_arena() -> None:
     where=st.tuples(st.floats(0, 800), st.floats(0, 600)),
     v=st.tuples(st.floats(-5e3, 5e3), st.floats(-5e3, 5e3)),
 )
-def test_acceleration_and_displacement_per_step_are_bounded(
+def test_the_acceleration_is_bounded(
     rate: int, radius: float, at: tuple[float, float], where: tuple[float, float], v: tuple[float, float]
 ) -> None:
     mouse = Mouse(scene_of(f"radius = {radius!r}\nposition = [400, 300]", more=f"rate = {rate}"))
     mouse.apply(Grab(step=0, ball=0, at=at))
-    dv = mouse.pull(where, v)
+    dv = mouse.pull(state_of(where, v))
     assert MAX_PULL_ACCELERATION == 40_000
     assert math.hypot(*dv) * rate <= 40_000 * (1 + 1e-12)
-    if math.hypot(*v) <= radius * rate:  # the disc of allowed velocities is convex
-        assert math.hypot(v[0] + dv[0], v[1] + dv[1]) <= radius * rate * (1 + 1e-12)
+
+
+def crossing(radius: float, more: str = "") -> dict[str, Floats]:
+    """Pull a ball from x = 50 px to 740 px for two seconds; return where it is after each step in every engine, px."""
+    ball = f"radius = {radius}\nposition = [50, 300]"
+    scene = parse(f"[arena]\nsize = [800, 600]\n[[balls]]\n{ball}\n{more}", "test.toml")
+    lockstep = Lockstep(scene, ["pymunk", "impulse", "exact"], [Grab(step=0, ball=0, at=(740, 300))])
+    found: dict[str, list[Floats]] = {name: [] for name in lockstep.engines}
+    for _ in range(120):
+        lockstep.step()
+        for name, state in lockstep.states().items():
+            found[name].append(state.position[0])
+    return {name: np.array(path) for name, path in found.items()}
+
+
+def test_a_small_ball_is_pulled_as_fast_as_a_large_one() -> None:
+    # At a radius a step, 5 px would take 138 steps for the way.
+    for large, small in zip(crossing(50).values(), crossing(5).values(), strict=True):
+        assert small == pytest.approx(large, abs=1e-6)
+        assert small[30, 0] == pytest.approx(740, abs=20)
+
+
+@pytest.mark.parametrize(("x", "along"), [(400, 0), (300, 200)], ids=["upright", "slanted"])
+@pytest.mark.parametrize("radius", [0.5, 5, 20])
+def test_an_inner_wall_stops_a_ball_that_is_pulled_against_it(radius: float, x: float, along: float) -> None:
+    wall = f"[[walls]]\nfrom = [{x}, 0]\nto = [{x + along}, 600]\nthickness = 2"
+    for name, path in crossing(radius, wall).items():
+        before_wall = (x + along * path[:, 1] / 600 - path[:, 0]) * 600 / math.hypot(along, 600)
+        assert before_wall.min() > radius / 4, name
+        assert np.diff(path[:, 0]).max() > 25, name  # px a step, before the wall is near
+
+
+def test_a_ball_in_the_way_of_a_small_ball_is_hit() -> None:
+    other = "[[balls]]\nradius = 5\nposition = [400, 300]\nmass = 1e6\n"
+    for name, path in crossing(5, other).items():
+        assert 385 < path[:, 0].max() < 400, name
 
 
 def test_the_pull_does_not_scale_with_gravity() -> None:

@@ -115,6 +115,14 @@ class Monkey(RuleBasedStateMachine):
     @rule(key=st.sampled_from(CODES), typed=texts, mod=st.sampled_from([0, pygame.KMOD_LSHIFT, pygame.KMOD_LCTRL]))
     def key(self, key: int, typed: str, mod: int) -> None:
         self.send(pygame.KEYDOWN, key=key, unicode=typed, mod=mod)
+        self.send(pygame.KEYUP, key=key, unicode=typed, mod=mod)
+
+    @rule(control=st.sampled_from(CONTROLS), frames=st.integers(1, 40))
+    def hold(self, control: Control, frames: int) -> None:
+        mod = pygame.KMOD_LSHIFT if control.shift else 0
+        self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
+        self.wait(1 / 30, frames)
+        self.send(pygame.KEYUP, key=0, unicode="", mod=0)
 
     @rule(what=places, which=numbers, x=fractions, y=fractions)
     def move(self, what: str, which: int, x: float, y: float) -> None:
@@ -130,8 +138,8 @@ class Monkey(RuleBasedStateMachine):
             place = layout.arenas[which % len(window.view.panes)]
         if what == "ball":
             position = window.view.panes[which % len(window.view.panes)].state.position
-            bx, by = (position[which % len(position)] * layout.scale).tolist()
-            place = pygame.Rect(place.x + round(bx), place.y + round(by), 1, 1).inflate(10, 10)
+            bx, by = layout.to_screen(which % len(window.view.panes), position[which % len(position)].tolist())
+            place = pygame.Rect(round(bx), round(by), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
         self.send(pygame.MOUSEMOTION, pos=self.at, rel=(0, 0), buttons=tuple(int(k in self.down) for k in (1, 2, 3)))
 
@@ -181,6 +189,8 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(size=st.one_of(st.tuples(sides, sides), st.sampled_from([(1, 1), (5000, 20), (20, 3000)])))
     def resize(self, size: tuple[int, int]) -> None:
+        if self.window.screen.get_flags() & pygame.FULLSCREEN:
+            self.key(pygame.K_F11, "", 0)
         SystemWindow.from_display_module().size = size
         for event in pygame.event.get():
             self.window.on_event(event)

@@ -74,6 +74,37 @@ def test_a_notice_with_a_bar_is_shown_while_a_kernel_is_waited_for() -> None:
 
 
 @pytest.mark.usefixtures("screen")
+def test_keys_pressed_while_a_kernel_is_waited_for_are_not_done_afterwards() -> None:
+    compiler = WindowCompiler((640, 360))
+    compiler.compilation = Halfway(looks=3)
+    pygame.display.set_mode((640, 360))
+    pygame.event.clear()
+    for kind in (pygame.KEYDOWN, pygame.KEYUP):
+        pygame.event.post(pygame.event.Event(kind, key=pygame.K_n, unicode="n", mod=0))
+    compiler.wait("sandbox.engines.article")
+    assert [event.type for event in pygame.event.get((pygame.KEYDOWN, pygame.KEYUP))] == [pygame.KEYUP]
+
+
+@pytest.mark.usefixtures("screen")
+def test_the_window_opens_with_its_title(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+
+    def set_mode(size: tuple[int, int], _flags: int) -> Surface:
+        opened.append(pygame.display.get_caption()[0])
+        raise SystemExit
+
+    monkeypatch.setattr(pygame.display, "set_mode", set_mode)
+    scene = load("head-on")
+    pygame.display.set_caption("pygame window")
+    with suppress(SystemExit), compiling_beside_window(scene, None):
+        wait()
+    pygame.display.set_caption("pygame window")
+    with suppress(SystemExit):
+        Window(scene, None)
+    assert opened == [f"{scene.title} - sandbox"] * 2
+
+
+@pytest.mark.usefixtures("screen")
 def test_closing_the_window_ends_the_wait() -> None:
     compiler = WindowCompiler((640, 360))
     compiler.compilation = Halfway(looks=10**6)
@@ -122,7 +153,7 @@ def test_the_status_line_shows_the_bar_until_all_is_compiled() -> None:
 def test_compiling_ends_with_the_window(monkeypatch: pytest.MonkeyPatch) -> None:
     endless = Part("endless", ("sandbox",), partial(os.system, "sleep 60"))
     monkeypatch.setattr("sandbox.view.compiling.COMPUTATION", (endless,))
-    with compiling_beside_window((800.0, 600.0), None) as compilation:
+    with compiling_beside_window(load("article"), None) as compilation:
         assert compiled._compiler is not None
         compiled._compiler.note_missing("sandbox.quantity")
         assert compilation.is_running

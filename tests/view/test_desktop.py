@@ -112,8 +112,8 @@ class Desktop:
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into a point of the window."""
-        arena, scale = self.layout.arenas[pane], self.layout.scale
-        return round(arena.x + x * scale), round(arena.y + y * scale)
+        right, down = self.layout.to_screen(pane, (x, y))
+        return round(right), round(down)
 
     def move(self, x: float, y: float, pane: int = 0) -> None:
         self.xdo("mousemove", "--window", self.window, *self.point(x, y, pane))
@@ -151,7 +151,7 @@ class Desktop:
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""
         self.xdo("windowfocus", "--sync", self.window)
-        self.xdo("key", "Escape")
+        self.xdo("key", "--delay", 30, "Escape", "Escape")
         assert self.process.wait(30) == 0
         return load_inputs(self.folder / "inputs.jsonl", self.scene)
 

@@ -141,7 +141,7 @@ def test_collision_points_are_those_of_stock_debug_draw(
     debug_draw = DebugDraw(engine.space)
     discs = Discs(scene.bodies.radius, scene.colors, LINE)
     debug_draw.draw(ours, scale, discs)
-    monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda self, scale: None)
+    monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda *_: None)
     debug_draw.draw(stock, scale, discs)
     changed = (pixels(ours) != pixels(stock)).any(axis=2).sum()
     assert changed > 4 * scale

@@ -5,13 +5,29 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame.event import Event
-from window_driver import button, colour_at, drag, given, hover, mouse, point, press, run, shown, slider, step
+from window_driver import (
+    button,
+    click,
+    colour_at,
+    colours,
+    drag,
+    given,
+    hover,
+    mouse,
+    point,
+    press,
+    run,
+    shown,
+    slider,
+    step,
+)
 
 from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.view.controls import Action
+from sandbox.view.palette import ACCENT
 from sandbox.view.toolbar import Slider
 from sandbox.view.window import Window
 
@@ -133,6 +149,45 @@ def test_a_refused_edit_is_reported() -> None:
     window.editor.set_gravity(900.0)
     assert "article: gravity is not part of the article's rule" in window.status
     assert given(window) == []
+
+
+def test_a_slider_whose_every_value_is_refused_is_grey_says_why_and_offers_impulse() -> None:
+    window = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 30]"), None)
+    run(window, 30)
+    press(window, "p")
+    before = shown(window)
+    assert [pane.name for pane in window.view.panes] == ["pymunk", "article"]
+    for name, why in (("gravity", "gravity is not part"), ("elasticity", "elasticity below 1 is not part")):
+        knob, place = slider(window, name)
+        assert knob.tip.startswith(f"article: {why}")
+        assert "press I" in knob.tip
+        window.toolbar.focus = window.toolbar.widgets.index(knob)
+        press(window, "Right")
+    assert not slider(window, "rate")[0].refusal()
+    assert given(window) == []
+    hover(window, place.center)
+    window.draw()
+    assert ACCENT[:3] not in colours(window.screen.subsurface(place))
+    click(window, place.center)
+    assert [pane.name for pane in window.view.panes] == ["pymunk", "impulse"]
+    assert (step(window), shown(window)[:2]) == (30, before[:2])
+    assert "elasticity of every pair: 1" in knob.tip
+    window.editor.set_gravity(900.0)
+    assert given(window) == [SetGravity(step=30, gravity=(0, 900))]
+
+
+def test_impulse_replaces_article_with_all_that_was_done(window: Window) -> None:
+    window.begin(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 30]"), ["article", "impulse", "exact"])
+    run(window, 5)
+    window.editor.set_velocity(0, (0.0, 90.0))
+    run(window, 5)
+    window.playback.seek(8)
+    press(window, "i", "i")
+    assert [pane.name for pane in window.view.panes] == ["impulse", "exact"]
+    assert "cannot replace" in window.status
+    assert (step(window), len(given(window))) == (8, 1)
+    replay = simulate(window.scene, "impulse", steps=8, inputs=given(window))
+    assert np.array_equal(replay.position[-1], window.view.panes[0].state.position)
 
 
 def test_an_invalid_velocity_is_reported() -> None:

@@ -43,6 +43,17 @@ def test_there_is_room_for_all_charts_and_a_large_arena(window: Window, size: tu
     assert layout.text_height == max(13, min(size[1] // 40, 48))
 
 
+def test_rows_of_the_toolbar_hold_whole_groups_and_reach_the_right_edge(window: Window) -> None:
+    layout = Layout((1024, 640), (800, 600), 2, window.toolbar.widths, 3)
+    ends = [0]
+    for widths in window.toolbar.widths:
+        rows = {place.y for place in layout.toolbar[ends[-1] : ends[-1] + len(widths)]}
+        assert len(rows) == 1
+        ends.append(ends[-1] + len(widths))
+    for row in {place.y for place in layout.toolbar}:
+        assert max(place.right for place in layout.toolbar if place.y == row) > 0.75 * 1024
+
+
 @pytest.mark.parametrize("arena", [(800.0, 600.0), (1000.0, 500.0), (300.0, 900.0)])
 def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tuple[float, float]) -> None:
     for desktop in ((1400, 800), (1920, 1080)):

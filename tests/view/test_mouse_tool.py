@@ -4,6 +4,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
+from pygame import Color, Surface
 from pygame.event import Event
 from window_driver import THREE_BALLS, colour_at, drag, given, hover, mouse, pixels, point, press, run, slider, step
 
@@ -13,6 +14,8 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.state import State
 from sandbox.view.ball_card import ball_table
+from sandbox.view.layers import Layer
+from sandbox.view.layout import GAP, Layout, Lens
 from sandbox.view.mouse_tool import ball_at
 from sandbox.view.palette import FAINT
 from sandbox.view.window import Window
@@ -124,6 +127,50 @@ def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: 
     assert colour_at(window, 660, 100) == (255, 255, 255)
 
 
+def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window: Window) -> None:
+    window.view.session.lockstep.engines["pymunk"].kick(2, (0.0, 900.0))
+    run(window, 20)
+    apart = [pane.state.position[2] for pane in window.view.panes]
+    assert apart[0][1] > apart[1][1] + 150
+    x, y = apart[1]
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y, pane=1))
+    mouse(window, pygame.MOUSEMOTION, point(window, x - 200, y, pane=1))
+    window.draw()
+    for pane, (x, y) in enumerate(apart):
+        assert colour_at(window, x - 100, y, pane) == (0, 0, 0)
+    x, y = apart[0]
+    assert colour_at(window, (x - 200 + apart[1][0]) / 2, (y + apart[1][1]) / 2) == (255, 255, 255)
+    aimed = window.mouse.aimed
+    assert aimed == pytest.approx((-1000, 0), abs=10 / window.layout.scale)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, x - 200, y, pane=1))
+    assert [tuple(pane.state.velocity[2].tolist()) for pane in window.view.panes] == [aimed] * 2
+
+
+def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
+    press(window, "p")
+    x, y = point(window, 600, 100)
+    mouse(window, pygame.MOUSEBUTTONDOWN, (x, y))
+    beyond = point(window, 900, 100)
+    mouse(window, pygame.MOUSEMOTION, beyond)
+    window.draw()
+    assert window.layout.pane_at((beyond[0] - 12, y)) == 1
+    assert tuple(window.screen.get_at((beyond[0] - 12, y)))[:3] == (0, 0, 0)
+
+
+def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    tips: list[str] = []
+    monkeypatch.setattr("sandbox.view.toolbar.card", lambda _, lines, *__: tips.append(lines[0][0]))
+    press(window, "p")
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))
+    mouse(window, pygame.MOUSEMOTION, window.layout.toolbar[0].center)
+    window.draw()
+    assert tips == []
+    mouse(window, pygame.MOUSEBUTTONUP, window.layout.toolbar[0].center)
+    window.draw()
+    assert len(tips) == 1
+
+
 def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None:
     run(window, 10)
     window.playback.paused = False
@@ -221,3 +268,126 @@ def test_a_ball_is_found_by_its_edge_not_its_centre() -> None:
     state = State(0.0, np.array([[100.0, 100.0], [160.0, 100.0]]), np.zeros((2, 2)))
     assert ball_at(state, np.array([50.0, 5.0]), (145.0, 100.0)) == (0, -5.0)
     assert ball_at(state, np.array([50.0, 5.0]), (153.0, 100.0)) == (1, 2.0)
+
+
+def zoom(window: Window, at: tuple[int, int], notches: int) -> None:
+    hover(window, at)
+    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=notches, flipped=False))
+
+
+def test_the_wheel_zooms_all_panes_about_the_pointer_and_a_key_shows_all(window: Window) -> None:
+    run(window, 1)
+    whole = window.layout
+    x, y = window.view.panes[0].state.position[2].tolist()
+    at = point(window, x, y)
+    zoom(window, at, 6)
+    assert window.layout.scale == pytest.approx(whole.scale * 1.25**6)
+    assert window.layout.arenas == whole.arenas
+    assert point(window, x, y) == pytest.approx(at, abs=1)
+    window.draw()
+    radius = 10 * window.layout.scale
+    for pane in (0, 1):
+        ox, oy = point(window, x, y, pane)
+        for far, colour in ((0.8, rgb(window.scene.colors[2])), (1.2, (255, 255, 255))):
+            assert tuple(window.screen.get_at((ox, oy + round(far * radius))))[:3] == colour
+    press(window, "0")
+    assert window.layout == whole
+    zoom(window, at, -3)
+    assert window.layout == whole
+
+
+def test_the_middle_button_moves_what_is_shown_within_the_arena(window: Window) -> None:
+    at = point(window, 400, 300)
+    zoom(window, at, 4)
+    window.on_event(Event(pygame.MOUSEBUTTONDOWN, pos=at, button=2))
+    window.on_event(Event(pygame.MOUSEMOTION, pos=(at[0] - 40, at[1] + 10), buttons=(0, 1, 0)))
+    assert point(window, 400, 300) == pytest.approx((at[0] - 40, at[1] + 10), abs=1)
+    window.on_event(Event(pygame.MOUSEMOTION, pos=(at[0] - 9000, at[1]), buttons=(0, 1, 0)))
+    window.on_event(Event(pygame.MOUSEBUTTONUP, pos=(at[0] - 9000, at[1]), button=2))
+    assert point(window, 800, 300)[0] == pytest.approx(window.layout.arenas[0].right, abs=1)
+    hover(window, at)
+    assert point(window, 800, 300)[0] == pytest.approx(window.layout.arenas[0].right, abs=1)
+    assert given(window) == []
+
+
+def test_the_wheel_zooms_the_charts_or_the_panes_whichever_it_is_over(window: Window) -> None:
+    strip, ends = window.layout.strip, (window.layout.strip.left, window.layout.strip.right)
+
+    def seconds() -> float:
+        first, last = (window.view.charts.time_at(strip, window.layout.text_height, x) for x in ends)
+        return last - first
+
+    whole = seconds()
+    zoom(window, point(window, 400, 300), 2)
+    assert (window.mouse.lens.zoom > 1, seconds()) == (True, whole)
+    lens = window.mouse.lens
+    zoom(window, strip.center, 2)
+    assert (window.mouse.lens, seconds() < whole) == (lens, True)
+
+
+def test_the_card_of_a_selected_ball_stays_at_its_zoomed_pane_and_leaves_the_charts_to_theirs(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places: list[tuple[int, int]] = []
+    monkeypatch.setattr("sandbox.view.window.draw_ball_card", lambda *given: places.append(given[-1]))
+    press(window, "p", ".")
+    window.mouse.lens = Lens(10.0, (0.9, 0.9))
+    window.draw()
+    assert places
+    assert all(window.layout.arenas[0].collidepoint(place) for place in places)
+    places.clear()
+    hover(window, window.layout.strip.center)
+    window.draw()
+    assert not places, "two cards, one over the other"
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_ball_is_grabbed_and_pulled_where_it_is_seen_when_zoomed(window: Window, pane: int) -> None:
+    zoom(window, point(window, 600, 100, pane), 5)
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100, pane))
+    mouse(window, pygame.MOUSEMOTION, point(window, 560, 120, pane))
+    run(window, 60)
+    window.draw()
+    for drawn in (0, 1):
+        assert window.view.panes[drawn].state.position[2] == pytest.approx([560, 120], abs=1)
+        assert colour_at(window, 560, 125, drawn) == rgb(window.scene.colors[2])
+
+
+def test_every_layer_follows_the_zoom(window: Window) -> None:
+    """What is drawn of a part is the same as what an enlarged window draws there."""
+    run(window, 20)
+    window.showing = {Layer.VELOCITY, Layer.MOMENTUM, Layer.TRAILS, Layer.CENTRE, Layer.GHOSTS, Layer.NUMBERS}
+    window.mouse.point = None
+    window.mouse.lens = Lens(2.0, (0.25, 0.5))
+    layout = window.layout
+    pane, ghosts = window.view.panes[0], window.view.panes[1].state
+    zoomed = Surface(layout.window)
+    pane.draw(zoomed, layout, 0, window.showing, Color("white"), ghosts)
+    large = Layout((2 * layout.arenas[0].width + 2 * GAP, 9000), layout.arena, 1)
+    whole = Surface(large.window)
+    pane.draw(whole, large, 0, window.showing, Color("white"), ghosts)
+    part = pygame.Rect(0, layout.arenas[0].height // 2, *layout.arenas[0].size).move(large.arenas[0].topleft)
+    assert (pixels(zoomed.subsurface(layout.arenas[0])) != pixels(whole.subsurface(part))).any(axis=2).mean() < 0.02
+
+
+def test_the_pointer_changes_over_what_can_be_grabbed(window: Window) -> None:
+    def shown() -> int:
+        window.draw()
+        return window._cursor
+
+    hover(window, point(window, 400, 500))
+    assert shown() == pygame.SYSTEM_CURSOR_ARROW
+    hover(window, point(window, 600, 100))
+    assert shown() == pygame.SYSTEM_CURSOR_HAND
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    assert shown() == pygame.SYSTEM_CURSOR_SIZEALL
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 600, 100))
+    press(window, "/")
+    assert shown() == pygame.SYSTEM_CURSOR_ARROW
+
+
+def test_very_large_discs_are_drawn_when_zoomed() -> None:
+    window = Window(scene_of("radius = 290\nposition = [400, 300]"), ["exact"])
+    window.mouse.lens = Lens(50.0, (0.5, 0.5))
+    window.draw()
+    assert colour_at(window, 400.5, 300.5) == rgb(window.scene.colors[0])

@@ -28,7 +28,7 @@ def play(window: Window, clock: Clock, frames: int, seconds: float, share: float
     for _ in range(frames):
         clock.now += seconds
         window.playback.advance(share * seconds)
-        shown.append(window.status.split("    ")[3])
+        shown.append(window.status.split("    ")[1])
     return shown
 
 

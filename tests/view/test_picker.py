@@ -6,7 +6,7 @@ from pathlib import Path
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import SMALL_SCENE, drag, hover, press, run, step
+from window_driver import SMALL_SCENE, drag, hover, pixels, press, run, step
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
@@ -35,6 +35,31 @@ def test_typing_narrows_the_list_and_enter_runs_the_chosen_scene(window: Window)
     press(window, "Right", "Right", "Right", "Left", "Enter")
     assert window.scenes.picker is None
     assert window.scene.title == load("truths/cradle-gapped").title
+
+
+def test_a_dropped_folder_s_scenes_are_listed_first(window: Window, tmp_path: Path) -> None:
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    (folder / "own.toml").write_text(SMALL_SCENE)
+    window.on_event(Event(pygame.DROPFILE, file=str(folder)))
+    window.draw()
+    assert window.scenes.picker
+    assert window.scenes.picker.found[0].name == "own.toml"
+    press(window, "Enter")
+    assert window.scene.name == "own"
+    assert open_picker(window).found[0].name == "own.toml"
+
+
+def test_what_the_chosen_scene_is_about_is_shown(window: Window) -> None:
+    picker = open_picker(window)
+    place = pygame.Rect(0, window.screen.get_height() - 40, window.screen.get_width(), 40)
+    texts = []
+    for _ in range(2):
+        window.draw()
+        texts.append(pixels(window.screen.subsurface(place)))
+        press(window, "Right")
+    assert picker.chosen == 2
+    assert (texts[0] != texts[1]).any(axis=2).sum() > 500
 
 
 def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:

@@ -9,6 +9,8 @@ import pytest
 from PIL import Image
 from window_driver import SMALL_SCENE, hover, pixels, point, press, run, shown
 
+from sandbox.run.inputs import load_inputs
+from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn
 from sandbox.view.controls import CONTROLS, Action
@@ -24,7 +26,7 @@ def test_a_saved_scene_loads_to_the_balls_shown(window: Window, tmp_path: Path) 
     press(window, "s")
     files = sorted(tmp_path.glob("*.toml"), key=os.path.getmtime)
     assert {file.name for file in files} == {"test-0-000033.toml", "test-0-000033-2.toml", "test-0-000033-3.toml"}
-    assert "saved test-0-000033-3.toml: the balls as in impulse" in window.status
+    assert f"saved test-0-000033-3.toml in {tmp_path}: the balls as in impulse" in window.status
     for file, pane in (("test-0-000033.toml", 0), ("test-0-000033-3.toml", 1)):
         start = spawn(load(tmp_path / file))
         assert [start.position.tobytes(), start.velocity.tobytes()] == shown(window)[2 * pane : 2 * pane + 2]
@@ -37,7 +39,27 @@ def test_a_saved_picture_is_what_the_window_shows(window: Window, tmp_path: Path
     [file] = tmp_path.glob("*.png")
     assert file.name == "test-0-000001.png"
     assert np.array_equal(pixels(pygame.image.load(file)), pixels(window.screen))
-    assert window.status == f"saved {file.name}"
+    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
+
+
+def test_what_was_done_is_saved_at_any_time_and_its_command_shows_the_same(window: Window, tmp_path: Path) -> None:
+    run(window, 5)
+    window.editor.set_velocity(1, (90.0, -60.0))
+    run(window, 10)
+    press(window, "j")
+    file = tmp_path / "test-0-000015.jsonl"
+    command = f"sandbox run test.toml --engines pymunk,impulse --inputs {file.name}"
+    assert window.status.endswith(f": {command}")
+    inputs = load_inputs(file, window.scene)
+    assert [one.do for one in inputs] == ["start", "velocity", "end"]
+    for pane in window.view.panes:
+        replay = simulate(window.scene, pane.name, steps=15, inputs=inputs)
+        assert np.array_equal(replay.position[-1], pane.state.position)
+    press(window, "j")
+    assert (tmp_path / "test-0-000015-2.jsonl").read_bytes() == file.read_bytes()
+    window.scenes.try_to_run(load("truths/corner"))
+    press(window, "j")
+    assert "sandbox run truths/corner --engines " in window.status
 
 
 def test_a_file_name_that_is_too_long_is_reported(tmp_path: Path) -> None:
@@ -76,7 +98,7 @@ def test_a_recording_is_what_the_window_shows_at_the_scene_s_pace(window: Window
     assert window.view.session.lockstep.steps == pytest.approx(30, abs=1)
     panes = slice(window.layout.top, window.layout.strip.y)
     assert (recorded[:, panes] != last[:, panes]).any(axis=2).mean() < 0.01
-    assert window.status == f"saved {file.name}"
+    assert window.status.endswith(f"saved {file.name} in {tmp_path}")
 
 
 def test_a_resized_window_ends_the_recording(window: Window, tmp_path: Path) -> None:

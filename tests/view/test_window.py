@@ -9,18 +9,21 @@ import numpy as np
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import SMALL_SCENE, button, click, given, pixels, press
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, step
 
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
 from sandbox.view.layout import MIN_SIZE
+from sandbox.view.notice import Kind
+from sandbox.view.palette import GREEN, VERMILLION
 from sandbox.view.window import Window, has_display
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
 def test_escape_and_the_close_button_quit(window: Window) -> None:
-    press(window, "Esc")
+    press(window, "Esc", "Esc")
     assert not window.running
     window.running = True
     window.on_event(Event(pygame.QUIT))
@@ -33,8 +36,95 @@ def test_the_toolbar_keeps_its_clicks_and_keys_from_the_panes(window: Window) ->
     assert given(window) == []
     press(window, "Tab", "Esc")
     assert window.running  # it has left the toolbar
+    press(window, "Esc", "Esc")
+    assert not window.running
+
+
+def test_one_escape_too_many_does_not_quit(window: Window) -> None:
+    press(window, "/", "Esc", "Esc")
+    assert window.running
+    assert window.status.endswith("Esc again quits")
+    press(window, "o", "Esc")
+    assert window.running
     press(window, "Esc")
     assert not window.running
+
+
+def test_a_held_key_repeats_and_pause_does_not(window: Window) -> None:
+    def hold(key: str, frames: int) -> None:
+        code = CODES[key]
+        window.on_event(Event(pygame.KEYDOWN, key=code, unicode="", mod=0))
+        for _ in range(frames):
+            window.frame(1 / 30)
+        window.on_event(Event(pygame.KEYUP, key=code, mod=0))
+        window.frame(1.0)
+
+    hold("Right", 30)
+    done = step(window)
+    assert 18 <= done <= 21  # once, and 30 times a second after 0.4 s
+    hold("Left", 1)
+    assert step(window) == done - 1
+    hold("Space", 60)
+    assert not window.playback.paused
+
+
+def test_a_notice_leaves_the_time_and_goes_when_something_else_is_done(window: Window) -> None:
+    press(window, "Delete")
+    assert window.status.startswith("0.00 s    ")
+    assert "no ball is selected" in window.status
+    press(window, "o")
+    assert "no ball is selected" not in window.status
+    press(window, "F12", "o")
+    assert "saved " in window.status
+
+
+def test_notices_of_success_and_error_look_different(window: Window) -> None:
+    seen = []
+    for kind in Kind:
+        window.notice.show("the same", kind)
+        window.draw()
+        seen.append(colours(window.screen.subsurface(window.layout.status)))
+    assert [rgb(GREEN) in found for found in seen] == [False, True, False]
+    assert [rgb(VERMILLION) in found for found in seen] == [False, False, True]
+
+
+def test_the_length_of_a_recording_is_shown_beside_a_red_dot(window: Window) -> None:
+    press(window, "F9")
+    for _ in range(25):
+        window.frame(1 / 50)
+    window.draw()
+    assert "    0.5 s    " in window.status
+    assert rgb(VERMILLION) in colours(window.screen.subsurface(window.layout.status))
+    window.recorder.stop()
+
+
+def test_what_a_scene_is_about_is_shown_after_opening_and_under_help(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = [100.0]
+    monkeypatch.setattr("sandbox.view.about_card.monotonic", lambda: clock[0])
+    scene = load("head-on")
+    window.begin(scene, None)
+    press(window, "p")
+    seen = []
+    for clock[0] in (101.0, 107.0, 109.0):
+        window.frame(1 / 60)
+        seen.append(pixels(window.screen))
+    assert np.array_equal(seen[0], seen[1])
+    assert (seen[1] != seen[2]).any(axis=2).sum() > 5000
+    assert window.about.text == ""
+    press(window, "F1")
+    assert window.about.text == scene.about
+    press(window, "Esc")
+    assert window.about.text == ""
+
+
+def test_full_screen_and_back(window: Window) -> None:
+    press(window, "F11")
+    assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
+    assert window.screen.get_flags() & pygame.FULLSCREEN
+    press(window, "F11")
+    assert not window.screen.get_flags() & pygame.FULLSCREEN
 
 
 def test_a_session_that_is_replaced_is_freed_and_the_next_one_left_alone_by_the_garbage_collector(
