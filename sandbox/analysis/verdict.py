@@ -257,11 +257,15 @@ def _tied(comparison: Comparison) -> str:
 def _errors_of_reference(comparison: Comparison) -> str:
     """Say how much of the energy the reference's own ledger has in error.
 
-    Lines larger than all of the energy cancel others, and prove nothing.
+    Lines larger than all of the energy cancel others, and prove nothing. The flights of `exact` are parabolas, so its
+    line of gravity has only what balls at rest lose as they settle.
     """
     run = comparison.runs[comparison.against]
+    rightful = [*_of_damping(run)]  # a setting, of which the verdict has a sentence
+    if comparison.against == REFERENCE:
+        rightful += [entry for entry in _errors(run) if entry.cause == Cause.GRAVITY]
     start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
-    error -= sum(entry.energy for entry in _of_damping(run))  # a setting, of which the verdict has a sentence
+    error -= sum(entry.energy for entry in rightful)
     largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
     if abs(error) <= MAX_OWN_ERROR * abs(start) or largest > abs(start):
         return ""
