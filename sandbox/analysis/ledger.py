@@ -688,8 +688,7 @@ class Ledger:
             self._note_touching(position[0], contacts)
         if self._off_parabola is None and self._unjudged is None:
             self._read_gravity(position, velocity, contacts, step_of)
-        if not self._constants.together:
-            within = true_times(self._constants, position, velocity, contacts, step_of, within)
+        within = true_times(self._constants, position, velocity, contacts, step_of, within)
         energy, momentum, displacement, count = self._sums
         block = Block(
             energy,

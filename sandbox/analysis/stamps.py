@@ -100,7 +100,7 @@ def _replace_times(
     clock: Floats,
 ) -> None:
     """Replace times, see `true_times`. found: (contacts,), x, v: (n, 2) and clock: (n,), to work in."""
-    begin = 0
+    begin = len(contacts) if constants.together else 0
     while begin < len(contacts):
         step, end = step_of[begin], begin
         while end < len(contacts) and step_of[end] == step:
@@ -137,6 +137,7 @@ def true_times(
 ) -> Floats:
     """Return when each contact was resolved, s since its step began: (contacts,), as `within` if nothing contradicts.
 
+    Nothing does in an engine that resolves all contacts of one time together.
     position, velocity: (steps + 1, n, 2) px and px/s; step_of: (contacts,) from 1, ascending.
     """
     times, n = within.copy(), position.shape[1]

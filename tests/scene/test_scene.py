@@ -191,7 +191,7 @@ def test_defaults() -> None:
     ball, wall = scene.balls[0], scene.walls[0]
     assert (ball.mass, ball.elasticity, ball.friction, ball.ball_count) == (1, 1, 0, 1)
     assert (wall.thickness, wall.elasticity, wall.friction) == (4, 1, 0)
-    assert scene.pymunk.model_dump(exclude_none=True) == {"substeps": 1}
+    assert scene.pymunk.model_dump(exclude_none=True) == {"substeps": 1, "walls_first": 0}
 
 
 def test_bodies_and_colours_are_in_scene_order() -> None:
