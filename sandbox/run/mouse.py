@@ -16,8 +16,8 @@ PULL_RATE: Final = 25.0  # 1/s, of the critically damped pull: a ball reaches th
 MAX_PULL_ACCELERATION: Final = 40_000.0  # px/s², whatever the scene's gravity
 BRAKING_DISTANCE: Final = MAX_PULL_ACCELERATION / PULL_RATE**2  # px; further from the target the speed is limited
 MAX_DEPTH: Final = 0.5  # of its radius, by which a ball is pulled into a wall, which pushes it out again
-MAX_BALL_DEPTH: Final = 0.5  # of the sum of both radii, by which it is pulled into another ball: never to its centre
-MAX_HIT: Final = 0.5  # of that sum, which it moves in a step that hits a ball: a faster one could come back through it
+MAX_BALL_DEPTH: Final = 0.4  # of the sum of both radii, by which it is pulled into another ball: never to its centre
+MAX_HIT: Final = 0.45  # of that sum, which it moves in a step that hits a ball: a faster one could come back through it
 MIN_DEPTH: Final = 0.01  # of its radius, by which it is pulled on in a step where it is as deep already
 MIN_DISTANCE: Final = 1e-9  # px
 
