@@ -132,7 +132,7 @@ class Record(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where a difference is: the contact's numbers in the engine and in the reference, -1 if it has none there."""
+    """Where a difference is: the contact's numbers in the engine and in the reference, -1 where it is not."""
 
     time: float
     kind: Kind

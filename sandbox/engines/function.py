@@ -1,4 +1,4 @@
-"""An engine that is made of one function: a loop of one's own, without a class."""
+"""An engine built from one function: a user's own loop, without a class."""
 
 from collections.abc import Callable
 

@@ -22,7 +22,7 @@ Value = float | Sequence[float]
 
 
 def file_and_name(spec: str) -> tuple[Path, str] | None:
-    """Return the file of an engine and its name in there, None if a spec is of none.
+    """Return the file of an engine and its name in there, None if a spec does not name a file.
 
     >>> file, name = file_and_name("my loops/mine.py:step")
     >>> file.name, name, file_and_name("pymunk")

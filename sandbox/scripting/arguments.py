@@ -107,7 +107,7 @@ def several(name: str, values: object) -> list[Any]:
 
 
 def output(what: str, path: str | os.PathLike[str], endings: Iterable[str]) -> str:
-    """Return a path as text. Raises SandboxError if it is none, or has another ending."""
+    """Return a path as text. Raises SandboxError if it is not a path, or has another ending."""
     if not isinstance(path, str | os.PathLike):
         raise SandboxError(f"the path of a file must be text, got {shown(path)}")
     if Path(path).suffix not in endings:

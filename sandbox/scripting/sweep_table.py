@@ -54,7 +54,7 @@ class SweepTable(Sequence[Row]):
         return f"<SweepTable: {self.sweep.scene.name}, {rows}: {', '.join(counts)}{failed}>"
 
     def column(self, name: str) -> Floats:
-        """Return a column of numbers, NaN where a row has none: (rows,). Raises SandboxError if no row has it."""
+        """Return a column of numbers, NaN in rows without it: (rows,). Raises SandboxError if the name is unknown."""
         known("column", name, dict.fromkeys(key for row in self.rows for key in row))
         return np.array([row.get(name, np.nan) for row in self.rows])
 

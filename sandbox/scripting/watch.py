@@ -182,7 +182,7 @@ class _Part:
         return len(self._states) - 1
 
     def why_it_ends(self, contents: SpaceContents, dt: float) -> str:
-        """Return which change since the last step is not one of velocities; empty if there is none."""
+        """Return what changed since the last step and ends this part; empty if only velocities did."""
         if dt != self._dt:
             return f"dt changed from {self._dt:g} s to {dt:g} s"
         if contents.left_out:

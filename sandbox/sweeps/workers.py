@@ -34,7 +34,7 @@ def core_count() -> int:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The row of a job, or why it has none."""
+    """The row of a job, or why the job failed."""
 
     job: Job
     row: Row | None = None

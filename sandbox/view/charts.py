@@ -242,7 +242,7 @@ class Charts:
         return self._colours[self.samples.reference]
 
     def _drawn_engines(self, panel: Panel) -> list[int]:
-        """Return the engines that a panel has lines of: the reference's own gap is none."""
+        """Return the engines that a panel has lines of: the reference has no gap from itself."""
         samples = self.samples
         own = panel.quantity is Quantity.MOMENTUM or samples.is_alone
         return [k for k, name in enumerate(samples.engines) if own or name != samples.reference]

@@ -68,7 +68,7 @@ class DebugDraw(DrawOptions):
         discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy(), origin)
 
     def _draw_collision_points(self, scale: float, origin: Vector) -> None:
-        """Draw each contact as a line through its two points; a contact that has ended, but is still listed, has none.
+        """Draw each contact as a line through its two points, which a listed contact that has ended does not have.
 
         The shapes are discs and segments, so a contact has one point on each body.
         """

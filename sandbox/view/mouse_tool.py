@@ -171,7 +171,7 @@ class MouseTool:
             self.lens = self.lens.zoomed(ZOOM_FACTOR**notches, (position[0] / width, position[1] / height))
 
     def _move_lens(self, point: ScreenPoint | None) -> None:
-        """Move what all panes show with the mouse to a point of the screen; stop if there is none."""
+        """Move what all panes show with the mouse to a point of the screen; without a point, stop moving it."""
         layout, before = self._layout(), self._moved_from
         if point and before:
             x, y = (

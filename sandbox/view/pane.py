@@ -75,7 +75,7 @@ class Pane:
 
     @property
     def energy_text(self) -> str:
-        """What the engine lost or made, see `change_of_energy`; a change below a hundred-thousandth is none."""
+        """What the engine lost or made, see `change_of_energy`: "kept" if that is too little to show."""
         change = change_of_energy(self.energy, self.energy_at_start, self.work)
         if not self.energy_at_start:
             return f"{change:+.3g} kg px²/s²"

@@ -22,7 +22,7 @@ class Scale(Protocol):
         """Return where values stand."""
 
     def span(self, low: float, high: float) -> Span:
-        """Return the positions of round numbers that include two values, which are not finite if there are none."""
+        """Return the positions of round numbers that include two values, which are infinite before any sample."""
 
     def ticks(self, span: Span) -> list[tuple[float, str]]:
         """Return positions and what is written there, the most important first."""

@@ -21,7 +21,7 @@ from sandbox.state import Floats
 # empty cells, more means testing discs that are far away.
 ITEMS_PER_CELL: Final = 0.6
 CELL_MARGIN: Final = 1e-9  # relative, of the cells' width and the walls' reach: far above rounding
-FAR: Final = 1e30  # px, where the cells at the arena's edge end: no disc gets there, and its square is no overflow
+FAR: Final = 1e30  # px, where the cells at the arena's edge end: no disc gets there, and its square does not overflow
 
 CELL: Final = np.dtype(
     [
