@@ -5,6 +5,7 @@ import itertools
 import json
 import re
 import signal
+import traceback
 from collections.abc import Iterable, Iterator
 from typing import Final
 
@@ -51,6 +52,17 @@ class Terminated(BaseException):
     def __init__(self, number: int) -> None:
         super().__init__(number)
         self.number = number
+
+
+def traceback_beyond(error: BaseException, *files: str) -> str:
+    """Return the traceback of an error from the first frame on that is in none of some files.
+
+    Without such a frame, as for an error in the syntax of what they read, it is only what Python says of the error.
+    """
+    rest = error.__traceback__
+    while rest and rest.tb_frame.f_code.co_filename in files:
+        rest = rest.tb_next
+    return "".join(traceback.format_exception(type(error), error, rest))
 
 
 def first_errors(found: Iterable[str], file: str) -> SandboxError:

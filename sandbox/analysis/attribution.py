@@ -88,8 +88,8 @@ class SceneConstants(NamedTuple):
 
     wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs;
-    together, infers: as `Runner` has them, of the engine; centre: px, of the arena; left: the share of velocities and
-    spins that the engine's damping leaves after each of the substeps of a step.
+    together, infers: the engine's traits `together` and `infers_impulses`; centre: px, of the arena; left: the share of
+    velocities and spins that the engine's damping leaves after each of the substeps of a step.
     """
 
     radius: Floats
@@ -214,6 +214,17 @@ def line_to_wall(constants: SceneConstants, w: int, x: float, y: float) -> tuple
     if w >= ARENA_COUNT:
         along = min(max(along, 0.0), wall[6])
     return wall[4] + along * wall[0] - x, wall[5] + along * wall[1] - y
+
+
+@kernel
+def give_impulse(constants: SceneConstants, contact: Record, velocity: Floats) -> None:
+    """Change the velocities of a contact's bodies, (n, 2) px/s, by the impulse that it reports, with friction."""
+    for axis in range(2):
+        along = contact.normal[0] if axis == 1 else -contact.normal[1]
+        push = contact.impulse * contact.normal[axis] + contact.tangential * along
+        velocity[contact.first, axis] -= push / constants.mass[contact.first]
+        if contact.second >= 0:
+            velocity[contact.second, axis] += push / constants.mass[contact.second]
 
 
 @kernel

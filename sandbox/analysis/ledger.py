@@ -24,6 +24,7 @@ from sandbox.analysis.attribution import (
     attribute_simultaneous,
     attribute_single,
     enter,
+    give_impulse,
     line_to_wall,
     mends_overlap,
     pair_friction,
@@ -33,9 +34,10 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.stamps import true_times
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import Record, entry, kernel
+from sandbox.engines.engine import Traits
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.state import NO_DAMPING, Bools, Contacts, Damping, Floats, Integers, Pushes, States
+from sandbox.state import Bools, Contacts, Damping, Floats, Integers, Pushes, States
 
 
 @dataclass(frozen=True)
@@ -242,7 +244,7 @@ def _apply_contacts(
     touched: Floats,
 ) -> None:
     """Change velocities by contacts that were resolved together, and note those that share a ball."""
-    velocity, uses = scratch.explained, scratch.uses
+    uses = scratch.uses
     for k in range(begin, end):
         contact, finding = contacts[k], block.findings[k]
         _copy_motion(scratch, contact, finding.before, finding.spin_before)
@@ -254,12 +256,7 @@ def _apply_contacts(
             uses[contact.second] += 1
     for k in range(begin, end):
         contact = contacts[k]
-        for axis in range(2):
-            along = contact.normal[0] if axis == 1 else -contact.normal[1]
-            push = contact.impulse * contact.normal[axis] + contact.tangential * along
-            velocity[contact.first, axis] -= push / constants.mass[contact.first]
-            if contact.second >= 0:
-                velocity[contact.second, axis] += push / constants.mass[contact.second]
+        give_impulse(constants, contact, scratch.explained)
         for ball in (contact.first, contact.second):
             if ball >= 0 and contact.tangential != 0:
                 scratch.spin[ball] -= 2 * contact.tangential / (constants.mass[ball] * constants.radius[ball])
@@ -597,25 +594,23 @@ def _replay(
     return at
 
 
+def why_unjudged(traits: Traits) -> Cause | None:
+    """Return why an engine's contacts cannot be judged one by one, None if they can."""
+    if not traits.reports_contacts:
+        return Cause.SILENT
+    return Cause.SOFT if traits.soft else None
+
+
 class Ledger:
     """The ledger of one engine, kept block by block of steps.
 
-    together, infers: whether the engine resolves all contacts of one time together, and whether its impulses are
-    inferred; damping: the engine's; unjudged: the line of all that it changes, if its contacts cannot be judged;
+    traits: the engine's, whose changes all are on the line of `why_unjudged` if its contacts cannot be judged;
     max_overlap: px, of two balls at the end of any step; missed: passages without a reported contact.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        *,
-        together: bool,
-        infers: bool = False,
-        damping: Damping = NO_DAMPING,
-        unjudged: Cause | None = None,
-    ) -> None:
-        self._scene, self._damping, self._unjudged = scene, damping, unjudged
-        bodies = scene.bodies
+    def __init__(self, scene: Scene, traits: Traits) -> None:
+        self._scene, self._damping, self._unjudged = scene, traits.damping, why_unjudged(traits)
+        bodies, damping = scene.bodies, traits.damping
         gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
         self._constants = SceneConstants(
             bodies.radius,
@@ -625,8 +620,8 @@ class Ledger:
             gravity,
             gravity,
             1 / scene.rate,
-            together,
-            infers,
+            traits.together,
+            traits.infers_impulses,
             (scene.arena.size[0] / 2, scene.arena.size[1] / 2),
             damping.left_after(1 / scene.rate / damping.substeps),
             damping.substeps,

@@ -13,7 +13,7 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, steps_containing
+from sandbox.analysis.ledger import Entry, Ledger, steps_containing, why_unjudged
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
@@ -106,13 +106,6 @@ class Run:
         )
 
 
-def _why_unjudged(runner: Runner) -> Cause | None:
-    """Return why an engine's contacts cannot be judged one by one, None if they can."""
-    if not runner.reports_contacts:
-        return Cause.SILENT
-    return Cause.SOFT if runner.is_soft else None
-
-
 class Measurement:
     """Measures one engine, as its states come in.
 
@@ -122,7 +115,7 @@ class Measurement:
 
     def __init__(self, scene: Scene, runner: Runner, rows: int, stride: int, steps: int) -> None:
         n = len(scene.bodies)
-        self.runner = runner
+        self.runner, self._traits = runner, runner.traits
         self.states = States.empty(rows, n)
         self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()
@@ -130,13 +123,7 @@ class Measurement:
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(
-            scene,
-            together=runner.together,
-            infers=runner.infers_impulses,
-            damping=runner.damping,
-            unjudged=_why_unjudged(runner),
-        )
+        self._ledger = Ledger(scene, self._traits)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
@@ -173,7 +160,7 @@ class Measurement:
         steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
-        if self.runner.is_soft:
+        if self._traits.soft:
             self._touching[steps] = [overlap_in(scene, one) > 0 for one in position]
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
@@ -243,9 +230,9 @@ class Measurement:
             self._ledger.missed,
             self._ledger.flights,
             self.start,
-            self.runner.clamps_friction_early,
+            self._traits.clamps_friction_early,
             self.runner.name,
-            _why_unjudged(self.runner),
+            why_unjudged(self._traits),
         )
 
     def run(
@@ -287,8 +274,8 @@ class Measurement:
             angular_momentum_drift=self._angular_momentum_drift(at_wall) if record.unjudged is None else None,
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
-            pair_contacts=len(contacts) - len(at_wall) if self.runner.reports_contacts else None,
-            wall_contacts=len(at_wall) if self.runner.reports_contacts else None,
+            pair_contacts=len(contacts) - len(at_wall) if self._traits.reports_contacts else None,
+            wall_contacts=len(at_wall) if self._traits.reports_contacts else None,
             max_overlap=self._ledger.max_overlap,
             escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)) if scene.arena.walls else 0,
             expected=sum(not one.skipped for one in scores),
@@ -359,14 +346,14 @@ class Measurement:
         normal = at_wall["normal"]
         impulse = at_wall["impulse"][:, None] * normal + at_wall["tangential"][:, None] * tangent(normal)
         np.add.at(unexplained, step, impulse)
-        if self.runner.infers_impulses:
+        if self._traits.infers_impulses:
             unexplained[step] = 0.0
         return length(np.cumsum(unexplained, axis=0))
 
     def _unexplained_angular_momentum(self, at_wall: Contacts) -> Floats:
         """Return the angular momentum that nothing outside gave, as `_unexplained_momentum`: (steps,) kg px²/s."""
         unexplained = np.diff(self._angular_momentum) - self._torques
-        if self.runner.infers_impulses:
+        if self._traits.infers_impulses:
             unexplained[self._rows_of(at_wall)] = 0.0
         return np.abs(np.cumsum(unexplained))
 

@@ -190,7 +190,7 @@ class _TieSearch:
         self._mine = np.concatenate([self._mine, hits])
         if self._searched != (len(self._mine), len(self._theirs)):
             self._searched = len(self._mine), len(self._theirs)
-            self._tie = find_tie(self._mine, self._theirs, together=self.runner.together)
+            self._tie = find_tie(self._mine, self._theirs, together=self.runner.traits.together)
         tie = self._tie
         return tie if tie and (self._compared > self.parted or not self._is_cut(tie.time)) else None
 

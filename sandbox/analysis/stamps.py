@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.attribution import SceneConstants, line_to_wall
+from sandbox.analysis.attribution import SceneConstants, give_impulse, line_to_wall
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.walls import ARENA_COUNT
@@ -75,17 +75,6 @@ def _time_of(constants: SceneConstants, contact: Record, x: Floats, v: Floats, c
     return high
 
 
-@kernel
-def _resolve(constants: SceneConstants, contact: Record, v: Floats) -> None:
-    """Give a contact's bodies its reported impulse."""
-    for axis in range(2):
-        along = contact.normal[0] if axis == 1 else -contact.normal[1]
-        push = contact.impulse * contact.normal[axis] + contact.tangential * along
-        v[contact.first, axis] -= push / constants.mass[contact.first]
-        if contact.second >= 0:
-            v[contact.second, axis] += push / constants.mass[contact.second]
-
-
 @entry
 def _replace_times(
     constants: SceneConstants,
@@ -120,7 +109,7 @@ def _replace_times(
                 _fly_to(constants, x, v, clock, contacts[k].first, found[k])
                 if contacts[k].second >= 0:
                     _fly_to(constants, x, v, clock, contacts[k].second, found[k])
-                _resolve(constants, contacts[k], v)
+                give_impulse(constants, contacts[k], v)
         for k in range(begin, end if leads else begin):
             for ball in (contacts[k].first, contacts[k].second):
                 if ball >= 0:

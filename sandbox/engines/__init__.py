@@ -145,7 +145,7 @@ def check_name(spec: str) -> None:
 
 
 def _load(name: str) -> Callable[..., Any]:
-    """Return the class or function of a name without settings. Raises SandboxError if there is none."""
+    """Return the class or function of a name without settings. Raises SandboxError if no engine has that name."""
     check_name(name)
     if file_and_name(name):
         return load_from_file(name)
@@ -179,32 +179,27 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
 
 
 def can_run(name: str, *scenes: Scene) -> bool:
-    """Return whether the named engine can run all scenes: by its `check` or, if it has none, by building it."""
-    from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it imports numba, and listing engines must not wait for that)
-
-    base, _ = settings_in(name)
-    check = getattr(_load(base), "check", None)
-    try:
-        for scene in scenes:
-            if check:
-                check(scene)
-            else:
-                create(name, scene, spawn(scene))
-    except Refused:
-        return False
-    return True
+    """Return whether the named engine can run all scenes: by its `check` or, without one, by building it."""
+    return all(refusal(name, scene, builds=True) is None for scene in scenes)
 
 
-def refusal(name: str, scene: Scene) -> str:
-    """Return why the named engine's `check` refuses a scene; nothing if it accepts the scene, or has no `check`."""
+def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
+    """Return why the named engine's `check` refuses a scene, None if it accepts the scene.
+
+    builds: whether to build an engine that has no `check`, which may refuse the scene too.
+    """
     base, _ = settings_in(name)
     check = getattr(_load(base), "check", None)
     try:
         if check:
             check(scene)
+        elif builds:
+            from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it imports numba; listing engines must not wait)
+
+            create(name, scene, spawn(scene))
     except Refused as refused:
         return str(refused)
-    return ""
+    return None
 
 
 def default_engines(*scenes: Scene) -> list[str]:

@@ -1,6 +1,5 @@
 """Engines that are not built in: each call is checked against the contract of docs/engines.md."""
 
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import fields, replace
@@ -11,27 +10,18 @@ from typing import Any, Final, cast
 import numpy as np
 
 from sandbox.compiled import NotCompiledYet
-from sandbox.engines.engine import BlockEngine, Engine
+from sandbox.engines.engine import BlockEngine, Engine, traits_of
 from sandbox.engines.function import FunctionEngine
-from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown
+from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, NO_DAMPING, Contacts, Floats, State, States, no_contacts
+from sandbox.state import CONTACT, Contacts, Floats, State, States, no_contacts
 
 Factory = Callable[..., Any]  # a class or function of (scene, initial), or a function of one step
 
 ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
-FLAGS: Final = (  # attributes of a checked engine that say how to judge it, and what it can do
-    "together",
-    "infers_impulses",
-    "clamps_friction_early",
-    "damping",
-    "soft",
-    "reports_contacts",
-    "can_be_dragged",
-)
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
 STEP: Final = "step(position, velocity, dt, scene)"
 
@@ -54,7 +44,7 @@ def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
 
 
 def _is_step(name: str, factory: Factory) -> bool:
-    """Return whether a factory is a function that does one step itself. Raises EngineError if it is none at all."""
+    """Return whether a factory is a function of one step. Raises EngineError if its arguments fit no factory."""
     try:
         parameters = signature(factory)
     except ValueError:  # of some functions in C
@@ -95,15 +85,8 @@ def _errors_of(name: str, time: float) -> Iterator[None]:
         if isinstance(error.__cause__, Terminated):  # numba's kernels wrap it
             raise
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        raise EngineError(name, f"raised {what}", time, _own_traceback(error)) from error
-
-
-def _own_traceback(error: BaseException) -> str:
-    """Return a traceback that begins where the engine's own code does."""
-    own = error.__traceback__
-    while own and own.tb_frame.f_code.co_filename in (__file__, getfile(FunctionEngine)):
-        own = own.tb_next
-    return "".join(traceback.format_exception(type(error), error, own))
+        details = traceback_beyond(error, __file__, getfile(FunctionEngine))
+        raise EngineError(name, f"raised {what}", time, details) from error
 
 
 class CheckedEngine:
@@ -113,13 +96,7 @@ class CheckedEngine:
     """
 
     def __init__(self, name: str, engine: Any, scene: Scene, initial: State) -> None:
-        self.together = getattr(engine, "together", False)
-        self.infers_impulses = getattr(engine, "infers_impulses", False)
-        self.clamps_friction_early = getattr(engine, "clamps_friction_early", False)
-        self.damping = getattr(engine, "damping", NO_DAMPING)
-        self.soft = getattr(engine, "soft", False)
-        self.reports_contacts = callable(getattr(engine, "contacts", None))
-        self.can_be_dragged = callable(getattr(engine, "kick", None))
+        self.traits = traits_of(engine)
         self._name = name
         self._engine = engine
         self._balls = len(scene.bodies)
@@ -155,7 +132,7 @@ class CheckedEngine:
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call. Raises EngineError if one is not valid."""
-        if not self.reports_contacts:
+        if not self.traits.reports_contacts:
             return no_contacts()
         with self._errors():
             contacts = self._engine.contacts()

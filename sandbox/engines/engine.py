@@ -1,27 +1,41 @@
 """The interface of an engine: one solver running one scene."""
 
-from typing import Protocol, cast
+from dataclasses import dataclass, fields
+from typing import Any, Protocol, cast
 
 from sandbox.scene.fields import Vector
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
+
+
+@dataclass(frozen=True)
+class Traits:
+    """How an engine is to be judged, and what it can do.
+
+    together: whether it resolves all contacts of one time together, not one after another: the ledger then judges each
+    contact by the velocities after all of them.
+    infers_impulses: whether it reports no impulses, so that those of its contacts are inferred from the changes of
+    velocity: they are then no evidence of where its momentum went.
+    clamps_friction_early: whether it limits friction by the impulse without restitution: the sentence on a contact with
+    just that much friction says why it is too little.
+    damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
+    soft: whether its contacts last several steps, as springs do: they are not judged one by one.
+    reports_contacts: whether it reports contacts, and not states only.
+    can_be_dragged: whether the mouse can drag its balls.
+    """
+
+    together: bool = False
+    infers_impulses: bool = False
+    clamps_friction_early: bool = False
+    damping: Damping = NO_DAMPING
+    soft: bool = False
+    reports_contacts: bool = True
+    can_be_dragged: bool = True
 
 
 class Engine(Protocol):
     """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
 
-    A solver that resolves all contacts of one time together, not one after another, sets `together = True` on its
-    class: the ledger then judges each contact by the velocities after all of them.
-
-    A solver that reports no impulses, so that those of its contacts are inferred from the changes of velocity, sets
-    `infers_impulses = True`: they are then no evidence of where its momentum went.
-
-    A solver that limits friction by the impulse without restitution sets `clamps_friction_early = True`: the sentence
-    on a contact with just that much friction says why it is too little.
-
-    A solver whose contacts last several steps, as springs do, sets `soft = True`: its contacts are not judged one by
-    one.
-
-    A solver that damps velocities and spins in flight, as Pymunk does if a scene asks for it, has that as `damping`.
+    It declares its traits by attributes of their names, such as `together = True` on its class; see `Traits`.
 
     An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
     engine to find out, which takes a second for many balls.
@@ -52,6 +66,17 @@ class BlockEngine(Engine, Protocol):
         position, velocity: (steps, n, 2) px, px/s; angle, spin: (steps, n) rad, rad/s, zeros until then. States and
         contacts are to the byte those of as many calls of `step`, `state` and `contacts`.
         """
+
+
+def traits_of(engine: Engine) -> Traits:
+    """Return the traits that an engine declares; a wrapper has those of the engine inside as `traits`."""
+    own = getattr(engine, "traits", None)
+    if isinstance(own, Traits):
+        return own
+    declared: dict[str, Any] = {trait.name: getattr(engine, trait.name, trait.default) for trait in fields(Traits)}
+    declared["reports_contacts"] = callable(getattr(engine, "contacts", None))
+    declared["can_be_dragged"] = callable(getattr(engine, "kick", None))
+    return Traits(**declared)
 
 
 def advance(engine: Engine, states: States) -> None:

@@ -2,7 +2,6 @@
 
 import hashlib
 import sys
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -12,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from sandbox.engines.specs import file_and_name
-from sandbox.errors import EngineError, SandboxError, suggestion
+from sandbox.errors import EngineError, SandboxError, suggestion, traceback_beyond
 from sandbox.files import read_text
 from sandbox.text import printable
 
@@ -31,9 +30,8 @@ def load_from_file(spec: str) -> Callable[..., Any]:
     except (Exception, SystemExit) as error:
         if isinstance(error, SandboxError):
             raise
-        raise EngineError(
-            spec, f"cannot be loaded: {type(error).__name__}: {error}", details=_own_traceback(error, file.resolve())
-        ) from error
+        what = f"cannot be loaded: {type(error).__name__}: {error}"
+        raise EngineError(spec, what, details=traceback_beyond(error, __file__)) from error
     if not callable(engine := getattr(module, name, None)):
         known = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
         has = suggestion(name, known) if known else "it has no class and no function"
@@ -62,11 +60,3 @@ def _importing_from(folder: str) -> Iterator[None]:
         yield
     finally:
         sys.path.remove(folder)
-
-
-def _own_traceback(error: BaseException, file: Path) -> str:
-    """Return a traceback that begins in a file; of an error in its syntax, only what Python says of that."""
-    own = error.__traceback__
-    while own and own.tb_frame.f_code.co_filename != str(file):
-        own = own.tb_next
-    return "".join(traceback.format_exception(type(error), error, own))

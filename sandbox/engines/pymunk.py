@@ -9,7 +9,7 @@ import pymunk
 from sandbox.engines.space_reader import STATE_BYTES, SpaceReader
 from sandbox.engines.walls import Segments
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene, Wall
+from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
 from sandbox.state import Contacts, Floats, State
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
@@ -27,7 +27,7 @@ class PymunkEngine:
     def __init__(self, scene: Scene, initial: State) -> None:
         self.space = pymunk.Space()
         self.space.gravity = scene.gravity
-        for setting in ("iterations", "collision_slop", "collision_bias", "collision_persistence", "damping"):
+        for setting in SPACE_SETTINGS:
             value = getattr(scene.pymunk, setting)
             if value is not None:
                 setattr(self.space, setting, value)

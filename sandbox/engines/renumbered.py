@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sandbox.engines.engine import Engine, advance
+from sandbox.engines.engine import Engine, advance, traits_of
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State, States
@@ -21,7 +21,7 @@ class RenumberedEngine:
         # A group's balls are all of one kind, so that groups in reverse order are balls in reverse order.
         reverse = scene.changed(balls=scene.balls[::-1], expect=())
         self._engine = build(reverse, _reversed(initial))
-        self.together = getattr(self._engine, "together", False)
+        self.traits = traits_of(self._engine)
         self._last = len(initial.position) - 1
 
     def step(self) -> None:

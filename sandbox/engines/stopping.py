@@ -1,6 +1,6 @@
 """An engine that stops where it is when it fails, so that others beside it go on."""
 
-from sandbox.engines.checked import FLAGS, CheckedEngine
+from sandbox.engines.checked import CheckedEngine
 from sandbox.errors import EngineError
 from sandbox.scene.fields import Vector
 from sandbox.state import Contacts, State, no_contacts
@@ -10,8 +10,7 @@ class StoppingEngine:
     """Runs an engine that is not built in. From when that fails, its balls stand still; error: why, None before."""
 
     def __init__(self, engine: CheckedEngine) -> None:
-        for flag in FLAGS:
-            setattr(self, flag, getattr(engine, flag))
+        self.traits = engine.traits
         self._engine = engine
         self._state = engine.state()
         self.error: EngineError | None = None

@@ -10,6 +10,7 @@ import numpy as np
 
 from sandbox.engines import Engine, Engines, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
+from sandbox.engines.engine import Traits, traits_of
 from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
@@ -20,7 +21,7 @@ from sandbox.run.mouse import Mouse
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
+from sandbox.state import Contacts, State, States
 
 FIRST_STEPS: Final = 16  # that engines do in one call while it is not known how fast they are
 AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
@@ -47,39 +48,9 @@ class Runner:
         self._earlier: list[Contacts] | None = None  # of the engines replaced; None until contacts are recorded
 
     @property
-    def together(self) -> bool:
-        """Whether the engine resolves all contacts of one time together."""
-        return getattr(self.engine, "together", False)
-
-    @property
-    def infers_impulses(self) -> bool:
-        """Whether the impulses of the engine's contacts are inferred from the changes of velocity."""
-        return getattr(self.engine, "infers_impulses", False)
-
-    @property
-    def clamps_friction_early(self) -> bool:
-        """Whether the engine is known to limit friction by the impulse without restitution."""
-        return getattr(self.engine, "clamps_friction_early", False)
-
-    @property
-    def damping(self) -> Damping:
-        """How the engine damps velocities and spins in flight."""
-        return getattr(self.engine, "damping", NO_DAMPING)
-
-    @property
-    def reports_contacts(self) -> bool:
-        """Whether the engine reports contacts; if not, it reports states only."""
-        return getattr(self.engine, "reports_contacts", True)
-
-    @property
-    def is_soft(self) -> bool:
-        """Whether the engine's contacts last several steps."""
-        return getattr(self.engine, "soft", False)
-
-    @property
-    def can_be_dragged(self) -> bool:
-        """Whether the mouse can drag the engine's balls."""
-        return getattr(self.engine, "can_be_dragged", True)
+    def traits(self) -> Traits:
+        """How the engine is to be judged, and what it can do."""
+        return traits_of(self.engine)
 
     def replace(self, engine: Engine) -> None:
         """Continue with another engine."""
@@ -215,7 +186,7 @@ class Lockstep:
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):
             for name, runner in self.engines.items():
-                if not runner.can_be_dragged:
+                if not runner.traits.can_be_dragged:
                     raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
 
     def apply_due(self) -> None:

@@ -16,10 +16,9 @@ from pymunk.batch import ArbiterFields, Buffer, get_space_arbiters
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import ball_groups
-from sandbox.scene.model import Arena, PymunkSettings, Scene, Wall
+from sandbox.scene.model import SPACE_SETTINGS, Arena, PymunkSettings, Scene, Wall
 from sandbox.state import Bodies, Floats, State
 
-SETTINGS: Final = ("iterations", "collision_slop", "collision_bias", "collision_persistence", "damping")
 MIN_WALL_LENGTH: Final = 1e-6  # px, as a scene requires
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
 MAX_LISTED: Final = 5  # moments in a warning
@@ -137,7 +136,7 @@ def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rat
 
 
 def contents_of(space: pymunk.Space) -> SpaceContents:
-    """Read what a Space has. Raises SandboxError if it is none."""
+    """Read what a Space has. Raises SandboxError if it is not a Space."""
     if not isinstance(space, pymunk.Space):
         raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
     of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)  # solid ones
@@ -169,7 +168,7 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
 
 def _settings_of(space: pymunk.Space) -> dict[str, float]:
     """Return the settings that a scene can have and that are not Pymunk's defaults."""
-    settings = {key: getattr(space, key) for key in SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
+    settings = {key: getattr(space, key) for key in SPACE_SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
     if _odd(space.damping):
         del settings["damping"]
     first = next(iter(space.shapes), None)

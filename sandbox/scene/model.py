@@ -38,7 +38,7 @@ ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the sce
 
 
 class Arena(Model):
-    """The view, and the box around the balls, with four static walls unless there are none."""
+    """The view, and the box around the balls: its edges are four static walls, unless `walls` is false."""
 
     size: tuple[NotTiny, NotTiny]
     """Width and height, px."""
@@ -95,6 +95,10 @@ class PymunkSettings(Model):
     """Share of each velocity and spin that is left after one second of flight; 1 is no damping."""
     walls_first: Annotated[Index, Field(le=1)] = 0
     """1 if walls are added to the Space before balls, else 0; contacts of a step are solved in another order then."""
+
+
+# Those that are attributes of a Space too; without a value it keeps Pymunk's own.
+SPACE_SETTINGS: Final = tuple(name for name, field in PymunkSettings.model_fields.items() if field.default is None)
 
 
 class Expect(Model):

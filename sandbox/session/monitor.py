@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
-from sandbox.analysis.ledger import Ledger
+from sandbox.analysis.ledger import Ledger, why_unjudged
 from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
+from sandbox.engines.engine import Traits
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.fields import Vector
 from sandbox.state import PUSH, Contacts, State, States, no_contacts
@@ -96,7 +97,7 @@ class Monitor:
         if self._reference not in lockstep.engines:
             return
         self._twins = Twins(lockstep, self._reference)
-        judged = [name for name, one in lockstep.engines.items() if one.reports_contacts and not one.is_soft]
+        judged = [name for name, one in lockstep.engines.items() if why_unjudged(one.traits) is None]
         names = [name for name in judged if name != self._reference and name not in self._differences]
         followed = [*names, self._reference] if names and self._reference in judged else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
@@ -143,9 +144,7 @@ class _FollowedEngine:
         runner = lockstep.engines[name]
         self._name, self._since = name, lockstep.time
         self._scene = lockstep.scene
-        self._ledger = Ledger(
-            lockstep.scene, together=runner.together, infers=runner.infers_impulses, damping=runner.damping
-        )
+        self._ledger = Ledger(lockstep.scene, runner.traits)
         self._contacts = [no_contacts()]
         self._start = runner.state()
         self._begin_block(self._start)
@@ -166,7 +165,7 @@ class _FollowedEngine:
     def try_ledger(self) -> None:
         """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
         states = States.stack([self._states[0]] * 2)
-        Ledger(self._scene, together=False).add(states, no_contacts(), np.empty(0, PUSH))
+        Ledger(self._scene, Traits()).add(states, no_contacts(), np.empty(0, PUSH))
 
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""

@@ -14,6 +14,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry, Ledger
 from sandbox.analysis.measurement import Run
 from sandbox.engines import can_run, create, registry
+from sandbox.engines.engine import Traits
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
@@ -128,7 +129,7 @@ def test_a_contact_is_traced_back_to_the_last_contact_of_either_ball_at_most() -
         "radius = 20\nposition = [100, 300]\nvelocity = [660, 0]",
         f"radius = 20\npositions = [[200, 300], [{200 + 20 * math.sqrt(3)}, 320]]",
     )
-    engine, ledger = create("impulse", scene, spawn(scene)), Ledger(scene, together=False)
+    engine, ledger = create("impulse", scene, spawn(scene)), Ledger(scene, Traits())
     engine.contacts()
     states = [engine.state()]
     while states[-1].velocity[0, 0] == 660:
@@ -266,7 +267,7 @@ def test_a_floor_that_throws_a_resting_ball_up_is_not_gravity() -> None:
     scene = scene_of(
         "radius = 15\nposition = [200, 285]\nelasticity = 0.5", size="[400, 300]", more="gravity = [0, 900]"
     )
-    ledger = Ledger(scene, together=False)
+    ledger = Ledger(scene, Traits())
     contacts = np.array([(k / 60, 0, -4, (0, 1), j, 0, 0, 0) for k, j in ((1, 15), (2, 215))], CONTACT)
     states = States.empty(3, 1)
     states.position[:] = 200, 285
