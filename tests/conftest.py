@@ -29,6 +29,13 @@ NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps o
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Compile the kernels of new sources once, before several processes need them."""
+    starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
+    if starts_workers and not kernel_cache.folder().exists():
+        kernel_cache.fill()
+
+
 def sizes(normal: int, *, slow: int) -> list[Any]:
     """Return two sizes of one test to parametrize it with: the slow one runs only with `pytest -m slow`."""
     return [normal, pytest.param(slow, marks=pytest.mark.slow)]
@@ -44,7 +51,7 @@ def require(*programs: str) -> None:
 
 
 def without_fma() -> dict[str, str]:
-    """Return an environment in which a process has glibc's other pow; skip the test where there is none."""
+    """Return an environment in which a process has glibc's other pow; skip the test if glibc has only one."""
     from sandbox.engines.article import pow_variant
 
     if platform.machine() != "x86_64" or pow_variant() != "fma":

@@ -6,9 +6,12 @@ from another.
 
 import ast
 import hashlib
+import multiprocessing
 import re
 import shutil
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from operator import call
 from pathlib import Path
 
 import sandbox
@@ -26,6 +29,14 @@ def folder() -> Path:
         if other != current:
             shutil.rmtree(other, ignore_errors=True)
     return current
+
+
+def fill() -> None:
+    """Compile all kernels into the folder, in two processes."""
+    from sandbox.view.compilation import COMPUTATION, DRAWING  # it imports numba, which reads where its cache is
+
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        list(pool.map(call, (part.compile for part in (*COMPUTATION, DRAWING))))
 
 
 def kernel_sources(package: Path) -> list[Path]:
