@@ -25,7 +25,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.view.layout import Layout
-from sandbox.view.toolbar import Slider
+from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
 SCENE = """
