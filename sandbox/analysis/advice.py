@@ -17,6 +17,7 @@ from sandbox.engines.specs import format_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate
 from sandbox.run.inputs import Grab, Input, clock_of
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import MAX_COUNT
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import needed_rate, spawn
@@ -254,9 +255,9 @@ def _run_together(
 
 def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
     """Return recorded inputs for another rate: each at the step nearest to its time, rates in proportion."""
-    before, converted = clock_of(old, inputs), list[Input]()
+    before, converted = clock_of(Clock(old), inputs), list[Input]()
     for given in inputs:
-        step = clock_of(new, converted).step(before.time(given.step))
+        step = clock_of(Clock(new), converted).step(before.time(given.step))
         changed = {"rate": round(given.rate * new / old)} if isinstance(given, SetRate) else {}
         converted.append(given.model_copy(update={"step": step, **changed}))
     return converted

@@ -88,8 +88,9 @@ class SceneConstants(NamedTuple):
 
     wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs;
-    together, infers: the engine's traits `together` and `infers_impulses`; centre: px, of the arena; left: the share of
-    velocities and spins that the engine's damping leaves after each of the substeps of a step.
+    together, infers: the engine's traits `together` and `infers_impulses`; centre: px, of the arena; substeps: of a
+    step. Of one step: dt: s, its length; traced: s, by which a contact is traced back at most; left: the share of
+    velocities and spins that the engine's damping leaves after each substep.
     """
 
     radius: Floats
@@ -98,12 +99,41 @@ class SceneConstants(NamedTuple):
     wall: Floats
     gravity: tuple[float, float]
     fall: tuple[float, float]
-    dt: float
     together: bool
     infers: bool
     centre: tuple[float, float]
-    left: float
     substeps: int
+    dt: float = 0.0
+    traced: float = 0.0
+    left: float = 1.0
+
+
+class StepLengths(NamedTuple):
+    """What `SceneConstants` has of one step, of each of a block's: (steps,)."""
+
+    dt: Floats
+    traced: Floats
+    left: Floats
+
+
+@kernel
+def of_step(constants: SceneConstants, lengths: StepLengths, step: int) -> SceneConstants:
+    """Return the constants of a step, counted from 1 in its block."""
+    return SceneConstants(
+        constants.radius,
+        constants.mass,
+        constants.elasticity,
+        constants.wall,
+        constants.gravity,
+        constants.fall,
+        constants.together,
+        constants.infers,
+        constants.centre,
+        constants.substeps,
+        lengths.dt[step - 1],
+        lengths.traced[step - 1],
+        lengths.left[step - 1],
+    )
 
 
 class Unexplained(NamedTuple):
@@ -282,7 +312,7 @@ def _check_geometry(
     if alone and not found_there and abs(reach - distance - depth) > slack:
         depth = reach - distance
         wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
-        flown = MAX_TRACE_STEPS * constants.dt * math.hypot(wx, wy) + slack
+        flown = constants.traced * math.hypot(wx, wy) + slack
         if abs(depth) > flown:
             finding.gap, depth = -depth, contact.depth
     elif not alone and not found_there and distance > 1.5 * reach:
@@ -303,7 +333,7 @@ def _trace_back(
     speed = wx * nx + wy * ny
     if abs(depth) <= NEGLIGIBLE * reach or speed <= 0:
         return 0.0, speed, nx, ny
-    j, longest = contact.second, min(finding.free_flight, MAX_TRACE_STEPS * constants.dt) * (1 + NEGLIGIBLE)
+    j, longest = contact.second, min(finding.free_flight, constants.traced) * (1 + NEGLIGIBLE)
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
         acceleration = constants.fall[0] * nx + constants.fall[1] * ny
         delay, then = _first_touch_of_face(depth, speed, acceleration)
@@ -717,7 +747,7 @@ def _is_at_rest(constants: SceneConstants, block: Block, k: int, contact: Record
         pull = abs(constants.fall[0] * nx + constants.fall[1] * ny)
         if finding.depth <= NEGLIGIBLE * constants.radius[contact.first]:
             bounced = BOUNCED * pull * finding.free_flight
-    shortly: bool = finding.free_flight <= MAX_TRACE_STEPS * constants.dt * (1 + NEGLIGIBLE)
+    shortly: bool = finding.free_flight <= constants.traced * (1 + NEGLIGIBLE)
     slow = 2 * pull * constants.dt * (1 + NEGLIGIBLE)
     least = bounced if bounced > 0 else -NEGLIGIBLE * slow
     return shortly and pull > 0 and least <= finding.approach <= slow and abs(finding.approach_after) <= slow

@@ -184,7 +184,7 @@ def compare(
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene, EngineError if the reference
     fails.
     """
-    steps = clock_of(scene.rate, inputs).step(scene.seconds)
+    steps = clock_of(scene.clock, inputs).step(scene.seconds)
     sources = named(engines or _default_names(scene, [one for one in inputs if one.step < steps]))
     against = against or reference_of(list(sources))
     if against not in sources:
@@ -257,7 +257,7 @@ def run_reference(scene: Scene, engine: str) -> Reference:
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     if engine == reference.engine:
-        time, stride = np.arange(scene.steps + 1) / scene.rate, _path_stride(scene, scene.steps)
+        time, stride = scene.clock.times(np.arange(scene.steps + 1)), _path_stride(scene, scene.steps)
         return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.trust, stride, ())
     return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
 
@@ -273,7 +273,7 @@ class _RunningReference:
         }
         for states in self.twin_states.values():  # at the start they are where the original is
             states.fill(0, measurement.start)
-        self._rate = lockstep.scene.rate
+        self._clock = lockstep.scene.clock
         self._kept = kept
 
     def positions(self, rows: slice, before: int) -> Floats:
@@ -281,7 +281,7 @@ class _RunningReference:
         found = self._measurement.states.rows(rows)
         if self._kept is not None:
             self._kept[before + rows.start : before + rows.stop] = found.position
-        time = np.arange(before + rows.start, before + rows.stop) / self._rate
+        time = self._clock.times(np.arange(before + rows.start, before + rows.stop))
         self._twins.compare(found, {runner: states.rows(rows) for runner, states in self.twin_states.items()}, time)
         return found.position
 
@@ -396,7 +396,7 @@ class _Segment:
             name: measurement.run(None if name == self.against else record, energy, trust.until, self.disturbed)
             for name, measurement in self.measurements.items()
         }
-        time = np.arange(self.steps + 1) / self.scene.rate
+        time = self.scene.clock.times(np.arange(self.steps + 1))
         return Comparison(self.scene, self.against, self.since, time, runs, trust, self.stride, inputs)
 
 

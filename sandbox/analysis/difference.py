@@ -41,7 +41,6 @@ from sandbox.analysis.ledger import (
     SPIN_CHANGED,
     VELOCITY_CHANGED,
     Flights,
-    steps_containing,
 )
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
@@ -248,12 +247,18 @@ class _Matches:
 
     def __init__(self, scene: Scene, own: Record, reference: Record, until: float, end: float) -> None:
         self.scene, self.own, self.reference = scene, own, reference
-        slack = MAX_TRACE_STEPS / scene.rate
-        self.until = min(until, end - slack)
-        self.of_reference, self.matched = _match(own, reference, until, slack)
+        self.clock = scene.clock
         times = own.contacts["time"]
-        ends = steps_containing(times, scene.rate) / scene.rate
-        self.at_ends_of_steps = bool((np.abs(times - ends) <= NEGLIGIBLE / scene.rate).all())
+        steps = self.clock.steps_containing(times)
+        self.until = min(until, end - self._slack(end))
+        slack = self.clock.lengths_around(steps, MAX_TRACE_STEPS)
+        self.of_reference, self.matched = _match(own, reference, until + self._slack(until), slack)
+        error = np.abs(times - self.clock.times(steps)) * self.clock.rates(steps)
+        self.at_ends_of_steps = bool((error <= NEGLIGIBLE).all())
+
+    def _slack(self, time: float) -> float:
+        """Return how long before or after a time (s) another engine may have the same contact, s."""
+        return float(self.clock.lengths_around(self.clock.steps_containing(time), MAX_TRACE_STEPS))
 
     def order(self, place: Place) -> tuple[float, bool, int, int]:
         """Return the key by which places are sorted: by time, then as the engine resolved them.
@@ -262,8 +267,8 @@ class _Matches:
         because of what it found there.
         """
         lacks = place.own < 0
-        step = int(steps_containing(np.array([place.time]), self.scene.rate)[0])
-        time = step / self.scene.rate if lacks and self.at_ends_of_steps else place.time
+        end = self.clock.time(int(self.clock.steps_containing(place.time)))
+        time = end if lacks and self.at_ends_of_steps else place.time
         return time, lacks, place.own, place.reference
 
     def other_contacts(self) -> list[Place]:
@@ -331,7 +336,8 @@ class _Matches:
             for error in _errors_in_flight(
                 self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
             )
-            if error.time <= self.until + 1 / self.scene.rate and not (differing and differing[0].time <= error.time)
+            if error.time <= self.until + self.clock.length(self.until)
+            and not (differing and differing[0].time <= error.time)
         ]
         return (self._flight(min(errors)), *differing) if errors else differing
 
@@ -368,7 +374,7 @@ class _Matches:
         A contact that the engine lacks may have been resolved in the step of its time, or after it, unreported.
         """
         first, second = self.bodies(place)
-        time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
+        time = place.time + (self.clock.length(place.time) if place.kind == Kind.MISSING else 0.0)
         until, contacts = _influence(record.contacts, [first, second], time)
         other = self.reference if record is self.own else self.own
         in_flight = _errors_in_flight(self.scene, record, other, until)
@@ -484,30 +490,27 @@ class _Matches:
         because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
         return Reason(Cause.LATE if after > 0 else Cause.EARLY, because)
 
-    @property
-    def _slack(self) -> str:
-        return f"{1e3 * MAX_TRACE_STEPS / self.scene.rate:.3g} ms"
-
     def _has_others(self, record: Record, place: Place) -> bool:
         """Return whether an engine has a contact of the same two bodies near, with an impulse or without."""
         contacts, (first, second) = record.contacts, self.bodies(place)
-        near = np.abs(contacts["time"] - place.time) <= MAX_TRACE_STEPS / self.scene.rate
+        near = np.abs(contacts["time"] - place.time) <= self._slack(place.time)
         return bool((near & (contacts["first"] == first) & (contacts["second"] == second)).any())
 
     def _why_missing(self, place: Place) -> Reason:
         """Explain why the engine may have missed a contact of the reference."""
+        slack = f"{1e3 * self._slack(place.time):.3g} ms"
         if self._has_others(self.own, place):
-            return Reason(Cause.UNKNOWN, f"Within {self._slack}, the engine has fewer contacts of the two.")
+            return Reason(Cause.UNKNOWN, f"Within {slack}, the engine has fewer contacts of the two.")
         first, second = self.bodies(place)
         finding = self.reference.findings[place.reference]
         approach = float(finding["approach"])
         if second >= 0 and approach > 0:
             reach = float(self.scene.bodies.radius[[first, second]].sum())
             overlap_time = 2 * reach * approach / float(np.sum((finding["before"][0] - finding["before"][1]) ** 2))
-            if overlap_time * self.scene.rate < 1:
+            if overlap_time < self.clock.length(place.time):
                 because = f"The two would overlap for {1e3 * overlap_time:.2g} ms: less than a step, which can miss it."
                 return Reason(Cause.MISSED, because)
-        return Reason(Cause.MISSED, f"The engine has no such contact within {self._slack}.")
+        return Reason(Cause.MISSED, f"The engine has no such contact within {slack}.")
 
     def _disordered(self, matched: Integers) -> Bools:
         """Return for each matched contact whether the next one of a ball of it comes earlier in the reference."""
@@ -524,7 +527,7 @@ class _Matches:
 
     def _passage(self, record: Record, time: float, first: int, second: int) -> Passage | None:
         """Find where an engine lets two bodies pass that should have touched at a time (s)."""
-        step, slack = time * self.scene.rate, 2 * MAX_TRACE_STEPS
+        step, slack = self.clock.steps(time), 2 * MAX_TRACE_STEPS
         pair = (first, second)
         passages = (one for one in record.missed if (one.first, one.second) == pair and 0 <= one.step - step <= slack)
         return next(passages, None)
@@ -544,13 +547,13 @@ class _Matches:
         """
         time = place.time if place.own < 0 else float(self.own.contacts["time"][place.own])
         balls = [ball for ball in self.bodies(place) if ball >= 0]
-        steps = [steps_containing(record.contacts["time"], self.scene.rate) for record in (self.own, self.reference)]
-        step = steps_containing(np.array([time]), self.scene.rate)[0]
+        steps = [self.clock.steps_containing(record.contacts["time"]) for record in (self.own, self.reference)]
+        step = self.clock.steps_containing(time)
         own, reference = (
             (of_step == step) & (np.isin(record.contacts["first"], balls) | np.isin(record.contacts["second"], balls))
             for of_step, record in zip(steps, (self.own, self.reference), strict=True)
         )
-        late = self.own.findings["delay"][own] * self.scene.rate > NEGLIGIBLE
+        late = self.own.findings["delay"][own] > NEGLIGIBLE * self.clock.length(time)
         times = self.reference.contacts["time"][reference]
         return bool(own.sum() > 1 and late.any() and len(times) > 1 and np.ptp(times) > SIMULTANEOUS)
 
@@ -619,24 +622,24 @@ def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) ->
 
 def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[int, float]) -> Iterator[Error]:
     """Find the errors of some balls in flight, each up to a time (s), of gravity, and damping that another has not."""
-    flights, of_other = record.flights, other.flights.damping
+    flights, of_other, clock = record.flights, other.flights.damping, scene.clock
     for ball, time in until.items():
         for kind, cause in _IN_FLIGHT.items():
             step = int(flights.step[ball, kind])
-            if step and (step - 1) / scene.rate < time:
+            if step and clock.time(step - 1) < time:
                 reason = Reason(cause, explain_flight(scene, flights, ball, kind))
                 size = math.hypot(*flights.change[ball, kind])
                 size *= scene.bodies.radius[ball] if kind == SPIN_CHANGED else 1.0
                 of_position = kind not in (VELOCITY_CHANGED, SPIN_CHANGED)
-                yield Error(of_position, step / scene.rate, ball, -1, reason, float(size))
+                yield Error(of_position, clock.time(step), ball, -1, reason, float(size))
         other_gravity = flights.gravity != (float(scene.gravity[0]), float(scene.gravity[1]))
         if other_gravity or flights.off_parabola != (0.0, 0.0):
             reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
-            yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
+            yield Error(not other_gravity, clock.time(1), ball, -1, reason)
         damped = int(flights.step[ball, DAMPED])
-        if damped and (damped - 1) / scene.rate < time and flights.damping != of_other:
+        if damped and clock.time(damped - 1) < time and flights.damping != of_other:
             reason = Reason(Cause.DAMPING, explain_damping(flights.damping, other.name, of_other))
-            yield Error(False, damped / scene.rate, ball, -1, reason)
+            yield Error(False, clock.time(damped), ball, -1, reason)
 
 
 def _speed(record: Record, k: int) -> float:
@@ -657,17 +660,17 @@ def _spins(finding: np.void | None, key: str, second: int) -> Spins | None:
     return None if finding is None else tuple(float(spin) for spin in finding[key][: 1 if second < 0 else 2])
 
 
-def _match(of_engine: Record, of_other: Record, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair: by time, if they are no further apart than the slack (s), else by their order.
+def _match(of_engine: Record, of_other: Record, until: float, slacks: Floats) -> tuple[Integers, Bools]:
+    """Match contacts of the same pair: by time, if they are no further apart than the slack, else by their order.
 
     Of several that are near enough, the one with the most similar velocities before is taken. Later than the slack, a
     contact matches if it is the next of both its bodies in the engine and in the reference: then the two have met
     nothing else meanwhile, and one that was missed is not matched with a later one. A contact without an impulse
-    matches none. Returns, for each of the engine's contacts up to a time, the number of the reference's or -1, and
-    which of the reference's are matched.
+    matches none. until: s; slacks: s, of each of the engine's contacts. Returns, for each of the engine's contacts up
+    to that time, the number of the reference's or -1, and which of the reference's are matched.
     """
     own, reference = of_engine.contacts, of_other.contacts
-    reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
+    reference = reference[: np.searchsorted(reference["time"], until, "right")]
     own_before, before = of_engine.findings["before"], of_other.findings["before"]
     of_reference = np.full(len(own), -1)
     matched = np.zeros(len(reference), bool)
@@ -676,10 +679,10 @@ def _match(of_engine: Record, of_other: Record, until: float, slack: float) -> t
         waiting[pair].append(r)
     begin: dict[tuple[int, int], int] = defaultdict(int)
     times = reference["time"].tolist()
-    within = int(np.searchsorted(own["time"], until + slack, "right"))
+    within = int(np.searchsorted(own["time"], until, "right"))
     has_impulse = np.flatnonzero(own["impulse"])
     columns = (own[key][has_impulse].tolist() for key in ("time", "first", "second"))
-    for k, time, first, second in zip(has_impulse.tolist(), *columns, strict=True):
+    for k, slack, time, first, second in zip(has_impulse.tolist(), slacks[has_impulse].tolist(), *columns, strict=True):
         queue, at = waiting[first, second], begin[first, second]
         while at < len(queue) and times[queue[at]] < time - slack:
             at += 1

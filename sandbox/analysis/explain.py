@@ -60,7 +60,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
 def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
     """Explain the first error of a kind of a ball in flight."""
     (x, y), (vx, vy) = flights.change[ball, kind].tolist(), flights.before[ball, kind].tolist()
-    size, speed, time = math.hypot(x, y), math.hypot(vx, vy), flights.step[ball, kind] / scene.rate
+    size, speed, time = math.hypot(x, y), math.hypot(vx, vy), scene.clock.time(int(flights.step[ball, kind]))
     when = f"in the step to {time:.3f} s"
     if kind == SPIN_CHANGED:
         return f"The spin of ball {ball} changed by {x:.3g} rad/s {when}, without a reported contact."
@@ -69,7 +69,7 @@ def explain_flight(scene: Scene, flights: Flights, ball: int, kind: int) -> str:
     if kind == PUSHED_OUT:
         return f"Ball {ball}, which overlapped, was moved by {size:.3g} px {when}, besides its flight."
     moved = f"Ball {ball} was put {size:.3g} px from where its flight led {when}, with no overlap at the step's ends"
-    way = speed / scene.rate
+    way = speed * scene.clock.length(time)
     if way and abs(x * vy - y * vx) <= size * speed / 1000:
         return f"{moved}: {_percent(size / way)} of its way {'further' if x * vx + y * vy > 0 else 'short'}."
     return f"{moved}."
@@ -91,7 +91,9 @@ def explain_gravity(scene: Scene, flights: Flights) -> str:
         return f"Balls in flight accelerate by {found} px/s², where the scene's gravity is {right}."
     off = math.hypot(*flights.off_parabola)
     side = "beyond" if flights.off_parabola[0] * gx + flights.off_parabola[1] * gy > 0 else "short of"
-    return f"Gravity is integrated in steps: each ends {off:.3g} px {side} the parabola."
+    shortest, longest = (off * length**2 for length in scene.clock.lengths)
+    size = f"{shortest:.3g} to {longest:.3g}" if scene.clock.varies else f"{longest:.3g}"
+    return f"Gravity is integrated in steps: each ends {size} px {side} the parabola."
 
 
 def explain_damping(damping: float, other: str, of_other: float) -> str:
@@ -235,7 +237,8 @@ def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
     """Name how late or early a contact was found, and the effect."""
     delay, depth = float(finding["delay"]), float(finding["depth"])
     off = f"positions are then {finding['displacement_error']:.3g} px off."
-    steps = f", which is more than a step of {1e3 / scene.rate:.3g} ms" if delay * scene.rate > MORE_THAN else ""
+    step = scene.clock.length(float(contact["time"]))
+    steps = f", which is more than a step of {1e3 * step:.3g} ms" if delay > MORE_THAN * step else ""
     if depth > 0 and contact["depth"] < depth / 2:  # the two were held before they overlapped
         return f"Velocities changed {1e3 * delay:.3g} ms after the two touched{steps}; {off}"
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "

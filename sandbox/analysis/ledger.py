@@ -16,9 +16,11 @@ import numpy as np
 
 from sandbox.analysis.attribution import (
     FINDING,
+    MAX_TRACE_STEPS,
     Block,
     Findings,
     SceneConstants,
+    StepLengths,
     Unexplained,
     attribute_displacement,
     attribute_simultaneous,
@@ -27,6 +29,7 @@ from sandbox.analysis.attribution import (
     give_impulse,
     line_to_wall,
     mends_overlap,
+    of_step,
     pair_friction,
     turn_energy,
 )
@@ -57,8 +60,9 @@ class Flights(NamedTuple):
     step: (n, 5), the first step in which a ball's velocity changed, it was put elsewhere, it was pushed out of an
     overlap, its spin changed, or it was damped: the columns VELOCITY_CHANGED, PUT_ELSEWHERE, PUSHED_OUT, SPIN_CHANGED
     and DAMPED; 0 if never; change: (n, 5, 2) px/s or px, by how much in that step, of a spin (rad/s, 0); before:
-    (n, 5, 2) px/s, the velocity before it, or (spin, 0); gravity: px/s², what pulls at the balls; off_parabola: px,
-    from the parabola of that gravity to the flight of each step; damping: the share of velocities left after a second.
+    (n, 5, 2) px/s, the velocity before it, or (spin, 0); gravity: px/s², what pulls at the balls; off_parabola: px/s²,
+    by which, times the square of its length, a step ends off the parabola of that gravity; damping: the share of
+    velocities left after a second.
     """
 
     step: Integers
@@ -311,7 +315,8 @@ def _find_unexplained(
 ) -> float:
     """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
 
-    before, after: positions, velocities and spins, (n, 2) px and px/s, (n,) rad/s; off_parabola: (2,) px. Returns the
+    before, after: positions, velocities and spins, (n, 2) px and px/s, (n,) rad/s; off_parabola: as `Flights` has it,
+    (2,). Returns the
     largest unexplained momentum of a ball without a contact in the step, kg px/s.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
@@ -322,15 +327,16 @@ def _find_unexplained(
         for axis in range(2):
             moved = after[0][ball, axis] - before[0][ball, axis]
             by_gravity += (constants.fall[axis] - constants.gravity[axis]) * scratch.flown[ball, axis]
-            by_gravity -= constants.gravity[axis] * off_parabola[axis]
-            unexplained.place[ball, axis] = moved - scratch.flown[ball, axis] - off_parabola[axis]
+            off = off_parabola[axis] * constants.dt**2
+            by_gravity -= constants.gravity[axis] * off
+            unexplained.place[ball, axis] = moved - scratch.flown[ball, axis] - off
             unexplained.velocity[ball, axis] = after[1][ball, axis] - scratch.explained[ball, axis]
             error += abs(unexplained.velocity[ball, axis])  # no less than the length, which takes longer
             away += abs(unexplained.place[ball, axis])
             slight += abs(after[1][ball, axis]) + abs(before[1][ball, axis])
             other, sign = 1 - axis, 1 - 2 * axis
             lever = before[0][ball, axis] - constants.centre[axis]
-            turned = lever * constants.fall[other] * constants.dt + off_parabola[axis] * after[1][ball, other]
+            turned = lever * constants.fall[other] * constants.dt + off * after[1][ball, other]
             turned += lever * scratch.damped[ball, other]
             scratch.torque[0] += sign * constants.mass[ball] * turned
         radius = constants.radius[ball]
@@ -528,11 +534,12 @@ def _attribute_displacement_once(
 
 @entry
 def _replay(
-    constants: SceneConstants,
+    every_step: SceneConstants,
     block: Block,
     scratch: Scratch,
     unexplained: Unexplained,
     flights: Flights,
+    lengths: StepLengths,
     states: States,
     pushes: Pushes,
     off_parabola: Floats,
@@ -546,14 +553,15 @@ def _replay(
 ) -> int:
     """Replay a block of steps, and enter everything that changes. Returns the number of contacts replayed.
 
-    states: of steps + 1 rows; pushes: by a hand, by row; off_parabola: (2,) px between the engine's flight in a step
-    and a parabola; contacts: (contacts,) CONTACT, step_of: their steps, within: s since these began; touched: (n,) s,
-    when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, and
+    every_step: without what it has of one step; states: of steps + 1 rows; pushes: by a hand, by row; off_parabola: as
+    in `Flights`, (2,); contacts: (contacts,) CONTACT, step_of: their steps, within: s since these began; touched: (n,)
+    s, when each ball last had a contact; steps_before: of the run before the block; torques: (steps,) kg px²/s, and
     damped: (steps, 2) kg px/s, both written.
     """
     position, velocity, _, spin = states
     n, at, pushed = position.shape[1], 0, 0
     for step in range(1, len(position)):
+        constants = of_step(every_step, lengths, step)
         before = position[step - 1], velocity[step - 1], spin[step - 1]
         after = position[step], velocity[step], spin[step]
         _begin_step(scratch, unexplained, velocity[step - 1], spin[step - 1])
@@ -609,7 +617,8 @@ class Ledger:
     """
 
     def __init__(self, scene: Scene, traits: Traits) -> None:
-        self._scene, self._damping, self._unjudged = scene, traits.damping, why_unjudged(traits)
+        self._scene, self._clock = scene, scene.clock
+        self._damping, self._unjudged = traits.damping, why_unjudged(traits)
         bodies, damping = scene.bodies, traits.damping
         gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
         self._constants = SceneConstants(
@@ -619,11 +628,9 @@ class Ledger:
             _wall_constants(scene),
             gravity,
             gravity,
-            1 / scene.rate,
             traits.together,
             traits.infers_impulses,
             (scene.arena.size[0] / 2, scene.arena.size[1] / 2),
-            damping.left_after(1 / scene.rate / damping.substeps),
             damping.substeps,
         )
         n = len(bodies)
@@ -670,20 +677,21 @@ class Ledger:
         """
         position, velocity = states.position, states.velocity
         steps = len(position) - 1
-        rate = self._scene.rate
-        step_of = steps_containing(contacts["time"], rate)
-        within = np.clip(contacts["time"] - (step_of - 1) / rate, 0.0, 1 / rate)
+        clock, lengths = self._clock, self._lengths(steps)
+        step_of = clock.steps_containing(contacts["time"])
+        within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
         step_of = np.clip(step_of - self._steps, 1, steps)
         if not self._constants.together:
-            at_start = (within <= self._constants.dt * NEGLIGIBLE) & (step_of > 1) & (contacts["impulse"] != 0)
-            step_of, within = step_of - at_start, np.where(at_start, self._constants.dt, within)
-            moved = self._resolved_next(velocity, contacts, step_of, within)
+            at_start = (within <= lengths.dt[step_of - 1] * NEGLIGIBLE) & (step_of > 1) & (contacts["impulse"] != 0)
+            step_of = step_of - at_start
+            within = np.where(at_start, lengths.dt[step_of - 1], within)
+            moved = self._resolved_next(lengths.dt, velocity, contacts, step_of, within)
             step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if not self._steps:
             self._note_touching(position[0], contacts)
         if self._off_parabola is None and self._unjudged is None:
-            self._read_gravity(position, velocity, contacts, step_of)
-        within = true_times(self._constants, position, velocity, contacts, step_of, within)
+            self._read_gravity(lengths.dt, position, velocity, contacts, step_of)
+        within = true_times(self._constants, lengths, position, velocity, contacts, step_of, within)
         energy, momentum, displacement, count = self._sums
         block = Block(
             energy,
@@ -707,6 +715,7 @@ class Ledger:
             self._scratch,
             self._unexplained,
             self._flights,
+            lengths,
             states,
             pushes,
             np.zeros(2) if self._off_parabola is None else self._off_parabola,
@@ -727,9 +736,16 @@ class Ledger:
             self._sums[0, Cause.SPIN] += turning[1] - turning[0]
         self._check_overlaps(position, velocity, contacts, step_of)
         if self._unjudged is None:
-            self._check_inner_walls(position, contacts, step_of, within)
+            at_end = within >= lengths.dt[step_of - 1] * (1 - NEGLIGIBLE)
+            self._check_inner_walls(position, contacts, step_of, ~at_end)
             self._check_leaps(position, contacts, step_of)
         return torques, damped
+
+    def _lengths(self, steps: int) -> StepLengths:
+        """Return what the ledger needs of each of the next steps."""
+        numbers, damping = self._steps + np.arange(1, steps + 1), self._damping
+        dt, traced = 1 / self._clock.rates(numbers), self._clock.lengths_around(numbers, MAX_TRACE_STEPS)
+        return StepLengths(dt, traced, np.array([damping.left_after(one / damping.substeps) for one in dt.tolist()]))
 
     def _note_touching(self, position: Floats, contacts: Contacts) -> None:
         """Note the balls that touch a wall at the start, or a ball that they have a contact with."""
@@ -740,20 +756,23 @@ class Ledger:
         touching = length(position[first] - position[second]) <= reach
         self._touched[np.concatenate([first[touching], second[touching]])] = 0.0
 
-    def _resolved_next(self, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> Bools:
+    def _resolved_next(
+        self, dt: Floats, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats
+    ) -> Bools:
         """Return which contacts at the end of a step were resolved at the start of the next: (contacts,).
 
         The velocity of one of the two changes in the next step only, and neither changes in this one, unless by an
         earlier contact of the step. If that is so for most, the engine reports the start of the step for all.
+        dt: (steps,) s.
         """
         steps = len(velocity) - 1
-        fall = np.multiply(self._constants.gravity, self._constants.dt)
+        fall = np.multiply.outer(dt, self._constants.gravity)
         slight = np.abs(contacts["impulse"]) / 1000
-        at_end = (within >= self._constants.dt * (1 - NEGLIGIBLE)) & (step_of < steps) & (slight > 0)
+        at_end = (within >= dt[step_of - 1] * (1 - NEGLIGIBLE)) & (step_of < steps) & (slight > 0)
 
         def changes(key: str, step: Integers, numbers: Integers) -> Bools:
             ball = np.maximum(contacts[key][numbers], 0)
-            change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall).sum(axis=1)
+            change = np.abs(velocity[step, ball] - velocity[step - 1, ball] - fall[step - 1]).sum(axis=1)
             changed: Bools = (change * self._constants.mass[ball] > slight[numbers]) & (contacts[key][numbers] >= 0)
             return changed
 
@@ -780,9 +799,11 @@ class Ledger:
         resolved_next: Bools = np.minimum.accumulate(found[::-1])[::-1] > step_of  # steps must not descend
         return at_end if 2 * np.count_nonzero(resolved_next) > np.count_nonzero(at_end) else resolved_next
 
-    def _read_gravity(self, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers) -> None:
-        """Read from the flights of a block what pulls at the balls, and how far they are from its parabola."""
-        read = _engine_gravity(self._scene, self._damping, position, velocity, contacts, step_of)
+    def _read_gravity(
+        self, dt: Floats, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
+    ) -> None:
+        """Read from the flights of a block what pulls at the balls, and how far they are from its parabola. dt: s."""
+        read = _engine_gravity(self._scene, self._damping, dt, position, velocity, contacts, step_of)
         if read is not None:
             fall, self._off_parabola = read
             fall_x, fall_y = fall.tolist()
@@ -809,12 +830,11 @@ class Ledger:
         if self._unjudged is None:
             self._enter_missed(position, [(step, *divmod(key, n)) for step, key in passed.tolist()])
 
-    def _check_inner_walls(self, position: Floats, contacts: Contacts, step_of: Integers, within: Floats) -> None:
-        """Find the balls that go through an inner wall without a reported contact."""
+    def _check_inner_walls(self, position: Floats, contacts: Contacts, step_of: Integers, early: Bools) -> None:
+        """Find the balls that go through an inner wall without a reported contact. early: before the end of a step."""
         ends = np.array([(*wall.start, *wall.to) for wall in self._scene.walls], float)
         if len(ends):
             bounds = np.searchsorted(step_of, np.arange(len(position) + 1))
-            early = within < self._constants.dt * (1 - NEGLIGIBLE)
             crossings = find_crossings(position, ends, len(ARENA_WALLS), contacts, early, bounds)
             self._enter_missed(position, crossings.tolist())
 
@@ -857,12 +877,6 @@ def _in_one_line(sums: Floats, line: Cause) -> Floats:
     return changed
 
 
-def steps_containing(time: Floats, rate: int) -> Integers:
-    """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
-    step = np.ceil(time * rate - NEGLIGIBLE).astype(np.int64)
-    return np.maximum(step + (time > step / rate), 1)
-
-
 def _crowded(contacts: Contacts) -> Bools:
     """Return whether a ball of each contact has another contact at the same time: (k,)."""
     ball = np.concatenate([contacts["first"], contacts["second"]])
@@ -876,10 +890,14 @@ def _crowded(contacts: Contacts) -> Bools:
 
 
 def _wall_constants(scene: Scene) -> Floats:
-    """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 7)."""
+    """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 7).
+
+    Those that do not stand are infinitely far behind their lines, so that nothing overlaps them.
+    """
     (width, height), arena = scene.arena.size, scene.arena
     ends = [((0, 0), (0, height)), ((0, 0), (width, 0)), ((width, 0), (width, height)), ((0, height), (width, height))]
-    walls = [(*line, 0.0, arena.elasticity) for line in ends]
+    behind = 0.0 if arena.walls else -math.inf
+    walls = [(*line, behind, arena.elasticity) for line in ends]
     walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
     rows = []
     for start, to, half_thickness, elasticity in walls:
@@ -889,13 +907,13 @@ def _wall_constants(scene: Scene) -> Floats:
     return np.array(rows, float)
 
 
-def _damped_flight(velocity: Floats, gravity: Floats, dt: float, damping: Damping) -> tuple[Floats, Floats]:
+def _damped_flight(velocity: Floats, gravity: Floats, dt: Floats, damping: Damping) -> tuple[Floats, Floats]:
     """Return by how much damping changes velocities and places in a step of flight, (k, 2) px/s and px.
 
-    velocity: (k, 2) px/s, before the step; gravity: (2,) px/s²; dt: s.
+    velocity: (k, 2) px/s, before the step; gravity: (2,) px/s²; dt: (k, 1) s.
     """
     slowed, behind, substep = np.zeros_like(velocity), np.zeros_like(velocity), dt / damping.substeps
-    left = damping.left_after(substep)
+    left = damping.per_second**substep
     for k in range(damping.substeps):
         behind += slowed * substep
         slowed = left * slowed - (1 - left) * (velocity + k * substep * gravity)
@@ -903,16 +921,22 @@ def _damped_flight(velocity: Floats, gravity: Floats, dt: float, damping: Dampin
 
 
 def _engine_gravity(
-    scene: Scene, damping: Damping, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers
+    scene: Scene,
+    damping: Damping,
+    dt: Floats,
+    position: Floats,
+    velocity: Floats,
+    contacts: Contacts,
+    step_of: Integers,
 ) -> tuple[Floats, Floats] | None:
-    """Return what pulls at balls in flight, px/s², and how far each step is off its parabola, px: (2,) each.
+    """Return what pulls at balls in flight, and how far they are off its parabola, as in `Flights`: (2,) px/s² each.
 
     Gravity does the same to all balls in all steps. What differs from ball to ball, or from step to step, is not
     gravity's; nor is a displacement along gravity that no integration of it in steps gives: it gives half a step's fall
     too much or too little, or with substeps a whole part of that. A step after a contact does not count: in it, a
-    solver may still push the balls apart. Returns None if no ball flies in the block.
+    solver may still push the balls apart. dt: (steps,) s. Returns None if no ball flies in the block.
     """
-    dt, gravity, still = 1 / scene.rate, np.array(scene.gravity, float), np.zeros(2)
+    gravity, still = np.array(scene.gravity, float), np.zeros(2)
     if not gravity.any():
         return gravity, still
     flying = np.ones((len(position) - 1, position.shape[1]), bool)
@@ -923,13 +947,14 @@ def _engine_gravity(
     steps, balls = np.nonzero(flying)
     if not len(steps):
         return None
-    before, fall = velocity[:-1][steps, balls], np.hypot(*gravity) * dt
+    before, dt, g = velocity[:-1][steps, balls], dt[steps, None], float(np.hypot(*gravity))
+    fall = g * dt
     sped = (np.diff(velocity, axis=0)[steps, balls] - gravity * dt) / fall
     moved = (np.diff(position, axis=0)[steps, balls] - before * dt - gravity * dt * dt / 2) / (fall * dt)
     if damping.per_second < 1:
         slowed, behind = _damped_flight(before, gravity, dt, damping)
         sped, moved = sped - slowed / fall, moved - behind / (fall * dt)
-    slight = 1e-7 + NEGLIGIBLE * length(before) / fall
+    slight = 1e-7 + NEGLIGIBLE * length(before) / fall[:, 0]
     if _share(sped, still, slight) * _share(moved, still, slight) > MIN_SHARE_RIGHT:
         return gravity, still
     faster, off = np.median(sped, axis=0), np.median(moved, axis=0)
@@ -942,7 +967,7 @@ def _engine_gravity(
         return gravity, still
     if not off_alike or not _is_integration(off, gravity):
         off = still
-    return gravity + faster * fall / dt, off * fall * dt
+    return gravity + faster * g, off * g
 
 
 def _share(values: Floats, value: Floats, slight: Floats) -> float:

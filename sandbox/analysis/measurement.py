@@ -13,7 +13,7 @@ from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, steps_containing, why_unjudged
+from sandbox.analysis.ledger import Entry, Ledger, why_unjudged
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
@@ -175,7 +175,7 @@ class Measurement:
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
         if self._apart is None and (apart := gap > bodies.radius).any():
             step, ball = np.argwhere(apart)[0].tolist()
-            self._apart = (first + step) / scene.rate, ball
+            self._apart = scene.clock.time(first + step), ball
         if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
             self._note_escapes(outside(position, scene.arena.size), first)
         self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
@@ -186,12 +186,12 @@ class Measurement:
         """Note who left the arena. away: (steps, n) px from it, negative inside; first: the step of the first row."""
         if self._first_outside is None:
             step, ball = np.argwhere(away > 0)[0].tolist()
-            self._first_outside = (first + step) / self._scene.rate, ball
+            self._first_outside = self._scene.clock.time(first + step), ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
     def score(self, number: int, expect: Expect, initial: State, rows: Sequence[int], before: int) -> None:
         """Score the states of the rows around the time of an expectation; before: as in `measure`."""
-        around = (self.states.state(row, (before + row) / self._scene.rate) for row in rows)
+        around = (self.states.state(row, self._scene.clock.time(before + row)) for row in rows)
         self._scores[number] = score(self._scene, expect, initial, *around)
 
     def skip(self, number: int, expect: Expect) -> None:
@@ -218,8 +218,7 @@ class Measurement:
     @property
     def _final(self) -> State:
         """The last state, once all are entered."""
-        time = (len(self.energy) - 1) / self._scene.rate
-        return self.states.state(0, time).copy()
+        return self.states.state(0, self._scene.clock.time(len(self.energy) - 1)).copy()
 
     @cached_property
     def record(self) -> Record:
@@ -252,7 +251,7 @@ class Measurement:
         trusted = math.inf if trusted_until is None else trusted_until
         away = self._apart if self._apart is not None and self._apart[0] < trusted else None
         apart = away[0] if away else None
-        until, known = comparable_until(trusted, final.time, scene.rate)
+        until, known = comparable_until(trusted, final.time, scene.clock)
         until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
@@ -261,7 +260,7 @@ class Measurement:
             differing = differences(scene, record, reference, until, known)
         elif reference and away:
             differing = (difference_of_states(*away, record, reference),)
-        steps = slice(math.ceil(min(trusted, final.time) * scene.rate) + 1)
+        steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
         if (gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all():
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
         start = total_energy[0]
@@ -319,7 +318,7 @@ class Measurement:
         below = np.minimum(self.energy - around.min(axis=0), 0.0)
         gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
         gap[1:][self._touching[1:]] = np.nan
-        gap[1:][np.arange(1, len(gap)) >= until * self._scene.rate * (1 - NEGLIGIBLE)] = np.nan
+        gap[1:][np.arange(1, len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
     def _escape(self) -> Escape | None:
@@ -341,7 +340,8 @@ class Measurement:
         """
         scene = self._scene
         unexplained = np.diff(self._momentum, axis=0) - self._given[1:]
-        unexplained -= np.multiply(scene.gravity, scene.bodies.mass.sum() / scene.rate)
+        rates = scene.clock.rates(np.arange(1, len(self._momentum)))
+        unexplained -= np.multiply.outer(scene.bodies.mass.sum() / rates, scene.gravity)
         step = self._rows_of(at_wall)
         normal = at_wall["normal"]
         impulse = at_wall["impulse"][:, None] * normal + at_wall["tangential"][:, None] * tangent(normal)
@@ -359,7 +359,7 @@ class Measurement:
 
     def _rows_of(self, contacts: Contacts) -> Integers:
         """Return the step of each contact, from 0: (k,)."""
-        return np.clip(steps_containing(contacts["time"], self._scene.rate), 1, len(self._momentum) - 1) - 1
+        return np.clip(self._scene.clock.steps_containing(contacts["time"]), 1, len(self._momentum) - 1) - 1
 
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
         if not self._obeys_laws or self.record.unjudged is not None:

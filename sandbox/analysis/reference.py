@@ -9,7 +9,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.attribution import MAX_TRACE_STEPS
-from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import Engine
 from sandbox.engines.exact.contact import HOP_TIME
@@ -17,6 +16,7 @@ from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
+from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State, States
 
@@ -32,14 +32,15 @@ def reference_of(engines: Sequence[str]) -> str:
     return REFERENCE if REFERENCE in engines else engines[-1]
 
 
-def comparable_until(trusted: float, end: float, rate: int) -> tuple[float, float]:
+def comparable_until(trusted: float, end: float, clock: Clock) -> tuple[float, float]:
     """Return until when another engine can first differ from the reference, and until when its contacts are known, s.
 
-    trusted: s, when the reference's paths first mean nothing, inf if they do to the end; end: s, of what has run; rate:
-    steps per second. A contact found late is traced back by up to MAX_TRACE_STEPS.
+    trusted: s, when the reference's paths first mean nothing, inf if they do to the end; end: s, of what has run;
+    clock: of the steps. A contact found late is traced back by up to MAX_TRACE_STEPS.
     """
     known = trusted - SIMULTANEOUS
-    return min(end, known - MAX_TRACE_STEPS / rate), min(end, known)
+    last = clock.steps_containing(min(end, known))
+    return min(end, known - float(clock.lengths_around(last, MAX_TRACE_STEPS))), min(end, known)
 
 
 class Trust(NamedTuple):
@@ -161,7 +162,7 @@ class _TieSearch:
     def __init__(self, runner: Runner, scene: Scene, shortest: float) -> None:
         self.runner = runner
         self.parted: int | None = None
-        self._radius, self._rate = scene.bodies.radius, scene.rate
+        self._radius, self._clock = scene.bodies.radius, scene.clock
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
         self._theirs = self._mine = runner.engine.contacts()  # of the twin and the original in that step
         self._compared = 0  # steps
@@ -172,10 +173,10 @@ class _TieSearch:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
         contacts = self.runner.engine.contacts()
         if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
-            self.parted = round(time[row] * self._rate)
+            self.parted = self._clock.step(time[row])
         if self.parted is not None and len(time):
             self._theirs = np.concatenate([self._theirs, self._hits(contacts)])
-            self._compared = round(time[-1] * self._rate)
+            self._compared = self._clock.step(time[-1])
 
     def tie(self, contacts: Contacts) -> Tie | None:
         """Return the tie at which the twin parts, if that is the reason.
@@ -197,14 +198,14 @@ class _TieSearch:
     def _is_cut(self, time: Floats | float) -> Bools:
         """Return whether rounding may put contacts of a time (s) into this step or into the next."""
         assert self.parted is not None
-        return np.abs(time - self.parted / self._rate) <= 2 * SIMULTANEOUS
+        return np.abs(time - self._clock.time(self.parted)) <= 2 * SIMULTANEOUS
 
     def _hits(self, contacts: Contacts) -> Contacts:
         """Return the contacts in the step in which the twin parts, without those of bodies at rest.
 
         Contacts at the end of the step belong to it, though rounding may put some of them into the next.
         """
-        step = steps_containing(contacts["time"], self._rate)
+        step = self._clock.steps_containing(contacts["time"])
         within = (step == self.parted) | self._is_cut(contacts["time"])
         found: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
         return found

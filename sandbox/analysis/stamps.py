@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.attribution import SceneConstants, give_impulse, line_to_wall
+from sandbox.analysis.attribution import SceneConstants, StepLengths, give_impulse, line_to_wall, of_step
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.walls import ARENA_COUNT
@@ -77,7 +77,8 @@ def _time_of(constants: SceneConstants, contact: Record, x: Floats, v: Floats, c
 
 @entry
 def _replace_times(
-    constants: SceneConstants,
+    every_step: SceneConstants,
+    lengths: StepLengths,
     position: Floats,
     velocity: Floats,
     contacts: Contacts,
@@ -89,9 +90,10 @@ def _replace_times(
     clock: Floats,
 ) -> None:
     """Replace times, see `true_times`. found: (contacts,), x, v: (n, 2) and clock: (n,), to work in."""
-    begin = len(contacts) if constants.together else 0
+    begin = len(contacts) if every_step.together else 0
     while begin < len(contacts):
         step, end = step_of[begin], begin
+        constants = of_step(every_step, lengths, step)
         while end < len(contacts) and step_of[end] == step:
             for ball in (contacts[end].first, contacts[end].second):
                 if ball >= 0:
@@ -122,7 +124,13 @@ def _replace_times(
 
 
 def true_times(
-    constants: SceneConstants, position: Floats, velocity: Floats, contacts: Contacts, step_of: Integers, within: Floats
+    constants: SceneConstants,
+    lengths: StepLengths,
+    position: Floats,
+    velocity: Floats,
+    contacts: Contacts,
+    step_of: Integers,
+    within: Floats,
 ) -> Floats:
     """Return when each contact was resolved, s since its step began: (contacts,), as `within` if nothing contradicts.
 
@@ -131,5 +139,5 @@ def true_times(
     """
     times, n = within.copy(), position.shape[1]
     work = np.empty(len(contacts)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n)
-    _replace_times(constants, position, velocity, contacts, step_of, times, *work)
+    _replace_times(constants, lengths, position, velocity, contacts, step_of, times, *work)
     return times

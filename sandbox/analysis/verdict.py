@@ -399,7 +399,7 @@ def _passages(comparison: Comparison) -> str:
     for name, run in comparison.runs.items():
         through = [passage for passage in run.missed if passage.second < 0]
         if through:
-            first = f"{pair_name(comparison.scene, through[0])} at {through[0].step / comparison.scene.rate:.3f} s"
+            first = f"{pair_name(comparison.scene, through[0])} at {comparison.time[through[0].step]:.3f} s"
             sentences.append(f"{len(through)} in {name}, the first {first}")
     return f"Passages through walls: {'; '.join(sentences)}." if sentences else ""
 

@@ -51,6 +51,7 @@ _BUILT_IN: Final = {
     )
 }
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
+_OF_ANY_STEPS: Final = "exact"  # the engine that can take steps of different lengths
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 Source = str | Callable[..., Any]
@@ -170,6 +171,8 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
     name = name or _name_of(source)
     if isinstance(source, str):
         base, scene = _with_settings(source, scene)
+        if scene.is_timed and base != _OF_ANY_STEPS:
+            raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
         if base in _BUILT_IN:
             return cast("Engine", _load(base)(scene, initial))
         source = _load(base)

@@ -101,7 +101,7 @@ class CheckedEngine:
         self._engine = engine
         self._balls = len(scene.bodies)
         self._walls = ~np.array(scene.wall_numbers, np.int64)  # as contacts have them
-        self._rate = scene.rate
+        self._clock = scene.clock
         self._start = initial.time  # s, of the run, when this engine takes over
         self._steps = 0
         self._read = 0.0  # s, when contacts were last read
@@ -152,7 +152,12 @@ class CheckedEngine:
     @property
     def _time(self) -> float:
         """The time since the engine was built, s."""
-        return self._steps / self._rate
+        return self._clock.time(self._steps)
+
+    @property
+    def _step(self) -> float:
+        """The length of the last step, s."""
+        return float(1 / self._clock.rates(self._steps))
 
     def _error(self, what: str) -> EngineError:
         return EngineError(self._name, what, self._start + self._time)
@@ -186,7 +191,7 @@ class CheckedEngine:
 
     def _check_time(self, time: object) -> None:
         """Raise EngineError unless a time (s) is that of this step, as a clock of the engine's own may round it."""
-        if not isinstance(time, Real) or not abs(float(time) - self._time) * self._rate < MAX_CLOCK_ERROR:
+        if not isinstance(time, Real) or not abs(float(time) - self._time) < MAX_CLOCK_ERROR * self._step:
             raise self._error(
                 f"the time of its state must count from when it was built: {self._time:g} after {self._steps} steps, "
                 f"got {_short(time)}"
@@ -222,11 +227,11 @@ class CheckedEngine:
 
     def _check_times(self, time: Floats) -> None:
         """Raise EngineError for contacts that are not in order, or not since the last call. time: (k,) s."""
-        slack = ROUNDING / self._rate
+        slack = ROUNDING * self._step
         if (back := np.diff(time) < -slack).any():
             at = int(back.argmax())
             raise self._error(f"its contacts must be in order of time, got {time[at + 1]:g} s after {time[at]:g} s")
-        slack = MAX_CLOCK_ERROR / self._rate
+        slack = MAX_CLOCK_ERROR * self._step
         if (wrong := (time < self._read - slack) | (time > self._time + slack)).any():
             raise self._error(
                 f"the time of a contact must be between the last call and now, {self._read:g} to {self._time:g} s "

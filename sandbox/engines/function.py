@@ -18,14 +18,15 @@ class FunctionEngine:
 
     def __init__(self, function: StepFunction, scene: Scene, initial: State) -> None:
         self._function = function
-        self._scene = scene
+        self._scene, self._clock = scene, scene.clock
         self._initial = initial
         self._position, self._velocity = initial.position.copy(), initial.velocity.copy()
         self._steps = 0
 
     def step(self) -> None:
         """Advance by one step. Raises SandboxError if the function returns something."""
-        returned = self._function(self._position, self._velocity, 1 / self._scene.rate, self._scene)
+        dt = float(1 / self._clock.rates(self._steps + 1))
+        returned = self._function(self._position, self._velocity, dt, self._scene)
         if returned is not None:
             raise SandboxError(
                 "it must change the arrays position and velocity in place and return nothing, "
@@ -35,7 +36,7 @@ class FunctionEngine:
 
     def state(self) -> State:
         """Return a snapshot."""
-        time, spin = self._steps / self._scene.rate, self._initial.spin
+        time, spin = self._clock.time(self._steps), self._initial.spin
         angle = self._initial.angle + spin * time
         return State(time, self._position.copy(), self._velocity.copy(), angle, spin.copy())
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
 from sandbox.state import Contacts, Damping, Floats, State, States
 
@@ -9,15 +10,15 @@ from sandbox.state import Contacts, Damping, Floats, State, States
 class RecordedEngine:
     """Repeats a run that was recorded with the same kicks.
 
-    states: of steps + 1 rows; contacts: in order of time; rate: steps per second; damping: in flight. The contacts of a
+    states: of steps + 1 rows; contacts: in order of time; clock: of the steps; damping: in flight. The contacts of a
     step are all solved together.
     """
 
     together = True
 
-    def __init__(self, states: States, contacts: Contacts, rate: int, damping: Damping) -> None:
-        self._states, self._contacts, self._rate, self.damping = states, contacts, rate, damping
-        ends = np.arange(len(states.position)) / rate
+    def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
+        self._states, self._contacts, self._clock, self.damping = states, contacts, clock, damping
+        ends = clock.times(np.arange(len(states.position)))
         self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
         self._steps = 0
         self._returned = 0
@@ -35,7 +36,7 @@ class RecordedEngine:
 
     def state(self) -> State:
         """Return a snapshot."""
-        return self._states.state(self._steps, self._steps / self._rate).copy()
+        return self._states.state(self._steps, self._clock.time(self._steps)).copy()
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

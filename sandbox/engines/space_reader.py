@@ -29,8 +29,8 @@ class SpaceReader:
     """Reads the discs of a Space and their contacts: `begin`, then `read` after each call of `Space.step`, then `end`.
 
     balls: their bodies, in scene order; radius: (n,) px; carriers: the static body of each wall, by the wall's number;
-    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; calls: of all
-    steps so far; log: of the contacts.
+    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; dt: s, of a
+    call, which may change before `begin`; calls: of all steps so far; log: of the contacts.
     """
 
     def __init__(
@@ -44,7 +44,8 @@ class SpaceReader:
         substeps: int = 1,
     ) -> None:
         self._space, self._radius, self._segments = space, radius, segments
-        self._rate, self._substeps, self._dt = rate, substeps, 1 / rate / substeps
+        self._rate, self._substeps, self.dt = rate, substeps, 1 / rate / substeps
+        self._dt_before = self.dt  # of the calls before `begin`
         self.damping = Damping(space.damping, substeps)
         self._states, self._arbiters = Buffer(), Buffer()
         get_space_bodies(space, BodyFields.BODY_ID, self._states)
@@ -85,6 +86,7 @@ class SpaceReader:
         """Log the contacts of all calls since `begin`."""
         if self._ends and self._ends[-1]:
             self._collect(np.diff(self._ends, prepend=0) // _INTS_BYTES)
+        self._dt_before = self.dt
 
     def states(self) -> States:
         """Return the motion before the calls since `begin`, and after each of them."""
@@ -118,8 +120,8 @@ class SpaceReader:
         contacts["normal"] = normal[order]
         contacts["impulse"], contacts["tangential"] = impulse[order].T
         contacts["depth"] = depth[order]
-        left = self.damping.left_after(self._dt)
-        velocity = left * states.velocity + np.multiply(self._space.gravity, self._dt)  # when `Space.step` solves
+        left = self.damping.left_after(self.dt)
+        velocity = left * states.velocity + np.multiply(self._space.gravity, self.dt)  # when `Space.step` solves
         contacts["slip"] = slips(contacts, call[order], velocity, left * states.spin, self._radius)
         self.log.add(contacts)
 
@@ -141,7 +143,8 @@ class SpaceReader:
         """Return the part of each total impulse that an earlier contact left and that was not applied: (k, 2) kg px/s.
 
         Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
-        them, the solver starts from that impulse and includes it in the total, but applies only the difference.
+        them, the solver starts from that impulse and includes it in the total, but applies only the difference. If they
+        touch on, it applies the impulse times the ratio of this call's dt to the last one's.
         pair: (k,) a number for each pair; impulse: (k, 2) in total; call: (k,) of `Space.step`, in ascending order.
         """
         persistence, cached = self._space.collision_persistence, self._cached
@@ -149,8 +152,9 @@ class SpaceReader:
         order = np.argsort(pair, kind="stable")
         again = pair[order[1:]] == pair[order[:-1]]
         gap = np.diff(call[order])
+        share = np.where(gap > 1, 1.0, 1 - self.dt / self._dt_before) * (again & (gap <= persistence))
         stale = np.zeros((len(pair), 2))
-        stale[order[1:]] = np.where((again & (gap > 1) & (gap <= persistence))[:, None], impulse[order[:-1]], 0.0)
+        stale[order[1:]] = np.where(share[:, None] != 0, share[:, None] * impulse[order[:-1]], 0.0)
         last = order[~np.append(again, False)]
         last = last[self.calls - call[last] < persistence]
         self._cached = pair[last], impulse[last], call[last]

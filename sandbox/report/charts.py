@@ -1,5 +1,6 @@
 """The report's charts: each engine over time, under one cursor, and the ledger."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import fill
@@ -247,7 +248,7 @@ def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
         if not run.differences:
             continue
         time = run.differences[0].time
-        step = min(int(np.ceil(time * comparison.scene.rate - 1e-9)), len(run.gap_max) - 1)
+        step = min(math.ceil(comparison.scene.clock.steps(time) - 1e-9), len(run.gap_max) - 1)
         if run.gap_max[step] > 0:
             plot.scatter(
                 [time],

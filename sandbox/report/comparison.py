@@ -189,8 +189,7 @@ def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
     replayed = " Recorded inputs were replayed into all engines." if comparison.inputs else ""
     run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
-    rate = f"{scene.rate} step{'s' * (scene.rate > 1)} per second"
-    return f"{run} at {rate}, {reference_words(comparison)}.{replayed}"
+    return f"{run} {scene.clock}, {reference_words(comparison)}.{replayed}"
 
 
 def _about_frames(comparison: Comparison, every: int) -> str:

@@ -69,7 +69,7 @@ def headline(comparison: Comparison) -> str:
     edited = f" after the last edit at {comparison.since:g} s" if comparison.since else ""
     return (
         f"{scene.title or scene.name}: {counted(len(scene.bodies), 'ball')}, seed {scene.seed}, "
-        f"{comparison.time[-1]:g} s{edited} at {counted(scene.rate, 'step')} per second, "
+        f"{comparison.time[-1]:g} s{edited} {scene.clock}, "
         f"{reference_words(comparison)}"
     )
 

@@ -18,6 +18,7 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
 
 import json
 from collections.abc import Callable, Iterable
+from copy import copy
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, get_args
@@ -26,8 +27,8 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, first_errors, shown
 from sandbox.files import read_text, whole_file
-from sandbox.run.clock import Clock
 from sandbox.run.edits import AnyEdit, Edit, SetRate, check_ball
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Count, Index, Line, Model, Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.validation import sandbox_error
@@ -98,9 +99,9 @@ _READER: Final[TypeAdapter[Input]] = TypeAdapter(Annotated[_AnyInput, Field(disc
 INPUT_KINDS: Final[dict[str, type[Model]]] = {kind.model_fields["do"].default: kind for kind in get_args(_AnyInput)}
 
 
-def clock_of(rate: int, inputs: Iterable[Input]) -> Clock:
-    """Return the clock of a run that starts at a rate and has these inputs."""
-    clock = Clock(rate)
+def clock_of(start: Clock, inputs: Iterable[Input]) -> Clock:
+    """Return the clock of a run that starts with another and has these inputs."""
+    clock = copy(start)
     for given in inputs:
         if isinstance(given, SetRate):
             clock.change(given.step, given.rate)

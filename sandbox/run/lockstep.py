@@ -1,6 +1,7 @@
 """Engines stepped together, with the same mouse and the same edits."""
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -14,10 +15,10 @@ from sandbox.engines.engine import Traits, traits_of
 from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
-from sandbox.run.clock import Clock
 from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -119,7 +120,7 @@ class Lockstep:
         self.scene = scene  # with the edits so far
         self.initial = spawn(scene)
         self.steps = 0
-        self.clock = Clock(scene.rate)
+        self.clock = copy(scene.clock)
         self.builds: dict[str, Build] = {
             name: partial(_build, name, source, stops) for name, source in named(engines).items()
         }

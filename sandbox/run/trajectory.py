@@ -96,7 +96,7 @@ def simulate(
     for name, length in (("seconds", seconds), ("steps", steps)):
         if length is not None and not 0 <= length < math.inf:
             raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
-    clock = clock_of(scene.rate, inputs)
+    clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
     added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
     balls = len(scene.bodies) + len(added)
@@ -128,7 +128,7 @@ def simulate(
             part[done, present] = more
         energies[done] = energy(block, bodies, gravity, scene.arena.size)
         contacts.append(_among_all(runner.contacts(), present))
-    time = np.array([clock.time(step) for step in range(steps + 1)])
+    time = clock.times(np.arange(steps + 1))
     radius = np.append(scene.bodies.radius, [given.radius for given in added])
     mass = np.append(scene.bodies.mass, [given.mass for given in added])
     return Trajectory(

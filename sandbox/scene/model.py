@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, PrivateAttr, Strict, ValidationInfo,
 
 from sandbox.errors import KeyPath
 from sandbox.scene.balls import MAX_BALLS, BallGroup
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import (
     PALETTE,
     Colour,
@@ -182,6 +183,7 @@ class Scene(Model):
     expect: tuple[Expect, ...] = ()
 
     _source: Source = PrivateAttr(Source())
+    _clock: Clock | None = PrivateAttr(None)
 
     if TYPE_CHECKING:  # pydantic accepts dictionaries and lists, which its own hints reject
 
@@ -247,7 +249,19 @@ class Scene(Model):
         """
         scene = type(self)(**{key: getattr(self, key) for key in type(self).model_fields} | changes)
         scene._source = self._source
+        scene._clock = None if "rate" in changes else self._clock
         return scene
+
+    def timed(self, clock: Clock) -> Self:
+        """Return a copy whose steps are those of a clock; `rate`, which is then not theirs, stays."""
+        scene = self.changed()
+        scene._clock = None if clock == Clock(self.rate) else clock
+        return scene
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether its steps are other than `rate` per second."""
+        return self._clock is not None
 
     @property
     def source(self) -> str:
@@ -269,9 +283,14 @@ class Scene(Model):
         return self._source.at_key(path, message)
 
     @property
+    def clock(self) -> Clock:
+        """The times of its steps."""
+        return self._clock or Clock(self.rate)
+
+    @property
     def steps(self) -> int:
         """The number of steps in `seconds`."""
-        return round(self.seconds * self.rate)
+        return self.clock.step(self.seconds)
 
     @cached_property
     def bodies(self) -> Bodies:

@@ -17,6 +17,7 @@ from sandbox.engines.space_reader import SpaceReader
 from sandbox.engines.walls import ARENA_COUNT, Segments
 from sandbox.errors import SandboxError, SpaceWarning, shown
 from sandbox.run.inputs import Kick
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import MAX_COUNT, MAX_NUMBER, Vector
 from sandbox.scene.from_pymunk import (
     SpaceContents,
@@ -33,6 +34,8 @@ from sandbox.state import Contacts, State, States
 
 SPACE: Final = "space"  # the name of what is watched, in the comparison
 ROUNDING: Final = 1e-9  # relative, of a dt that is 1 / a whole number
+SHORTEST, LONGEST = 1 / MAX_COUNT, 1.0  # s, of a step
+RATE: Final = 60  # of a part, until its steps are known
 
 
 def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -> "Watched":
@@ -87,7 +90,10 @@ class Watched:
             vars(self._space)["step"] = self._patched
 
     def step(self, dt: float) -> None:
-        """Call `Space.step`, and record what it does. dt: s."""
+        """Call `Space.step`, and record what it does. dt: s; a step of 0 s, which does nothing, does not count."""
+        if dt == 0:
+            self._step(dt)
+            return
         self._compared = None
         contents = contents_of(self._space)
         why = self._part.why_it_ends(contents, dt) if self._part else ""
@@ -120,6 +126,8 @@ class Watched:
                     SpaceWarning,
                     stacklevel=2,
                 )
+            if part.clock.varies:
+                warn(_varying(part.clock), SpaceWarning, stacklevel=2)
             self._compared = part.comparison()
         return self._compared
 
@@ -127,7 +135,7 @@ class Watched:
         """Begin a part, unless it could not be compared."""
         why = _why_not(contents, dt)
         if not why:
-            self._part = _Part(self._space, contents, dt, self._steps, self._time, self._size, self._title)
+            self._part = _Part(self._space, contents, self._steps, self._time, self._size, self._title)
         elif not self._breaks or self._breaks[-1][1] != why:
             self._breaks.append((self._steps, why))
 
@@ -149,21 +157,21 @@ class Watched:
 
 
 class _Part:
-    """Steps of one dt, between which the program changes nothing but velocities."""
+    """Steps between which the program changes nothing but velocities."""
 
     def __init__(
         self,
         space: pymunk.Space,
         contents: SpaceContents,
-        dt: float,
         first: int,
         since: float,
         size: Vector | None,
         title: str,
     ) -> None:
-        self.first, self._since, self._contents, self._dt = first, since, contents, dt
-        rate, motion = round(1 / dt), motion_of(contents.circles)
-        self._scene: Scene = scene_of(contents, motion, size=size, rate=rate, title=title)
+        self.first, self._since, self._contents = first, since, contents
+        motion = motion_of(contents.circles)
+        self._scene: Scene = scene_of(contents, motion, size=size, rate=RATE, title=title)
+        self._rates: list[float] = []  # 1/s, of each step
         self._states = [motion]
         self._contacts: list[Contacts] = []
         self._kicks: list[Kick] = []
@@ -173,7 +181,7 @@ class _Part:
         carriers = {number: wall.body for number, wall in enumerate(contents.walls, ARENA_COUNT)}
         bodies = [circle.body for circle in contents.circles if circle.body]
         segments = Segments(start, to, half_thickness)
-        self._reader = SpaceReader(space, bodies, self._scene.bodies.radius, carriers, segments, rate)
+        self._reader = SpaceReader(space, bodies, self._scene.bodies.radius, carriers, segments, RATE)
         self._reader.log.take()  # starts recording
 
     @property
@@ -182,10 +190,8 @@ class _Part:
         return len(self._states) - 1
 
     def why_it_ends(self, contents: SpaceContents, dt: float) -> str:
-        """Return what changed since the last step and ends this part; empty if only velocities did."""
-        if dt != self._dt:
-            return f"dt changed from {self._dt:g} s to {dt:g} s"
-        if contents.left_out:
+        """Return what changed since the last step and ends this part; empty if only velocities and dt did."""
+        if contents.left_out or not _is_step(dt):
             return _why_not(contents, dt)
         now = motion_of(contents.circles)
         if why := _out_of_range(now):
@@ -205,23 +211,32 @@ class _Part:
         for ball in np.flatnonzero(given.any(axis=1)).tolist():
             x, y = given[ball].tolist()
             self._kicks.append(Kick(step=self.steps, ball=ball, velocity=(x, y)))
+        self._reader.dt = dt
         self._reader.begin()
         step(dt)
         self._reader.read()
         self._reader.end()
+        self._rates.append(_rate_of(dt))
         self._states.append(self._reader.states().state(-1, 0.0))
         self._contacts.append(self._reader.log.take())
 
+    @property
+    def clock(self) -> Clock:
+        """The times of its steps."""
+        return Clock.of_rates(self._rates)
+
     def comparison(self) -> Comparison:
         """Compare what was recorded with the reference."""
-        states, contacts = States.stack(self._states), np.concatenate(self._contacts)
+        clock, states, contacts = self.clock, States.stack(self._states), np.concatenate(self._contacts)
         states = states._replace(angle=states.angle - states.angle[0])  # a scene's balls start without
-        rate = self._scene.rate
+        contacts["time"] = np.repeat(clock.times(np.arange(1, self.steps + 1)), [len(one) for one in self._contacts])
 
         def recorded(scene: Scene, initial: State) -> Engine:
-            return RecordedEngine(states, contacts, rate, self._reader.damping)
+            return RecordedEngine(states, contacts, clock, self._reader.damping)
 
-        scene = self._scene.changed(seconds=self.steps / rate)
+        seconds = clock.time(self.steps)
+        rate = min(max(1, round(self.steps / seconds)), MAX_COUNT)
+        scene = self._scene.changed(rate=rate, seconds=seconds).timed(clock)
         comparison = compare(scene, {SPACE: recorded, REFERENCE: REFERENCE}, inputs=self._kicks)
         return Comparison.of(replace(comparison, since=self._since))
 
@@ -232,8 +247,8 @@ def _why_not(contents: SpaceContents, dt: float) -> str:
         return f"the Space had {listed(contents.left_out)}, which a scene cannot have"
     if not contents.circles:
         return "there were no circles"
-    if not _is_whole(dt):
-        return f"dt was {dt:g} s, which is not 1 / a whole number, as 1/60 is"
+    if not _is_step(dt):
+        return f"dt was {dt:g} s, which must be from {SHORTEST:g} to {LONGEST:g} s"
     return _out_of_range(motion_of(contents.circles)) or other_moments(contents)
 
 
@@ -258,7 +273,22 @@ def _compared(before: SpaceContents, after: SpaceContents) -> Iterator[tuple[obj
     yield before.settings, after.settings, "a setting of the Space"
 
 
-def _is_whole(dt: float) -> bool:
-    """Return whether a step is 1 / a whole number of seconds, and one that a scene may have as its rate."""
-    rate = 1 / dt if dt > 0 else 0.0
-    return 1 <= round(rate) <= MAX_COUNT and abs(round(rate) * dt - 1) <= ROUNDING
+def _is_step(dt: float) -> bool:
+    """Return whether a step is of a length that can be compared."""
+    return SHORTEST <= dt <= LONGEST  # NaN is not
+
+
+def _rate_of(dt: float) -> float:
+    """Return 1 / dt, a whole number if that is meant, so that the times of steps are rounded once."""
+    rate = round(1 / dt)
+    return rate if abs(rate * dt - 1) <= ROUNDING else 1 / dt
+
+
+def _varying(clock: Clock) -> str:
+    """Say that dt varied, and what that does to a simulation."""
+    shortest, longest = clock.lengths
+    return (
+        f"dt varied from {shortest:.4g} to {longest:.4g} s: in longer steps, contacts are found later and gravity is "
+        "integrated more coarsely; where dt changes, Pymunk multiplies the impulses of lasting contacts by the ratio, "
+        "which can add energy; and runs with other dt differ. A constant dt, such as 1/60, avoids all three"
+    )

@@ -123,10 +123,10 @@ class Monitor:
     def _find_differences(self) -> None:
         records = {name: engine.record() for name, engine in self._followed.items()}
         reference = records.pop(self._reference)
-        end, trusted = self._steps / self._scene.rate, np.inf
+        end, trusted = self._scene.clock.time(self._steps), np.inf
         if self._marked.until is not None:
             trusted = self._marked.until - self._since
-        until, known = comparable_until(trusted, end, self._scene.rate)
+        until, known = comparable_until(trusted, end, self._scene.clock)
         for name, record in records.items():
             found = differences(self._scene, record, reference, until, known)
             if found:

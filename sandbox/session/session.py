@@ -109,7 +109,7 @@ class Session:
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
-        return clock_of(self.start.rate, self.inputs).step(time)
+        return clock_of(self.start.clock, self.inputs).step(time)
 
     # Running
 

@@ -15,6 +15,7 @@ import sandbox
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SandboxError, SpaceWarning
+from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.watch import Watched, watch
 
 RATE = 60
@@ -222,15 +223,186 @@ def test_a_velocity_that_is_no_number_of_a_scene_ends_the_recording_and_not_the_
         assert len(watched.comparison.time) == 11
 
 
-def test_a_variable_dt_is_recorded_with_a_warning() -> None:
+IRREGULAR = [(12 + 7 * k % 11) / 1000 for k in range(90)]  # s, as `clock.tick(60) / 1000` gives them
+
+
+def varying(watched: Watched) -> Comparison:
+    """Return the comparison of a run whose dt varied, which warns of nothing else."""
+    with pytest.warns(SpaceWarning) as warned:
+        comparison = watched.comparison
+    assert [str(one.message)[:15] for one in warned] == ["dt varied from "]
+    return comparison
+
+
+def test_a_variable_dt_is_compared_to_the_end_with_a_warning_that_says_what_it_does() -> None:
     space = box()
     add_ball(space, 60, 150, 30)
     with watch(space) as watched:
         for step in range(30):
             space.step(1 / RATE if step < 12 else 1 / 120)
-    with pytest.warns(SpaceWarning, match=r"^before step 13, dt changed from 0\.0166667 s to 0\.00833333 s; "):
-        assert watched.comparison.scene.rate == 120
-    assert first(space).position.x == pytest.approx(60 + 30 * (12 / 60 + 18 / 120))
+    match = r"^dt varied from 0\.008333 to 0\.01667 s: in longer steps, contacts are found later "
+    with pytest.warns(SpaceWarning, match=match):
+        comparison = watched.comparison
+    assert comparison.time[[12, 30]] == pytest.approx([12 / 60, 12 / 60 + 18 / 120])
+    assert (comparison.scene.rate, comparison.since) == (round(30 / 0.35), 0)
+    assert "0.35 s in steps of 8.333 to 16.67 ms, " in repr(comparison)
+    for run in comparison.runs.values():
+        assert run.final.position[0, 0] == pytest.approx(60 + 30 * (12 / 60 + 18 / 120))
+    assert comparison["space"].first_difference is None
+
+
+def test_gravity_in_irregular_steps_falls_short_by_half_a_step_s_fall_in_each() -> None:
+    """Pymunk moves a ball before gravity pulls: x grows by v dt, where a parabola has v dt + g dt²/2."""
+    space = box(gravity=120)
+    add_ball(space, 60, 50, 30)
+    with watch(space) as watched:
+        for dt in IRREGULAR:
+            space.step(dt)
+    comparison = varying(watched)
+    short = 120 / 2 * np.square(IRREGULAR)
+    assert comparison.time == pytest.approx(np.append(0, np.cumsum(IRREGULAR)))
+    exact = 50 + 120 / 2 * sum(IRREGULAR) ** 2
+    assert comparison.runs["exact"].final.position[0, 1] == pytest.approx(exact)
+    assert comparison.runs["space"].gap_max == pytest.approx(np.append(0, np.cumsum(short)), abs=1e-9)
+    assert set(ledger(watched)) <= {Cause.GRAVITY, Cause.ROUNDING}
+    assert ledger(watched)[Cause.GRAVITY] == pytest.approx(120 * short.sum())
+    found = comparison["space"].first_difference
+    assert found is not None
+    assert found.because == (
+        f"Gravity is integrated in steps: each ends {short.min():.3g} to {short.max():.3g} px short of the parabola."
+    )
+
+
+class Faulty(pymunk.Space):
+    """Adds to a velocity, or to a position, in one of its steps."""
+
+    def __init__(self, at: int, key: str) -> None:
+        super().__init__()
+        self.at, self.key, self.calls = at, key, 0
+
+    def step(self, dt: float) -> None:
+        super().step(dt)
+        self.calls += 1
+        if self.calls == self.at:
+            body = first(self)
+            setattr(body, self.key, getattr(body, self.key) + pymunk.Vec2d(5, 0))
+
+
+@pytest.mark.parametrize("at", [1, 33, 80])
+@pytest.mark.parametrize(
+    ("key", "cause"), [("position", Cause.PLACED), ("velocity", Cause.UNTOLD)], ids=["position", "velocity"]
+)
+def test_a_fault_in_one_of_irregular_steps_is_named_at_that_step(at: int, key: str, cause: Cause) -> None:
+    space = Faulty(at, key)
+    add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for dt in IRREGULAR:
+            space.step(dt)
+    found = varying(watched)["space"].first_difference
+    assert found is not None
+    time = sum(IRREGULAR[:at])
+    assert found.cause == cause
+    assert found.time == pytest.approx(time)
+    assert f"in the step to {time:.3f} s" in found.because
+
+
+def test_what_rests_while_dt_varies_is_explained_by_its_contacts() -> None:
+    """Pymunk begins a lasting contact with its last impulse times the ratio of the two dt, and reports another sum."""
+    space = box(gravity=300)
+    for k in range(4):
+        add_ball(space, 60 + 20 * k, 286 - 0.05)
+    with watch(space) as watched:
+        for dt in IRREGULAR:
+            space.step(dt)
+    comparison = varying(watched)
+    assert len(comparison.runs["space"].contacts) > 100
+    assert Cause.UNTOLD not in ledger(watched)
+    assert comparison["space"].momentum_drift == pytest.approx(0, abs=1e-12)
+
+
+def test_damping_is_recognised_while_dt_varies() -> None:
+    space = box()
+    space.damping = 0.5
+    add_ball(space, 60, 150, 100)
+    with watch(space) as watched:
+        for dt in IRREGULAR:
+            space.step(dt)
+    comparison = varying(watched)
+    assert set(ledger(watched)) <= {Cause.DAMPING, Cause.ROUNDING}
+    left = 0.5 ** (2 * sum(IRREGULAR))
+    assert ledger(watched)[Cause.DAMPING] == pytest.approx(-(100**2) / 2 * (1 - left))
+    assert comparison.runs["space"].final.velocity[0, 0] == pytest.approx(100 * math.sqrt(left))
+
+
+def test_velocities_set_between_irregular_steps_reach_the_reference_at_the_same_moments() -> None:
+    space = box()
+    ball = add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step, dt in enumerate(IRREGULAR):
+            if step == 40:
+                ball.velocity = 90, 0
+            space.step(dt)
+    comparison = varying(watched)
+    x = 60 + 30 * sum(IRREGULAR[:40]) + 90 * sum(IRREGULAR[40:])
+    for run in comparison.runs.values():
+        assert run.final.position[0, 0] == pytest.approx(x)
+    assert comparison["space"].first_difference is None
+
+
+def test_a_dt_that_is_no_whole_rate_is_compared_without_a_warning() -> None:
+    space = box()
+    add_ball(space, 60, 150, 200)
+    with watch(space) as watched:
+        for _ in range(150):
+            space.step(0.016)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        comparison = watched.comparison
+    assert comparison.time[-1] == pytest.approx(2.4)
+    assert "2.4 s at 62.5 steps per second" in repr(comparison)
+    touch = (400 - 4 - 10 - 60) / 200  # s
+    found = comparison.runs["space"].contacts["time"]
+    assert found == pytest.approx([0.016 * math.ceil(touch / 0.016)])
+
+
+def test_steps_of_no_time_do_not_count() -> None:
+    """Pymunk does nothing in them."""
+    runs = []
+    for between in (False, True):
+        space = box(gravity=300)
+        ball = add_ball(space, 60, 150, 90)
+        with watch(space) as watched:
+            for step in range(60):
+                if step == 20:
+                    ball.velocity = 0, -100
+                if between:
+                    space.step(0)
+                space.step(1 / RATE)
+        runs.append(watched.comparison)
+    assert runs[0].to_json() == runs[1].to_json()
+
+
+def test_a_step_back_in_time_ends_the_recording() -> None:
+    space = box()
+    add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for step in range(30):
+            space.step(-0.01 if step == 20 else 1 / RATE)
+    match = r"^before step 21, dt was -0\.01 s, which must be from 1e-06 to 1 s; .*, steps 1 to 20 of 30$"
+    with pytest.warns(SpaceWarning, match=match):
+        assert len(watched.comparison.time) == 21
+
+
+def test_the_recorded_steps_are_not_for_engines_that_take_equal_ones() -> None:
+    space = box()
+    add_ball(space, 60, 150, 30)
+    with watch(space) as watched:
+        for dt in IRREGULAR:
+            space.step(dt)
+    scene = varying(watched).scene
+    with pytest.raises(sandbox.Refused, match=r"^pymunk: cannot repeat recorded steps, in steps of 12 to 22 ms; use"):
+        sandbox.compare(scene, ["pymunk", "exact"])
+    assert len(sandbox.compare(scene.changed(rate=60), ["pymunk", "exact"]).runs) == 2
 
 
 def test_nothing_to_compare_is_one_error() -> None:
@@ -243,8 +415,8 @@ def test_nothing_to_compare_is_one_error() -> None:
         watched.comparison  # noqa: B018
     add_ball(space, 60, 150)
     watched = watch(space)
-    watched.step(0.017)
-    with pytest.raises(SandboxError, match=r"before step 1, dt was 0\.017 s, which is not 1 / a whole number"):
+    watched.step(1e-9)
+    with pytest.raises(SandboxError, match=r"before step 1, dt was 1e-09 s, which must be from 1e-06 to 1 s$"):
         watched.comparison  # noqa: B018
 
 

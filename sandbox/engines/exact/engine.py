@@ -34,7 +34,7 @@ class ExactEngine:
     """
 
     def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
-        self._rate = scene.rate
+        self._clock = scene.clock
         self._steps = 0
         self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
@@ -59,9 +59,10 @@ class ExactEngine:
         """Do some steps, and write the state after each, see `States`. Raises SandboxError as `step` does."""
         states = States(position, velocity, angle, spin)
         done, recording = 0, self._contacts.recording
+        times = self._clock.times(self._steps + np.arange(steps + 1))
         while done < steps:
             log = self._log._replace(collects=recording)
-            more, collisions = run(self._world, self._steps, self._rate, states.rows(slice(done, None)), log)
+            more, collisions = run(self._world, times[done:], states.rows(slice(done, None)), log)
             done += more
             self._steps += more
             self.collisions += collisions
@@ -71,7 +72,7 @@ class ExactEngine:
                 self._contacts.add(log.row[:count].copy())
             self._report(self._islands.do_planned(self._now))
             if self._contacts.count > MAX_LOGGED_CONTACTS:
-                time = (self._steps + (done < steps)) / self._rate
+                time = times[min(done + 1, steps)]
                 raise SandboxError(
                     f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; run a shorter "
                     "time, or leave exact out with --engines pymunk,impulse"
@@ -92,7 +93,7 @@ class ExactEngine:
 
     @property
     def _now(self) -> float:
-        return self._steps / self._rate
+        return self._clock.time(self._steps)
 
     def state(self) -> State:
         """Return a snapshot, with every ball moved to now."""

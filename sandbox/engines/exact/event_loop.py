@@ -18,7 +18,7 @@ from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
 from sandbox.engines.exact.touching import is_restless
 from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
-from sandbox.state import States
+from sandbox.state import Floats, States
 
 MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `run`: about a second's, so that Ctrl-C can end an endless step
 MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
@@ -109,18 +109,18 @@ def _must_examine(world: World, now: float) -> bool:
 
 
 @entry
-def run(world: World, steps_before: int, rate: int, states: States, log: Log) -> tuple[int, int]:
+def run(world: World, times: Floats, states: States, log: Log) -> tuple[int, int]:
     """Process the events of as many steps as there are states, and write the state after each, in scene order.
 
     Stops early if the log is full, after MAX_EVENTS_PER_CALL, or if Python must do what is planned in `world.rest`;
-    the next call continues from there. log: with more rows than can be reported at the end of a step. Returns the
-    number of steps completed, and of contacts between discs.
+    the next call continues from there. times: (steps + 1,) s, between the steps; log: with more rows than can be
+    reported at the end of a step. Returns the number of steps completed, and of contacts between discs.
     """
     log.filled[0] = 0
     collisions, events_left = 0, MAX_EVENTS_PER_CALL
     plan, root = world.rest.plan[0], world.queue.node[0]
     for step in range(len(states.position)):
-        since, now = (steps_before + step) / rate, (steps_before + step + 1) / rate
+        since, now = times[step], times[step + 1]
         until = -np.inf
         while until < now:
             until = min(now, plan.next_check)

@@ -1,0 +1,119 @@
+"""The times of a run's steps, which may be of different lengths."""
+
+from collections.abc import Sequence
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sandbox.state import Floats, Integers
+
+ROUNDING: Final = 1e-6  # of a step, by which a time that is meant to be the end of a step may be after it
+
+
+class Clock:
+    """Converts numbers of steps to times in s, and back.
+
+    Steps of one length form a span: k steps of it end k / rate after it begins, so that their times are rounded once.
+
+    >>> clock = Clock(60)
+    >>> clock.change(120, 240)
+    >>> clock.time(120), clock.time(240), clock.step(2.5)
+    (2.0, 2.5, 240)
+    """
+
+    def __init__(self, rate: float) -> None:
+        self._steps = np.array([0])  # before each span
+        self._times = np.array([0.0])  # s, when each begins
+        self._rates = np.array([float(rate)])  # steps per second
+
+    @classmethod
+    def of_rates(cls, rates: Sequence[float]) -> Self:
+        """Return the clock of steps each of which has a rate: 1 / its length in s.
+
+        >>> Clock.of_rates([60, 60, 240]).times(np.arange(4)) * 240
+        array([0., 4., 8., 9.])
+        """
+        clock, each = cls(rates[0]), np.array(rates, float)
+        clock._steps = np.flatnonzero(np.diff(each, prepend=np.nan))
+        clock._rates = each[clock._steps]
+        lengths = np.diff(clock._steps) / clock._rates[:-1]
+        clock._times = np.cumsum(np.append(0.0, lengths))
+        return clock
+
+    def change(self, step: int, rate: float) -> None:
+        """Continue at another rate from a step on, which must not be before the last change."""
+        self._times = np.append(self._times, self.time(step))
+        self._steps = np.append(self._steps, step)
+        self._rates = np.append(self._rates, float(rate))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another clock has the same steps."""
+        if not isinstance(other, Clock):
+            return NotImplemented
+        return np.array_equal(self._steps, other._steps) and np.array_equal(self._rates, other._rates)
+
+    __hash__ = None  # type: ignore[assignment]  # it can change
+
+    @property
+    def varies(self) -> bool:
+        """Whether its steps are of different lengths."""
+        return len(self._rates) > 1
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """How long the shortest step is, and the longest, s."""
+        return float(1 / self._rates.max()), float(1 / self._rates.min())
+
+    def __str__(self) -> str:
+        """Return how long the steps are: "at 60 steps per second", or "in steps of 10 to 21 ms"."""
+        if self.varies:
+            shortest, longest = self.lengths
+            return f"in steps of {1e3 * shortest:.4g} to {1e3 * longest:.4g} ms"
+        rate = float(self._rates[0])
+        return f"at {rate:,.10g} step{'s' * (rate != 1)} per second"
+
+    def time(self, step: int) -> float:
+        """Return the time of a step, s."""
+        return float(self.times(step))
+
+    def times(self, steps: ArrayLike) -> Floats:
+        """Return the times of some steps, s."""
+        span = np.searchsorted(self._steps, steps, side="right") - 1
+        times: Floats = self._times[span] + (steps - self._steps[span]) / self._rates[span]
+        return times
+
+    def rates(self, steps: ArrayLike) -> Floats:
+        """Return 1 / the length of each of some steps, 1/s; step 1 is the first."""
+        span = np.searchsorted(self._steps, steps, side="left") - 1
+        rates: Floats = self._rates[np.maximum(span, 0)]
+        return rates
+
+    def steps(self, time: float) -> float:
+        """Return how many steps are done at a time in s, with the part of the one that is not."""
+        span = max(int(np.searchsorted(self._times, time, side="right")) - 1, 0)
+        return float(self._steps[span] + (time - self._times[span]) * self._rates[span])
+
+    def step(self, time: float) -> int:
+        """Return the step nearest to a time in s."""
+        return round(self.steps(time))
+
+    def steps_containing(self, times: ArrayLike) -> Integers:
+        """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
+        span = np.maximum(np.searchsorted(self._times, times, side="left") - 1, 0)
+        begin, rate = self._times[span], self._rates[span]
+        step = np.ceil((times - begin) * rate - ROUNDING).astype(np.int64)
+        found: Integers = np.maximum(self._steps[span] + step + (times > begin + step / rate), 1)
+        return found
+
+    def length(self, time: float) -> float:
+        """Return how long the step is in which a time (s) lies, s."""
+        return float(1 / self.rates(self.steps_containing(time)))
+
+    def lengths_around(self, steps: Integers, count: float) -> Floats:
+        """Return a number of times the longest of the steps that are at most as many from each of some, s."""
+        longest = 1 / self.rates(steps)
+        for away in range(1, int(count) + 1) if self.varies else ():
+            for near in (steps - away, steps + away):
+                longest = np.maximum(longest, 1 / self.rates(near))
+        return count * longest

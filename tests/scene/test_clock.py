@@ -1,0 +1,62 @@
+"""The times of steps, against sums of fractions."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from sandbox.scene.clock import Clock
+
+MS = [(10 + 7 * k % 13) for k in range(200)]  # of each step
+ENDS = [float(sum((Fraction(ms, 1000) for ms in MS[:k]), Fraction(0))) for k in range(len(MS) + 1)]
+
+
+def irregular() -> Clock:
+    return Clock.of_rates([1000 / ms for ms in MS])
+
+
+def test_times_of_irregular_steps_are_their_sums() -> None:
+    clock = irregular()
+    assert clock.times(np.arange(len(ENDS))) == pytest.approx(ENDS, rel=1e-14)
+    assert 1 / clock.rates(np.arange(1, len(ENDS))) == pytest.approx(np.array(MS) / 1000)
+    assert [clock.step(time) for time in ENDS] == list(range(len(ENDS)))
+    assert clock.steps((ENDS[7] + ENDS[8]) / 2) == pytest.approx(7.5)
+    assert clock.length(ENDS[7]) == pytest.approx(MS[6] / 1000)
+
+
+def test_the_end_of_a_step_is_in_it_and_what_follows_in_the_next() -> None:
+    clock = irregular()
+    ends = clock.times(np.arange(1, len(ENDS)))
+    assert (clock.steps_containing(ends) == np.arange(1, len(ENDS))).all()
+    assert (clock.steps_containing(ends[:-1] + 1e-4) == np.arange(2, len(ENDS))).all()
+    assert (clock.steps_containing(ends - 1e-4) == np.arange(1, len(ENDS))).all()
+
+
+def test_equal_steps_given_one_by_one_are_those_of_a_rate_to_the_bit() -> None:
+    clock, numbers = Clock.of_rates([60] * 1000), np.arange(1001)
+    assert clock == Clock(60)
+    assert clock.times(numbers).tobytes() == (numbers / 60).tobytes()
+
+
+def test_a_change_of_rate_begins_at_its_step() -> None:
+    clock = Clock(60)
+    clock.change(120, 240)
+    assert clock == Clock.of_rates([60] * 120 + [240])
+    assert clock.times(np.array([120, 121])) == pytest.approx([2, 2 + 1 / 240])
+    assert clock.rates(np.array([0, 1, 120, 121])).tolist() == [60, 60, 60, 240]
+
+
+def test_a_long_step_counts_for_those_around_it() -> None:
+    """A contact of a long step may be found in the next one."""
+    clock = Clock.of_rates([60] * 20 + [2] + [60] * 20)
+    around = clock.lengths_around(np.array([10, 18, 21, 24, 25]), 3)
+    assert around == pytest.approx([3 / 60, 3 / 2, 3 / 2, 3 / 2, 3 / 60])
+
+
+def test_a_clock_says_how_long_its_steps_are() -> None:
+    assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
+        "at 1 step per second",
+        "at 60 steps per second",
+        "at 62.5 steps per second",
+    ]
+    assert str(irregular()) == "in steps of 10 to 22 ms"
