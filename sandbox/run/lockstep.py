@@ -14,11 +14,12 @@ from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
+from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
+from sandbox.run.room import Situation
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import NO_DAMPING, Contacts, Damping, State, States
 
@@ -162,8 +163,9 @@ class Lockstep:
         self._expendable = expendable
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
+        self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
         self.edited = False  # since the last step
-        self._balls_ever = len(self.balls)
+        self._balls_ever, self._walls_ever = len(self.balls), len(self.walls)
         self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
         for given in inputs:
@@ -195,6 +197,7 @@ class Lockstep:
 
     def _edit(self, edit: Edit) -> None:
         scene = edit.change_scene(self.scene)
+        self._check_room(edit, scene)
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
         before = self.energies(self.states())
         for runner, engine in built:
@@ -209,8 +212,22 @@ class Lockstep:
                 self._balls_ever += 1
             case DeleteBall(ball=ball):
                 del self.balls[ball]
+            case AddWall():
+                self.walls.append(self._walls_ever)
+                self._walls_ever += 1
+            case DeleteWall(wall=wall):
+                del self.walls[len(ARENA_WALLS) + wall]
             case SetRate(rate=rate):
                 self.clock.change(self.steps, rate)
+
+    def _check_room(self, edit: Edit, scene: Scene) -> None:
+        """Raise SandboxError if an engine has no room for what an edit puts somewhere. scene: the edited one."""
+        for name, state in self.states().items():
+            try:
+                position = edit.change_state(state).position
+                edit.check_room(Situation(self.scene, state.position), Situation(scene, position))
+            except SandboxError as error:
+                raise SandboxError(f"{name}: {error}") from None
 
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):
