@@ -4,7 +4,7 @@ Like all inputs, an edit belongs to a step. After it, every engine is rebuilt fr
 state, so engines need not support edits.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Final, Literal, Self
@@ -289,6 +289,20 @@ class SetRate(Edit):
     def change_scene(self, scene: Scene) -> Scene:
         """Set the rate."""
         return scene.changed(rate=self.rate, expect=())
+
+
+def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
+    """Return a scene after an edit. states: each engine's, before it.
+
+    Raises SandboxError if the scene is not valid then, or an engine has no room for what the edit puts somewhere.
+    """
+    changed = edit.change_scene(scene)
+    for name, state in states.items():
+        try:
+            edit.check_room(Situation(scene, state.position), Situation(changed, edit.change_state(state).position))
+        except SandboxError as error:
+            raise SandboxError(f"{name}: {error}") from None
+    return changed
 
 
 def edited_scenes(scene: Scene, inputs: Iterable[object]) -> Iterator[Scene]:

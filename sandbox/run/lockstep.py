@@ -14,10 +14,9 @@ from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.clock import Clock
-from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball
+from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
-from sandbox.run.room import Situation
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.spawn import spawn
@@ -196,8 +195,7 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
-        scene = edit.change_scene(self.scene)
-        self._check_room(edit, scene)
+        scene = edited(self.scene, edit, self.states())
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
         before = self.energies(self.states())
         for runner, engine in built:
@@ -219,15 +217,6 @@ class Lockstep:
                 del self.walls[len(ARENA_WALLS) + wall]
             case SetRate(rate=rate):
                 self.clock.change(self.steps, rate)
-
-    def _check_room(self, edit: Edit, scene: Scene) -> None:
-        """Raise SandboxError if an engine has no room for what an edit puts somewhere. scene: the edited one."""
-        for name, state in self.states().items():
-            try:
-                position = edit.change_state(state).position
-                edit.check_room(Situation(self.scene, state.position), Situation(scene, position))
-            except SandboxError as error:
-                raise SandboxError(f"{name}: {error}") from None
 
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):
