@@ -183,7 +183,7 @@ class Lockstep:
         """Apply an input of the next step.
 
         Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses, and for a
-        drag that one refuses.
+        drag that one refuses. If only the expendable engine has no room for an edit, that engine is dropped.
         """
         self._check_drag(given)
         if isinstance(given, Edit):
@@ -195,7 +195,13 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
-        scene = edited(self.scene, edit, self.states())
+        states = self.states()
+        beside = {name: states.pop(name) for name in list(states) if name == self._expendable}
+        scene = edited(self.scene, edit, states)
+        try:
+            edited(self.scene, edit, beside)
+        except SandboxError as error:
+            self._drop(str(error))
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
         before = self.energies(self.states())
         for runner, engine in built:
