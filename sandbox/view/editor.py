@@ -37,8 +37,7 @@ class Editor:
 
     The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
 
-    new_ball: what is set of balls to be added; in everything else they are copies of the model ball. pane: in which
-    something was selected.
+    new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
     """
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
@@ -69,7 +68,12 @@ class Editor:
         """Select a ball, or nothing."""
         self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
         self._wall: int | None = None
-        self.pane, self.by_key = pane, by_key
+        self._pane, self.by_key = pane, by_key
+
+    @property
+    def pane(self) -> int:
+        """The pane in which something was selected, if it is still there."""
+        return min(self._pane, len(self._playback.view.panes) - 1)
 
     @property
     def selected_wall(self) -> int | None:

@@ -106,7 +106,7 @@ class MoveTool:
     def edit(self) -> Edit | None:
         """What a release of the mouse would do."""
         grip, at, step = self.grip, self._at, self._playback.session.step
-        if grip is None or at is None:
+        if grip is None or at is None or not self._is_there(grip):
             return None
         if grip.ball is not None:
             x, y = self._place_of_ball(grip.ball, _shifted(self._position_of(grip.ball), grip.pressed, at))
@@ -117,6 +117,11 @@ class MoveTool:
         start, to = (_shifted(end, grip.pressed, at) for end in (wall.start, wall.to))
         ends = ({"start": start}, {"to": to}, {"start": start, "to": to})[2 if grip.end is None else grip.end]
         return ChangeWall(step=step, wall=grip.wall, **ends)
+
+    def _is_there(self, grip: Grip) -> bool:
+        """Return whether what the mouse holds is still there: a key can undo what added it."""
+        scene = self._scene
+        return (grip.ball or 0) < len(scene.bodies) and (grip.wall is None or grip.wall < len(scene.walls))
 
     def _position_of(self, ball: int) -> Vector:
         x, y = self._playback.view.panes[self._pane].state.position[ball].tolist()
