@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import compare
+from sandbox.engines import registry
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, Edit
 from sandbox.run.inputs import Input, load_inputs, write_inputs
@@ -20,6 +21,7 @@ from sandbox.scene.model import Scene
 from sandbox.session.session import Session
 
 ENGINES = ("pymunk", "impulse", "exact")
+EVERY = (*ENGINES, *({"box2d"} & set(registry())))  # if it is installed
 WALL = "walls = [{ from = [500, 100], to = [500, 500], thickness = 20 }]"
 
 
@@ -33,7 +35,7 @@ def head_on(more: str = "") -> Scene:
 # What changes
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EVERY)
 @pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
 def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engine: str, e: float) -> None:
     m = 2.0
@@ -42,7 +44,7 @@ def test_a_ball_of_another_mass_and_elasticity_collides_as_the_formula_says(engi
     assert run.velocity[-1, :, 0] == pytest.approx([together - e * 120 / (m + 1), together + e * m * 120 / (m + 1)])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EVERY)
 def test_a_larger_ball_collides_earlier(engine: str) -> None:
     before = simulate(head_on(), engine, steps=60).contacts["time"][0]
     after = simulate(head_on(), engine, steps=60, inputs=[ChangeBall(step=5, ball=1, radius=44)]).contacts["time"][0]
@@ -94,7 +96,7 @@ def test_a_trace_has_the_mass_and_radius_of_each_step(tmp_path: Path) -> None:
     assert (plain.mass.tolist(), plain.radius.tolist()) == ([1, 1], [20, 20])
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EVERY)
 def test_a_ball_bounces_off_the_walls_that_are_there(engine: str) -> None:
     """At 120 px/s a ball flies 2 px a step. The walls: at x = 500 from the start, moved to 400, and away."""
     scene = scene_of("radius = 20\nposition = [300, 300]\nvelocity = [120, 0]", more=WALL)
