@@ -4,19 +4,24 @@ Like all inputs, an edit belongs to a step. After it, every engine is rebuilt fr
 state, so engines need not support edits.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Final, Literal, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from sandbox.errors import SandboxError
+from sandbox.run.room import Situation, check_ball_fits, check_wall_fits
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.keys import with_every_contact
-from sandbox.scene.model import Scene
+from sandbox.scene.model import Scene, Wall
+from sandbox.scene.validation import invalid
 from sandbox.state import State, States
+
+CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
 
 
 class Edit(Model):
@@ -32,6 +37,26 @@ class Edit(Model):
     def change_state(self, state: State) -> State:
         """Return the edited state of an engine's balls."""
         return state
+
+    def check_room(self, before: Situation, after: Situation) -> None:
+        """Raise SandboxError if the edit puts something where there is no room for it in an engine."""
+
+
+class _Changes(Edit):
+    """An edit that changes some values of a ball or a wall; those left out, or None, stay as they are."""
+
+    @model_validator(mode="after")
+    def _check_something_changes(self) -> Self:
+        if not self.changes:
+            fields = type(self).model_fields.items()
+            keys = [field.serialization_alias or name for name, field in fields if field.default is None]
+            raise invalid(((), f"must contain {', '.join(keys[:-1])} or {keys[-1]}"))
+        return self
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """The new values by their names."""
+        return self.model_dump(exclude={"step", "do", "ball", "wall"}, exclude_none=True)
 
 
 class AddBall(Edit):
@@ -66,6 +91,64 @@ class AddBall(Edit):
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
 
 
+class ChangeBall(_Changes):
+    """Change properties of a ball. Its position, velocity and spin then are the same in every engine.
+
+    It may not be put deeper into another ball or a wall than it was, in any engine.
+    """
+
+    do: Literal["change"] = "change"
+    ball: Index
+    x: Number | None = None
+    """Horizontal position of its centre, px."""
+    y: Number | None = None
+    """Vertical position of its centre, px, downwards."""
+    vx: Number | None = None
+    """Horizontal velocity, px/s."""
+    vy: Number | None = None
+    """Vertical velocity, px/s, positive downwards."""
+    spin: Number | None = None
+    """Angular velocity, rad/s; positive is clockwise on the screen."""
+    radius: NotTiny | None = None
+    """Radius, px."""
+    mass: NotTiny | None = None
+    """Mass, kg; only ratios matter."""
+    elasticity: Elasticity | None = None
+    """The ball's factor: the elasticity of a pair is the product of its two factors."""
+    friction: NotNegative | None = None
+    """The ball's factor: the friction of a pair is the product of its two factors."""
+    color: Colour | None = None
+    """A CSS colour name or #rrggbb."""
+
+    def change_scene(self, scene: Scene) -> Scene:
+        """Let the ball be a group of its own. The others keep their numbers and colours."""
+        before, group, after = _split(scene, self.ball)
+        width, height = scene.arena.size
+        one = BallGroup(
+            # Where the ball is belongs to the state; a coordinate that is not given is any in the arena.
+            position=(width / 2 if self.x is None else self.x, height / 2 if self.y is None else self.y),
+            spin=group.spin if self.spin is None else self.spin,
+            colors=(self.color or scene.colors[self.ball],),
+            **{key: self.changes.get(key, getattr(group, key)) for key in CONSTANTS},
+        )
+        return _with_balls(scene, [*before, one, *after])
+
+    def change_state(self, state: State) -> State:
+        """Set what is given of the ball's position, velocity and spin."""
+        state = state.copy()
+        for values, changes in ((state.position, (self.x, self.y)), (state.velocity, (self.vx, self.vy))):
+            for axis, value in enumerate(changes):
+                if value is not None:
+                    values[self.ball, axis] = value
+        if self.spin is not None:
+            state.spin[self.ball] = self.spin
+        return state
+
+    def check_room(self, before: Situation, after: Situation) -> None:
+        """Raise SandboxError if the ball is deeper in something than before."""
+        check_ball_fits(self.ball, before, after)
+
+
 class DeleteBall(Edit):
     """Delete a ball; the numbers of those after it decrease by one."""
 
@@ -74,18 +157,8 @@ class DeleteBall(Edit):
 
     def change_scene(self, scene: Scene) -> Scene:
         """Remove the ball from its group. The others keep their colours."""
-        check_ball(self.ball, scene)
-        groups, first = [], 0
-        for group in scene.balls:
-            colors = scene.colors[first : first + group.ball_count]
-            index = self.ball - first  # in the group
-            first += group.ball_count
-            if not 0 <= index < group.ball_count:
-                groups.append(group.model_copy(update={"colors": colors}) if group.colors is None else group)
-            elif group.ball_count > 1:
-                others = {"count": group.ball_count - 1, "colors": colors[:index] + colors[index + 1 :]}
-                groups.append(group.model_copy(update=others))
-        return _with_balls(scene, groups)
+        before, _, after = _split(scene, self.ball)
+        return _with_balls(scene, [*before, *after])
 
     def change_state(self, state: State) -> State:
         """Remove the ball from the state."""
@@ -111,6 +184,75 @@ class SetVelocity(Edit):
         velocity = state.velocity.copy()
         velocity[self.ball] = self.velocity
         return replace(state, velocity=velocity)
+
+
+class AddWall(Edit):
+    """Add a wall, after all others. It may not go through a ball, in any engine."""
+
+    do: Literal["add-wall"] = "add-wall"
+    start: Vector = Field(validation_alias="from", serialization_alias="from")
+    """One end, px."""
+    to: Vector
+    """The other end, px."""
+    thickness: NotNegative = 4
+    """Full thickness, px: half of it on either side of the segment."""
+    elasticity: Elasticity = 1
+    """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
+    friction: NotNegative = 0
+    """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
+
+    def change_scene(self, scene: Scene) -> Scene:
+        """Append the wall."""
+        return _with_walls(scene, [*scene.walls, Wall(**self.model_dump(exclude={"step", "do"}))])
+
+    def check_room(self, before: Situation, after: Situation) -> None:
+        """Raise SandboxError if a ball is in the wall."""
+        check_wall_fits(len(after.scene.walls) - 1, None, after)
+
+
+class ChangeWall(_Changes):
+    """Change a wall: its ends, its thickness, its elasticity, its friction.
+
+    No ball may then be deeper in it than before, in any engine.
+    """
+
+    do: Literal["change-wall"] = "change-wall"
+    wall: Index
+    """Its number among the scene's own walls, from 0."""
+    start: Vector | None = Field(None, validation_alias="from", serialization_alias="from")
+    """One end, px."""
+    to: Vector | None = None
+    """The other end, px."""
+    thickness: NotNegative | None = None
+    """Full thickness, px: half of it on either side of the segment."""
+    elasticity: Elasticity | None = None
+    """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
+    friction: NotNegative | None = None
+    """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
+
+    def change_scene(self, scene: Scene) -> Scene:
+        """Replace the wall."""
+        check_wall(self.wall, scene)
+        walls = list(scene.walls)
+        walls[self.wall] = Wall(**walls[self.wall].model_dump() | self.changes)
+        return _with_walls(scene, walls)
+
+    def check_room(self, before: Situation, after: Situation) -> None:
+        """Raise SandboxError if a ball is deeper in the wall than before."""
+        check_wall_fits(self.wall, before, after)
+
+
+class DeleteWall(Edit):
+    """Delete a wall; the numbers of those after it decrease by one."""
+
+    do: Literal["delete-wall"] = "delete-wall"
+    wall: Index
+    """Its number among the scene's own walls, from 0."""
+
+    def change_scene(self, scene: Scene) -> Scene:
+        """Remove the wall."""
+        check_wall(self.wall, scene)
+        return _with_walls(scene, scene.walls[: self.wall] + scene.walls[self.wall + 1 :])
 
 
 class SetElasticity(Edit):
@@ -149,6 +291,20 @@ class SetRate(Edit):
         return scene.changed(rate=self.rate, expect=())
 
 
+def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:
+    """Return a scene after an edit. states: each engine's, before it.
+
+    Raises SandboxError if the scene is not valid then, or an engine has no room for what the edit puts somewhere.
+    """
+    changed = edit.change_scene(scene)
+    for name, state in states.items():
+        try:
+            edit.check_room(Situation(scene, state.position), Situation(changed, edit.change_state(state).position))
+        except SandboxError as error:
+            raise SandboxError(f"{name}: {error}") from None
+    return changed
+
+
 def edited_scenes(scene: Scene, inputs: Iterable[object]) -> Iterator[Scene]:
     """Yield the scene as it is at the start, and after each edit among inputs. Impossible edits are left out."""
     yield scene
@@ -159,7 +315,18 @@ def edited_scenes(scene: Scene, inputs: Iterable[object]) -> Iterator[Scene]:
                 yield scene
 
 
-AnyEdit = AddBall | DeleteBall | SetVelocity | SetElasticity | SetGravity | SetRate
+AnyEdit = (
+    AddBall
+    | ChangeBall
+    | DeleteBall
+    | SetVelocity
+    | AddWall
+    | ChangeWall
+    | DeleteWall
+    | SetElasticity
+    | SetGravity
+    | SetRate
+)
 
 
 def check_ball(ball: int, scene: Scene) -> None:
@@ -168,6 +335,41 @@ def check_ball(ball: int, scene: Scene) -> None:
         raise SandboxError(f"ball must be at most {len(scene.bodies) - 1}, got {ball}")
 
 
+def check_wall(wall: int, scene: Scene) -> None:
+    """Raise SandboxError if a scene has no wall of its own of this number."""
+    if not scene.walls:
+        raise SandboxError(f"wall must be one of the scene's own, of which there are none; got {wall}")
+    if wall >= len(scene.walls):
+        raise SandboxError(f"wall must be at most {len(scene.walls) - 1}, got {wall}")
+
+
+def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[BallGroup]]:
+    """Return the groups of the balls before a ball, its own, and those after it; all but its own have their colours.
+
+    Raises SandboxError if the scene has no such ball.
+    """
+    check_ball(ball, scene)
+    before, after, own, first = list[BallGroup](), list[BallGroup](), scene.balls[0], 0
+    for group in scene.balls:
+        end = first + group.ball_count
+        if first <= ball < end:
+            own = group
+        before += _part(group, scene.colors[first : min(end, ball)])
+        after += _part(group, scene.colors[max(first, ball + 1) : end])
+        first = end
+    return before, own, after
+
+
+def _part(group: BallGroup, colors: tuple[str, ...]) -> list[BallGroup]:
+    """Return as many balls of a group as there are colours, which they have."""
+    return [group.model_copy(update={"count": len(colors), "colors": colors})] if colors else []
+
+
 def _with_balls(scene: Scene, groups: Iterable[BallGroup]) -> Scene:
     """Return the scene with other balls, and without its expectations, which were for the old ones."""
     return scene.changed(balls=tuple(groups), expect=())
+
+
+def _with_walls(scene: Scene, walls: Iterable[Wall]) -> Scene:
+    """Return the scene with other walls, and without its expectations, which were for the old ones."""
+    return scene.changed(walls=tuple(walls), expect=())

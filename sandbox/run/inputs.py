@@ -8,7 +8,11 @@ Inputs belong to steps, not to clock times, so that the same inputs give the sam
     {"step": 40, "do": "release"}
     {"step": 45, "do": "kick", "ball": 1, "velocity": [0.0, -200.0]}
     {"step": 50, "do": "add", "position": [60.0, 60.0], "velocity": [120.0, 0.0], "radius": 20.0}
+    {"step": 55, "do": "change", "ball": 3, "x": 90.0, "radius": 10.0, "mass": 2.0}
     {"step": 60, "do": "delete", "ball": 0}
+    {"step": 65, "do": "add-wall", "from": [100.0, 300.0], "to": [500.0, 450.0], "thickness": 6.0}
+    {"step": 66, "do": "change-wall", "wall": 0, "to": [500.0, 400.0], "elasticity": 0.5}
+    {"step": 68, "do": "delete-wall", "wall": 0}
     {"step": 70, "do": "velocity", "ball": 2, "velocity": [0.0, -60.0]}
     {"step": 70, "do": "elasticity", "elasticity": 0.9}
     {"step": 70, "do": "gravity", "gravity": [0.0, 900.0]}
@@ -161,7 +165,7 @@ def _parse(line: str) -> Input:
 
 def _read(document: object) -> Input:
     try:
-        return _READER.validate_python(document)
+        return _READER.validate_python(document, by_alias=True, by_name=False)
     except ValidationError as error:
         kind = error.errors()[0]["loc"][:1]  # the value of "do", if it is valid
         if not kind:
@@ -184,7 +188,7 @@ def _document(line: str) -> Any:
 def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
     """Write inputs as JSON lines, which `load_inputs` reads. Raises SandboxError if the file cannot be written."""
     with whole_file(path) as file:
-        file.writelines(given.model_dump_json().encode() + b"\n" for given in inputs)
+        file.writelines(given.model_dump_json(by_alias=True, exclude_none=True).encode() + b"\n" for given in inputs)
 
 
 def write_run(scene: Scene, given: Iterable[Input], steps: int, path: str | Path) -> None:

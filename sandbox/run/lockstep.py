@@ -15,12 +15,12 @@ from sandbox.engines.engine import Traits, traits_of
 from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetRate, check_ball
+from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Mouse
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
 
@@ -134,8 +134,9 @@ class Lockstep:
         self._expendable = expendable
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
+        self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
         self.edited = False  # since the last step
-        self._balls_ever = len(self.balls)
+        self._balls_ever, self._walls_ever = len(self.balls), len(self.walls)
         self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
         for given in inputs:
@@ -154,7 +155,7 @@ class Lockstep:
         """Apply an input of the next step.
 
         Raises SandboxError, with nothing changed, for an edit that is impossible or that an engine refuses, and for a
-        drag that one refuses.
+        drag that one refuses. If only the expendable engine has no room for an edit, that engine is dropped.
         """
         self._check_drag(given)
         if isinstance(given, Edit):
@@ -166,7 +167,13 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
-        scene = edit.change_scene(self.scene)
+        states = self.states()
+        beside = {name: states.pop(name) for name in list(states) if name == self._expendable}
+        scene = edited(self.scene, edit, states)
+        try:
+            edited(self.scene, edit, beside)
+        except SandboxError as error:
+            self._drop(str(error))
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
         before = self.energies(self.states())
         for runner, engine in built:
@@ -181,6 +188,11 @@ class Lockstep:
                 self._balls_ever += 1
             case DeleteBall(ball=ball):
                 del self.balls[ball]
+            case AddWall():
+                self.walls.append(self._walls_ever)
+                self._walls_ever += 1
+            case DeleteWall(wall=wall):
+                del self.walls[len(ARENA_WALLS) + wall]
             case SetRate(rate=rate):
                 self.clock.change(self.steps, rate)
 

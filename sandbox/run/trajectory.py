@@ -13,7 +13,7 @@ from sandbox.engines import Source
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
 from sandbox.quantity import energy
-from sandbox.run.edits import AddBall
+from sandbox.run.edits import AddBall, ChangeBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
@@ -35,8 +35,9 @@ class Trajectory:
     time: (steps + 1,) s; position: (steps + 1, n, 2) px; velocity: (steps + 1, n, 2) px/s; radius: (n,) px;
     mass: (n,) kg; size: width and height of the arena, px; angle: (steps + 1, n) rad; spin: (steps + 1, n) rad/s;
     contacts: (k,) CONTACT, by time; energy: (steps + 1,) kg px²/s², of flight, spin and gravity. The n balls are the
-    scene's and then the added ones, in order; the position, velocity, angle and spin of a ball are NaN before it is
-    added and after it is deleted.
+    scene's and then the added ones, in order, and so are the walls of contacts; the position, velocity, angle and spin
+    of a ball are NaN before it is added and after it is deleted. If edits change the radius or mass of a ball, radius
+    and mass are (steps + 1, n).
     """
 
     time: Floats
@@ -58,7 +59,7 @@ class Trajectory:
     @property
     def momentum(self) -> Floats:
         """The momentum of all balls: (steps + 1, 2) kg px/s."""
-        total: Floats = np.nansum(self.velocity * self.mass[:, None], axis=1)
+        total: Floats = np.nansum(self.velocity * self.mass[..., None], axis=1)
         return total
 
     def to_dataframe(self) -> "pandas.DataFrame":
@@ -74,7 +75,8 @@ class Trajectory:
         x, y = self.position[step, ball].T
         vx, vy = self.velocity[step, ball].T
         turning = self.angle[step, ball], self.spin[step, ball]
-        columns = (self.time[step], ball, x, y, vx, vy, self.radius[ball], self.mass[ball], *turning, self.energy[step])
+        radius, mass = (np.broadcast_to(each, self.angle.shape)[step, ball] for each in (self.radius, self.mass))
+        columns = (self.time[step], ball, x, y, vx, vy, radius, mass, *turning, self.energy[step])
         return pandas.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
 
 
@@ -98,9 +100,10 @@ def simulate(
             raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
-    added = [given for given in inputs if isinstance(given, AddBall) and given.step <= steps]
-    balls = len(scene.bodies) + len(added)
-    needed_bytes = (steps + 1) * balls * 6 * 8
+    due = [given for given in inputs if given.step <= steps]
+    balls = len(scene.bodies) + sum(isinstance(given, AddBall) for given in due)
+    resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in due)
+    needed_bytes = (steps + 1) * balls * (8 if resized else 6) * 8
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
@@ -111,6 +114,7 @@ def simulate(
     states = States.empty(steps + 1, balls)
     for part in states:
         part[:] = np.nan
+    sizes = np.full((2, steps + 1 if resized else 1, balls), np.nan)  # radius and mass
     contacts, energies = [runner.contacts()], np.empty(steps + 1)
     while True:
         lockstep.apply_due()
@@ -119,6 +123,8 @@ def simulate(
         for part, now in zip(states, States.of(state), strict=True):
             part[step, present] = now[0]
         energies[step] = energy(state, bodies, gravity, scene.arena.size)
+        if lockstep.edited or not step:
+            sizes[:, step if resized else 0 :, present] = np.stack([bodies.radius, bodies.mass])[:, None]
         if step == steps:
             break
         block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
@@ -127,10 +133,9 @@ def simulate(
         for part, more in zip(states, block, strict=True):
             part[done, present] = more
         energies[done] = energy(block, bodies, gravity, scene.arena.size)
-        contacts.append(_among_all(runner.contacts(), present))
+        contacts.append(_among_all(runner.contacts(), present, np.array(lockstep.walls)))
     time = clock.times(np.arange(steps + 1))
-    radius = np.append(scene.bodies.radius, [given.radius for given in added])
-    mass = np.append(scene.bodies.mass, [given.mass for given in added])
+    radius, mass = sizes if resized else sizes[:, 0]
     return Trajectory(
         time,
         states.position,
@@ -145,13 +150,11 @@ def simulate(
     )
 
 
-def _among_all(contacts: Contacts, balls: Integers) -> Contacts:
-    """Renumber the balls of contacts. balls: (n,), the number of each among all that ever were."""
-    second = contacts["second"]
-    contacts["first"], contacts["second"] = (
-        balls[contacts["first"]],
-        np.where(second < 0, second, balls[np.maximum(second, 0)]),
-    )
+def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts:
+    """Renumber the balls and walls of contacts. balls: (n,), walls: (m,), their numbers among all that ever were."""
+    first, second = contacts["first"], contacts["second"]
+    contacts["first"] = balls[first]
+    contacts["second"] = np.where(second < 0, ~walls[np.maximum(~second, 0)], balls[np.maximum(second, 0)])
     return contacts
 
 
@@ -204,18 +207,17 @@ def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
 
 def _frames(trajectory: Trajectory) -> Iterator[tuple[float, float, list[tuple[int, list[float]]]]]:
     """Yield each time, the energy, and the balls that exist: number, and x, y, vx, vy, radius, mass, angle, spin."""
-    constants, turns = (trajectory.radius, trajectory.mass), np.stack([trajectory.angle, trajectory.spin], axis=-1)
-    states = zip(
-        trajectory.time.tolist(),
-        trajectory.energy.tolist(),
-        trajectory.position,
-        trajectory.velocity,
-        turns,
-        strict=True,
+    shape = trajectory.angle.shape
+    of_balls = (
+        *(trajectory.position, trajectory.velocity),
+        *(np.broadcast_to(size, shape) for size in (trajectory.radius, trajectory.mass)),
+        *(trajectory.angle, trajectory.spin),
     )
-    for time, energy_then, position, velocity, turn in states:
-        existing = np.flatnonzero(~np.isnan(position[:, 0]))
-        rows = np.column_stack([position, velocity, *constants, turn])[existing].tolist()
+    for time, energy_then, *columns in zip(
+        trajectory.time.tolist(), trajectory.energy.tolist(), *of_balls, strict=True
+    ):
+        existing = np.flatnonzero(~np.isnan(columns[0][:, 0]))
+        rows = np.column_stack(columns)[existing].tolist()
         yield time, energy_then, list(zip(existing.tolist(), rows, strict=True))
 
 

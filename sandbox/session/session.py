@@ -11,7 +11,7 @@ from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines import Engines, Source, create, named
 from sandbox.errors import SandboxError
-from sandbox.run.edits import Edit
+from sandbox.run.edits import Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.balls import BallGroup
@@ -65,8 +65,7 @@ class Session:
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
         self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start)
-        self._apply_due()
-        self._keep_moment()
+        self._arrive()
 
     # The present step
 
@@ -128,22 +127,21 @@ class Session:
         self.lockstep.step()
         self.step = self.lockstep.steps
         self.end = max(self.end, self.step)
-        try:
-            self._apply_due()
-        finally:
-            self._keep_moment()
+        self._arrive()
 
     def catch_up(self, max_steps: int | None = None) -> None:
-        """Run the engines again to the present step, by default all the way."""
+        """Run the engines again to the present step, by default all the way.
+
+        Raises SandboxError if edits are refused, by engines that were not there when they were given; they are dropped,
+        and another call goes on.
+        """
         if self._stale or self.lockstep.steps > self.step:
             self._begin()
-            self._apply_due()
-            self._keep_moment()
+            self._arrive()
         steps = self.steps_behind if max_steps is None else min(self.steps_behind, max_steps)
         for _ in range(steps):
             self.lockstep.step()
-            self._apply_due()
-            self._keep_moment()
+            self._arrive()
 
     def give(self, given: Input) -> None:
         """Add an input here. Inputs to come are dropped; a grab that is only replayed is released.
@@ -151,8 +149,10 @@ class Session:
         Raises SandboxError, with nothing changed, if an edit is refused.
         """
         self.catch_up()
-        if isinstance(given, Edit) and sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
-            raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
+        if isinstance(given, Edit):
+            if sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
+                raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
+            edited(self.lockstep.scene, given, self.lockstep.states())  # also if only the hidden engine has no room
         before, mouse, is_held = self.lockstep.given, self.lockstep.mouse, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # only the last move of a step pulls
@@ -244,6 +244,13 @@ class Session:
         except NotCompiledYet:
             return False
         return True
+
+    def _arrive(self) -> None:
+        """Apply the inputs of the step that the engines have reached, and keep the moment even if edits are refused."""
+        try:
+            self._apply_due()
+        finally:
+            self._keep_moment()
 
     def _apply_due(self) -> None:
         lockstep, refused = self.lockstep, list[str]()

@@ -10,6 +10,7 @@ from pymunk.pygame_util import DrawOptions
 from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene, Wall
 from sandbox.state import State
 from sandbox.view.discs import Discs
 from sandbox.view.primitives import capsule, thin_lines
@@ -41,21 +42,21 @@ class DebugDraw(DrawOptions):
         surface: Surface,
         scale: float,
         discs: Discs,
-        past: State | None = None,
+        past: tuple[Scene, State] | None = None,
         origin: Vector = (0.0, 0.0),
     ) -> None:
         """Draw the space on a surface. scale: px of the surface for one px of the space; origin: where its own is.
 
-        past: where the balls are drawn, without contacts; by default where they are now.
+        past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
         """
         self.surface = surface
         self.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-        for wall in self._walls:
+        for wall in self._walls if past is None else map(_segment, past[0].walls):
             colour = self.color_for_shape(wall)
             ends = origin + scale * wall.a, origin + scale * wall.b
             self.draw_fat_segment(*ends, scale * wall.radius, colour, colour)
         if past is not None:
-            discs.draw(surface, past.position, scale, past.angle, origin)
+            discs.draw(surface, past[1].position, scale, past[1].angle, origin)
             return
         self._draw_discs(scale, discs, origin)
         self._space.debug_draw(self)
@@ -93,3 +94,8 @@ class DebugDraw(DrawOptions):
             if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
                 return
         capsule(self.surface, fill_color.as_int(), a, b, radius)
+
+
+def _segment(wall: Wall) -> pymunk.Segment:
+    """Return a wall as Pymunk has it."""
+    return pymunk.Segment(pymunk.Body(body_type=pymunk.Body.STATIC), wall.start, wall.to, wall.thickness / 2)

@@ -8,7 +8,18 @@ import numpy as np
 from sandbox.engines import refusal
 from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.edits import (
+    AddBall,
+    ChangeBall,
+    ChangeWall,
+    DeleteBall,
+    DeleteWall,
+    Edit,
+    SetElasticity,
+    SetGravity,
+    SetRate,
+    SetVelocity,
+)
 from sandbox.scene.fields import PALETTE, Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -24,7 +35,9 @@ NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , an
 class Editor:
     """Edits the run at its current step, in every engine. Its keys work on the selected ball.
 
-    The selected ball stays selected when others are added or deleted.
+    The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
+
+    new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
     """
 
     def __init__(self, playback: Playback, notice: Notice) -> None:
@@ -32,6 +45,7 @@ class Editor:
         self._notice = notice
         self._refusals: dict[Edit, str] = {}  # of edits of one scene in some engines
         self._refusals_of: tuple[Scene, list[str]] | None = None
+        self.new_ball: dict[str, float] = {}
         self.select(None)
 
     @property
@@ -50,10 +64,26 @@ class Editor:
         balls = self._moment.balls
         return balls.index(self._selected) if self._selected is not None and self._selected in balls else None
 
-    def select(self, ball: int | None, *, by_key: bool = False) -> None:
-        """Select a ball, or none."""
+    def select(self, ball: int | None, pane: int = 0, *, by_key: bool = False) -> None:
+        """Select a ball, or nothing."""
         self._selected = None if ball is None else self._moment.balls[ball]  # counted over all balls of the run
-        self.by_key = by_key
+        self._wall: int | None = None
+        self._pane, self.by_key = pane, by_key
+
+    @property
+    def pane(self) -> int:
+        """The pane in which something was selected, if it is still there."""
+        return min(self._pane, len(self._playback.view.panes) - 1)
+
+    @property
+    def selected_wall(self) -> int | None:
+        """The number of the selected wall among the scene's own."""
+        return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
+
+    def select_wall(self, wall: int) -> None:
+        """Select a wall of the scene."""
+        self.select(None)
+        self._wall = wall
 
     def select_next(self, by: int) -> None:
         """Select the ball so many numbers after the selected one, or before it if negative."""
@@ -77,9 +107,12 @@ class Editor:
     # Balls that come and go
 
     def delete(self, ball: int | None) -> None:
-        """Delete a ball, or else the selected one."""
+        """Delete a ball, or else the selected one, or the selected wall."""
         ball = self.selected if ball is None else ball
-        if ball is None:
+        if ball is None and self.selected_wall is not None:
+            self._playback.give(DeleteWall(step=self._step, wall=self.selected_wall))
+            self.select(None)
+        elif ball is None:
             self._notice.show(NOTHING_SELECTED)
         else:
             self._playback.give(DeleteBall(step=self._step, ball=ball))
@@ -89,21 +122,60 @@ class Editor:
         """The ball that a new one is a copy of: the selected one, or else the last."""
         return len(self._moment.balls) - 1 if self.selected is None else self.selected
 
+    def size_of_new(self, key: str) -> float:
+        """Return the radius (px) or the mass (kg) of a ball to be added."""
+        return self.new_ball.get(key, float(getattr(self._moment.scene.bodies, key)[self.model_ball]))
+
     def add(self, position: Vector | None) -> None:
-        """Add a copy of the model ball at a position (px), moved into the arena, or else near the arena's middle."""
+        """Add a ball at a position (px), moved into the arena, or else near the arena's middle, at rest."""
         moment, bodies, model = self._moment, self._moment.scene.bodies, self.model_ball
-        radius = float(bodies.radius[model])
+        radius = self.size_of_new("radius")
         with self._notice.reporting():
             edit = AddBall(
                 step=moment.step,
                 position=_near_the_middle(moment, radius) if position is None else _inside(moment, position, radius),
                 radius=radius,
-                mass=float(bodies.mass[model]),
+                mass=self.size_of_new("mass"),
                 elasticity=float(bodies.elasticity[model]),
                 friction=float(bodies.friction[model]),
                 color=PALETTE[len(moment.balls) % len(PALETTE)],
             )
             self._playback.give(edit)
+
+    def copy(self, position: Vector) -> None:
+        """Add a copy of the selected ball at a position (px), with its velocity and spin, and select it."""
+        moment, ball = self._moment, self.selected
+        if ball is None:
+            self._notice.show(NOTHING_SELECTED)
+            return
+        bodies, state = moment.scene.bodies, self._playback.view.panes[self.pane].state
+        vx, vy = state.velocity[ball].tolist()
+        with self._notice.reporting():
+            radius = float(bodies.radius[ball])
+            edit = AddBall(
+                step=moment.step,
+                position=_inside(moment, position, radius),
+                velocity=(vx, vy),
+                spin=float(state.spin[ball]),
+                radius=radius,
+                mass=float(bodies.mass[ball]),
+                elasticity=float(bodies.elasticity[ball]),
+                friction=float(bodies.friction[ball]),
+                color=moment.scene.colors[ball],
+            )
+            self._playback.give(edit)
+            self.select(len(self._moment.balls) - 1, self.pane)
+
+    # One ball or one wall
+
+    def change(self, **values: object) -> None:
+        """Change values of the selected ball or wall, by the names that `ChangeBall` or `ChangeWall` has for them."""
+        self._playback.settle()
+        with self._notice.reporting():
+            if self.selected is not None:
+                self._playback.give(ChangeBall(step=self._step, ball=self.selected, **values))
+            elif self.selected_wall is not None:
+                self._playback.give(ChangeWall(step=self._step, wall=self.selected_wall, **values))
 
     # What applies to all balls
 

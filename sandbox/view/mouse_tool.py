@@ -14,6 +14,7 @@ from sandbox.scene.fields import Vector
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, Lens, ScreenPoint
+from sandbox.view.move_tool import Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
@@ -29,12 +30,17 @@ class MouseTool:
     """The mouse over the window.
 
     While time passes it pulls a ball. While the run is paused, it selects a ball and drags the tip of its velocity.
+    With the inspector open, it then does what the move tool is set to.
     """
 
-    def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
+    def __init__(
+        self, playback: Playback, editor: Editor, layout: Callable[[], Layout], inspecting: Callable[[], bool]
+    ) -> None:
         self._playback = playback
         self._editor = editor
         self._layout = layout
+        self._inspecting = inspecting  # whether the inspector is open
+        self.move = MoveTool(playback, editor)
         self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
         self.scrubbing = False  # the mouse drags the time
         self.lens = Lens()
@@ -43,10 +49,13 @@ class MouseTool:
 
     def reset(self) -> None:
         """Drop what belongs to a run, because another one begins."""
-        self.adding = False  # the next click places a ball
+        self.adding = False  # the next click places a ball,
+        self.copying = False  # a copy of the selected one
+        self.move.let_go()
         self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
+        self._pressed_at: ScreenPoint = (0, 0)  # where it did on what it moves
 
     # What the mouse is over
 
@@ -86,14 +95,35 @@ class MouseTool:
         """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
         if self.holds or self._moved_from:
             return pygame.SYSTEM_CURSOR_SIZEALL
-        if self.adding:
+        draws = self._moves and self.move.tool is Tool.DRAW_WALL and self.pane is not None
+        if self.adding or draws:
             return pygame.SYSTEM_CURSOR_CROSSHAIR
+        if self.hovered:
+            return pygame.SYSTEM_CURSOR_HAND
         return pygame.SYSTEM_CURSOR_HAND if self.over_grip else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
-        """Whether the mouse holds a ball, or the tip of its velocity."""
-        return self._pressed is not None or self._playback.session.held is not None
+        """Whether the mouse holds a ball or a wall, or the tip of a velocity."""
+        return self._pressed is not None or self.move.grip is not None or self._playback.session.held is not None
+
+    @property
+    def _moves(self) -> bool:
+        """Whether a press of the mouse may move something."""
+        return self._inspecting() and self._playback.paused and not self.adding
+
+    @property
+    def _reach(self) -> float:
+        """How near the mouse must be to what it grabs, px of the scene."""
+        return GRAB_DISTANCE / self._layout().scale
+
+    @property
+    def hovered(self) -> Grip | None:
+        """What a press of the mouse here would move."""
+        pane, position = self.pane, self.position
+        if pane is None or position is None or not self._moves or self.holds:
+            return None
+        return self.move.grip_at(pane, position, self._reach)
 
     @property
     def aimed(self) -> Vector | None:
@@ -143,6 +173,7 @@ class MouseTool:
             self.release()
         elif event.type == pygame.WINDOWFOCUSLOST:
             self.aim = self._pressed = None
+            self.move.let_go()
             self.release()
 
     def _zooms_charts(self, event: Event) -> bool:
@@ -194,15 +225,20 @@ class MouseTool:
         self._pane, position = pane, layout.to_scene(pane, point)
         if self.adding:
             self.adding = False
-            self._editor.add(position)
+            self._editor.copy(position) if self.copying else self._editor.add(position)
+            return
+        if self._moves and self.move.press(pane, position, self._reach):
+            self._pressed_at = point
             return
         view = self._playback.view
         ball, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
         near = distance * layout.scale <= GRAB_DISTANCE
         if near and not self._playback.paused:
             self._playback.give(Grab(step=view.session.step, ball=ball, at=position))
+            if self._inspecting():
+                self._editor.select(ball, pane)
         else:
-            self._editor.select(ball if near else None)
+            self._editor.select(ball if near else None, pane)
             self._pressed = point if near else None
 
     def _drag(self, point: ScreenPoint) -> None:
@@ -212,11 +248,16 @@ class MouseTool:
         if session.held is not None:
             x, y = (min(max(to, 0.0), side) for to, side in zip(position, arena.size, strict=True))
             self._playback.give(Move(step=session.step, at=(x, y)))
+        elif self.move.grip is not None:
+            if self.move.edit or math.dist(point, self._pressed_at) > CLICK_DISTANCE:
+                self.move.drag(position)
         elif self._pressed is not None and (self.aim or math.dist(point, self._pressed) > CLICK_DISTANCE):
             self.aim = position
 
     def release(self) -> None:
         """Let go of what the mouse holds."""
+        if self.move.grip:
+            self.move.release()
         if self.aim:
             self._playback.settle()
         velocity, self.aim, self._pressed, self.scrubbing = self.aimed, None, None, False
@@ -245,14 +286,21 @@ class MouseTool:
     def add_ball(self) -> None:
         """Add a ball at the mouse; if that is on the toolbar, let the next click place it."""
         self.release()
+        self.copying = False
         if self.point and Rect(self.point, (1, 1)).collidelist(self._layout().toolbar) >= 0:
             self.adding = not self.adding
         else:
             self.adding = False
             self._editor.add(self.position)
 
+    def place_ball(self, *, copying: bool = False) -> None:
+        """Let the next click place a ball, or a copy of the selected one; if that was so already, let it not."""
+        self.release()
+        self.adding = not (self.adding and self.copying == copying)
+        self.copying = copying
+
     def delete_ball(self) -> None:
-        """Delete the ball under the mouse, or else the selected one."""
+        """Delete the ball under the mouse, or else the selected ball or wall."""
         self._editor.delete(self.ball)
 
     def draw(self, surface: Surface) -> None:
@@ -267,8 +315,12 @@ class MouseTool:
                 pygame.draw.circle(surface.subsurface(arena), ink, centre, radius, width)
             if self.aimed:
                 self._draw_velocity(surface, ball, self.aimed)
+        if self._inspecting():
+            self.move.draw(surface, layout, self.hovered)
         if self.adding and self.point and self.pane is not None:
-            radius = scene.bodies.radius[self._editor.model_ball] * scale
+            copied = self._editor.selected if self.copying else None
+            size = self._editor.size_of_new("radius") if copied is None else scene.bodies.radius[copied]
+            radius = size * scale
             pygame.draw.circle(surface, ink, self.point, radius, width)
 
     def _draw_velocity(self, surface: Surface, ball: int, velocity: Vector) -> None:

@@ -49,9 +49,9 @@ class Pane:
         moment = moments[-1]
         if afresh or moment.balls != self._balls:
             moments = [one for one in moments if one.balls == moment.balls]
-            self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts(moment.scene.bodies.radius)
+            self.trail, self.recent_contacts = Trail(len(moment.balls)), RecentContacts()
         for one in moments:
-            self.recent_contacts.add(one.contacts[self.name], one.states[self.name])
+            self.recent_contacts.add(one.contacts[self.name], one.states[self.name], one.scene.bodies.radius)
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
@@ -121,7 +121,8 @@ class Pane:
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
-            self.debug_draw.draw(inside, scale, self._discs, None if self._live else self.state, origin)
+            past = None if self._live else (self.scene, self.state)
+            self.debug_draw.draw(inside, scale, self._discs, past, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)

@@ -79,7 +79,8 @@ class Playback:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
         deadline = perf_counter() + FRAME_BUDGET
         while self.session.steps_behind:
-            self.session.catch_up(STEPS_PER_CHECK)
+            with self._notice.reporting():  # engines that run in place of others can refuse an edit
+                self.session.catch_up(STEPS_PER_CHECK)
             if perf_counter() > deadline:
                 break
         self.view.update()

@@ -41,17 +41,16 @@ class RecentContacts:
     of the contact at its velocity since then.
     """
 
-    def __init__(self, radius: Floats) -> None:
-        self._radius = radius
+    def __init__(self) -> None:
         self._kept = np.empty(0, [("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
 
-    def add(self, contacts: Contacts, state: State) -> None:
-        """Add an engine's contacts since the last call. state: of the engine now."""
+    def add(self, contacts: Contacts, state: State, radius: Floats) -> None:
+        """Add an engine's contacts since the last call. state: of the engine now; radius: of its balls, (n,) px."""
         contacts = contacts[contacts["time"] <= state.time][-MAX_CONTACTS:]  # of many, the others are not kept anyway
         new = np.empty(len(contacts), self._kept.dtype)
         first, since = contacts["first"], (state.time - contacts["time"])[:, None]
         centre = state.position[first] - since * state.velocity[first]
-        new["point"] = centre + self._radius[first, None] * contacts["normal"]
+        new["point"] = centre + radius[first, None] * contacts["normal"]
         for name in ("time", "normal", "impulse"):
             new[name] = contacts[name]
         kept = np.concatenate([self._kept, new])

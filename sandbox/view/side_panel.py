@@ -1,6 +1,7 @@
 """The side panel: one page of widgets beside the panes, or nothing."""
 
 from collections.abc import Mapping, Sequence
+from itertools import accumulate, pairwise
 from typing import Final, Protocol
 
 from pygame import Rect, Surface
@@ -127,7 +128,8 @@ def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> 
     y = 0
     for row in rows:
         room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
-        widths = [round(room * widget.width / whole) for widget in row]
+        ends = [round(room * end / whole) for end in accumulate((widget.width for widget in row), initial=0.0)]
+        widths = [end - start for start, end in pairwise(ends)]
         height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
         x = 0
         for widget, w in zip(row, widths, strict=True):

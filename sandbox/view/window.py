@@ -23,6 +23,7 @@ from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, contr
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
+from sandbox.view.inspector import Inspector
 from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
@@ -83,7 +84,7 @@ class Window:
         self.notice = Notice()
         self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
         self.editor = Editor(self.playback, self.notice)
-        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
+        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout, self._inspects)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
@@ -139,7 +140,10 @@ class Window:
         return tools
 
     def _pages(self) -> dict[Panel, Page]:
-        return {}
+        return {Panel.INSPECTOR: Inspector(self.playback, self.editor, self.mouse, self.notice)}
+
+    def _inspects(self) -> bool:
+        return self.panel.open is Panel.INSPECTOR
 
     def _actions(self) -> dict[Action, Callable[[], None]]:
         playback, scenes, editor, mouse = self.playback, self.scenes, self.editor, self.mouse

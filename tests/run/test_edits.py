@@ -8,7 +8,17 @@ from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import Refused, SandboxError
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.edits import (
+    AddBall,
+    AddWall,
+    ChangeBall,
+    DeleteBall,
+    Edit,
+    SetElasticity,
+    SetGravity,
+    SetRate,
+    SetVelocity,
+)
 from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
@@ -18,7 +28,9 @@ from sandbox.scene.spawn import spawn
 ENGINES = ("pymunk", "impulse", "exact")
 EDITS: dict[str, Edit] = {
     "add": AddBall(step=7, position=(600, 500), velocity=(-90, 30), radius=12.5, mass=2, elasticity=0.5, color="red"),
+    "change": ChangeBall(step=7, ball=0, vx=90, radius=15, mass=2, elasticity=0.5, color="red"),
     "delete": DeleteBall(step=7, ball=1),
+    "add-wall": AddWall(step=7, start=(400, 200), to=(600, 210), thickness=6, elasticity=0.9),
     "velocity": SetVelocity(step=7, ball=2, velocity=(0.1, -300)),
     "elasticity": SetElasticity(step=7, elasticity=0.9),
     "gravity": SetGravity(step=7, gravity=(0, 900)),

@@ -47,7 +47,10 @@ def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
     assert load_inputs(path, two_balls()) == RECORDED
 
 
-KINDS = "start, grab, move, release, kick, add, delete, velocity, elasticity, gravity, rate, end"
+KINDS = (
+    "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, elasticity, "
+    "gravity, rate, end"
+)
 BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),
     "not-an-object": ("[1]", f'must be an object with "do" as one of {KINDS}, got [1]'),
@@ -71,6 +74,47 @@ BAD_INPUTS = {
     "deep-kind": (
         '{"do": ' + "[" * 700 + "]" * 700 + "}",
         f'must be an object with "do" as one of {KINDS}, got {{"do": {"[" * 30}...',
+    ),
+    "nothing-to-change": (
+        '{"step": 9, "do": "change", "ball": 1}',
+        "must contain x, y, vx, vy, spin, radius, mass, elasticity, friction or color",
+    ),
+    "nothing-to-change-of-a-wall": (
+        '{"step": 9, "do": "change-wall", "wall": 0}',
+        "must contain from, to, thickness, elasticity or friction",
+    ),
+    "not-a-number-to-change": (
+        '{"step": 9, "do": "change", "ball": 1, "x": NaN}',
+        "x must be a finite number, got nan",
+    ),
+    "too-large-to-change": (
+        '{"step": 9, "do": "change", "ball": 1, "mass": 1e300}',
+        "mass must be at most 1e+09, got 1e+300",
+    ),
+    "negative-to-change": (
+        '{"step": 9, "do": "change", "ball": 1, "radius": -5}',
+        "radius must be greater than 0, got -5",
+    ),
+    "no-colour-to-change": (
+        '{"step": 9, "do": "change", "ball": 1, "color": "blurple"}',
+        'color is not a valid colour: "blurple"; did you mean purple?',
+    ),
+    "outside": (
+        '{"step": 9, "do": "change", "ball": 1, "y": 595}',
+        "balls[1].position puts a ball outside the arena: y must be from 20 to 580, got 595",
+    ),
+    "no-such-ball-to-change": ('{"step": 9, "do": "change", "ball": 2, "x": 9}', "ball must be at most 1, got 2"),
+    "no-such-wall": (
+        '{"step": 9, "do": "delete-wall", "wall": 0}',
+        "wall must be one of the scene's own, of which there are none; got 0",
+    ),
+    "a-wall-without-length": (
+        '{"step": 9, "do": "add-wall", "from": [9, 9], "to": [9, 9]}',
+        "to is the same point as from; a wall must have a length",
+    ),
+    "a-wall-by-its-attribute": (
+        '{"step": 9, "do": "add-wall", "from": [9, 9], "start": [9, 9], "to": [9, 99]}',
+        f"start {NO_KEY}; known are do, elasticity, friction, from, step, thickness, to",
     ),
     "number-too-long": ('{"step": ' + "9" * 5000 + "}", "contains a number with too many digits"),
     "a-start-later-on": (

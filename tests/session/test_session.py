@@ -1,10 +1,11 @@
 """Rewinding a run: the past is shown at once, repeated bit for bit, and replaced by new inputs."""
 
+import numpy as np
 import pytest
 from conftest import scene_of
 
 from sandbox.errors import Refused, SandboxError
-from sandbox.run.edits import AddBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
+from sandbox.run.edits import AddBall, ChangeBall, DeleteBall, Edit, SetElasticity, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.model import Scene
@@ -349,3 +350,56 @@ def test_edits_beyond_the_limit_of_a_recording_are_rejected(session: Session, mo
         session.give(SetGravity(step=0, gravity=(0, 3)))
     assert session.given() == given
     assert session.lockstep.scene.gravity == (0, 2)
+
+
+@pytest.fixture
+def late() -> Scene:
+    """A ball that meets a wall: after it, Pymunk and exact have the ball elsewhere."""
+    return scene_of(
+        "radius = 20\nposition = [700, 300]\nvelocity = [330, 0]\nelasticity = 0.5",
+        "radius = 5\nposition = [100, 100]",
+    )
+
+
+def without_room_in_exact(late: Scene) -> ChangeBall:
+    """Return an edit after 60 steps that puts ball 1 into ball 0 in exact, and beside it in Pymunk."""
+    exact, pymunk = (simulate(late, name, steps=60).position[-1, 0, 0] for name in ("exact", "pymunk"))
+    away = pymunk - exact
+    assert abs(away) > 1
+    return ChangeBall(step=60, ball=1, x=exact - 25 * np.sign(away) + away / 2, y=300)
+
+
+def test_an_edit_for_which_only_the_hidden_reference_has_no_room_is_refused(late: Scene) -> None:
+    session = Session(late, ["pymunk"], reference="exact")
+    run(session, 60)
+    before = flat(session.shown)
+    with pytest.raises(SandboxError, match="exact: ball 1 would overlap ball 0 by"):
+        session.give(without_room_in_exact(late))
+    assert flat(session.shown) == before
+    assert session.inputs == []
+    assert not session.lockstep.dropped
+
+
+def test_an_edit_without_room_in_engines_that_run_in_place_of_others_is_dropped_and_reported(late: Scene) -> None:
+    possible = ChangeBall(step=70, ball=1, x=100, y=200)
+    inputs: list[Input] = [without_room_in_exact(late), possible]
+    there, in_place = Session(late, ["pymunk"], inputs), Session(late, ["exact"], inputs)
+    run(there, 80)
+    assert there.inputs == inputs
+    in_place.go_on_from(80)
+    with pytest.raises(SandboxError, match="exact: ball 1 would overlap ball 0 by"):
+        in_place.catch_up()
+    in_place.catch_up()
+    assert in_place.inputs == [possible]
+    assert is_replay(in_place)
+    assert [moment.step for moment in in_place.moments(0, 80)] == list(range(81))
+
+
+def test_a_reference_that_comes_late_and_has_no_room_for_an_edit_is_dropped_and_the_edit_stays(late: Scene) -> None:
+    edit = without_room_in_exact(late)
+    session = Session(late, ["pymunk"], [edit], reference="exact")
+    run(session, 70)
+    assert session.inputs == [edit]
+    assert list(session.shown.states) == ["pymunk"]
+    assert session.lockstep.dropped.startswith("exact: ball 1 would overlap ball 0 by")
+    assert is_replay(session)

@@ -29,7 +29,7 @@ from sandbox.engines import registry
 from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.quantity import length
-from sandbox.run.edits import AddBall, Edit, SetGravity, SetRate, SetVelocity
+from sandbox.run.edits import AddBall, ChangeBall, Edit, SetGravity, SetRate, SetVelocity
 from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
@@ -299,7 +299,7 @@ def replay(scene: Scene, inputs: list[Input]) -> None:
         return
     steps = min(10, max(1, slowest_rate(scene, inputs) // 2))
     for name in ENGINES:
-        with contextlib.suppress(Refused):
+        with contextlib.suppress(SandboxError):  # an edit may find no room in an engine
             run = simulate(scene, name, steps=steps, inputs=inputs)
             present = ~np.isnan(run.position[:, :, 0])
             assert np.isfinite(run.position[present]).all()
@@ -316,6 +316,7 @@ def is_small(scene: Scene, inputs: list[Input]) -> bool:
     rate = slowest_rate(scene, inputs)
     pull = max(math.hypot(*one.gravity) for one in [scene, *edits] if isinstance(one, Scene | SetGravity))
     speeds = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
+    speeds += [math.hypot(one.vx or 0, one.vy or 0) for one in edits if isinstance(one, ChangeBall)]
     fastest = max([float(length(spawn(scene).velocity).max()), *speeds]) + 10 * pull / rate
     few = len(scene.bodies) * (1 + len(scene.walls)) * (scene.pymunk.iterations or 10) * scene.pymunk.substeps < 10_000
     return few and fastest < 1_000 * rate * min(scene.arena.size)

@@ -21,7 +21,8 @@ from pygame.event import Event
 from sandbox.run.inputs import End, Start, load_inputs, write_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
-from sandbox.view.controls import CONTROLS, Control
+from sandbox.view.controls import CONTROLS, Control, Panel
+from sandbox.view.move_tool import Tool
 from sandbox.view.window import Window
 
 SCENES: Final = ("article", "bouncing", "newtons-cradle", "oblique", "head-on", "funnel", "break-shot", "mine.toml")
@@ -60,9 +61,10 @@ OTHERS: Final = (
 fractions = st.floats(0, 1)
 numbers = st.integers(0, 60)
 buttons = st.sampled_from([1, 1, 1, 1, 2, 3, 6, 7])
-places = st.sampled_from(["ball", "widget", "charts", "bar", "pane", "anywhere"])
+places = st.sampled_from(["ball", "wall", "widget", "panel", "charts", "bar", "pane", "anywhere"])
 texts = st.one_of(st.just(""), st.characters(), st.text(max_size=3))
 sides = st.integers(1, 2000)
+values = st.sampled_from(["0", "1", "-3", "25.5", "400", "1e300", "nan", "red", "blurple", ""])  # typed into a field
 
 
 class Monkey(RuleBasedStateMachine):
@@ -130,6 +132,9 @@ class Monkey(RuleBasedStateMachine):
         place = pygame.Rect((0, 0), layout.window).inflate(1000, 1000)
         if what == "widget":
             place = layout.toolbar[which % len(layout.toolbar)]
+        elif what == "panel":
+            placed = window.panel.placed(layout.panel, layout.text_height)
+            place = placed[which % len(placed)][1] if placed else layout.panel
         elif what == "charts":
             place = layout.strip
         elif what == "bar":
@@ -140,6 +145,9 @@ class Monkey(RuleBasedStateMachine):
             position = window.view.panes[which % len(window.view.panes)].state.position
             bx, by = layout.to_screen(which % len(window.view.panes), position[which % len(position)].tolist())
             place = pygame.Rect(round(bx), round(by), 1, 1).inflate(10, 10)
+        if what == "wall" and (walls := window.view.moment.scene.walls):
+            wx, wy = layout.to_screen(0, walls[which % len(walls)].to)
+            place = pygame.Rect(round(wx), round(wy), 1, 1).inflate(10, 10)
         self.at = round(place.x + x * place.width), round(place.y + y * place.height)
         self.send(pygame.MOUSEMOTION, pos=self.at, rel=(0, 0), buttons=tuple(int(k in self.down) for k in (1, 2, 3)))
 
@@ -171,6 +179,21 @@ class Monkey(RuleBasedStateMachine):
         self.let_go(1)
         self.wait(1 / 60, 10)
         self.window.playback.seek(round(back * self.window.view.session.end))
+
+    @rule(tool=st.sampled_from(Tool), what=places, which=numbers, x=fractions, y=fractions, value=values)
+    def inspect(self, tool: Tool, what: str, which: int, x: float, y: float, value: str) -> None:
+        """Drag with a tool of the inspector, then type a value into a field of what that selected."""
+        window = self.window
+        window.scenes.close_picker()
+        window.playback.paused, window.panel.open, window.mouse.move.tool = True, Panel.INSPECTOR, tool
+        self.drag(what, which, x, y, 2, 1)
+        self.let_go(1)
+        self.move("panel", which, 0.5, 0.5)
+        self.press(1)
+        for letter in value:
+            self.key(0, letter, 0)
+        self.key(pygame.K_RETURN, "\r", 0)
+        self.let_go(1)
 
     @rule(y=st.integers(-3, 3))
     def turn_the_wheel(self, y: int) -> None:

@@ -64,7 +64,8 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Co
     window.view.session.lockstep.engines["pymunk"].kick(0, (30.0, 90.0))
     window.playback.step()
     pane = window.view.panes[0]
-    pane.recent_contacts.add(np.array([(pane.state.time, 0, 1, (1, 0), 5, 0, 0, 0)], CONTACT), pane.state)
+    contact = np.array([(pane.state.time, 0, 1, (1, 0), 5, 0, 0, 0)], CONTACT)
+    pane.recent_contacts.add(contact, pane.state, pane.scene.bodies.radius)
 
     def shown() -> np.ndarray:
         window.draw()

@@ -28,9 +28,9 @@ def overlay_of(scene: Scene, scale: float = 1.0, trail: Trail | None = None, imp
     """Make an overlay of a scene's start, on grey; if an impulse is given, its first ball just hit a floor."""
     surface, start = Surface((round(800 * scale), round(600 * scale))), spawn(scene)
     surface.fill(GREY)
-    contacts = RecentContacts(scene.bodies.radius)
+    contacts = RecentContacts()
     if impulse is not None:
-        contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0, 0.0, 0.0)], CONTACT), start)
+        contacts.add(np.array([(0.0, 0, -1, (0.0, 1.0), impulse, 0.0, 0.0, 0.0)], CONTACT), start, scene.bodies.radius)
     trail = trail or Trail(len(scene.bodies))
     return Overlay(surface, scene, start, trail, contacts, None, scale=scale, text_height=16)
 

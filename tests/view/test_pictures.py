@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 import pygame
 import pytest
-from window_driver import press, run
+from window_driver import hover, mouse, point, press, run
 
 from sandbox.scene.files import load
 from sandbox.view.window import Window
@@ -42,7 +42,18 @@ def default_window() -> Window:
     return window
 
 
-PICTURES: Final[dict[str, Callable[[], Window]]] = {"toolbar.png": default_window}
+def inspector() -> Window:
+    """A ball is selected, and moved by the mouse."""
+    window = window_of("billiards", ["pymunk", "exact"], 40)
+    press(window, "k")
+    x, y = window.view.panes[0].state.position[0].tolist()
+    hover(window, point(window, x, y))
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y))
+    mouse(window, pygame.MOUSEMOTION, point(window, x + 80, y + 60))
+    return window
+
+
+PICTURES: Final[dict[str, Callable[[], Window]]] = {"toolbar.png": default_window, "inspector.png": inspector}
 
 
 @pytest.mark.parametrize("name", PICTURES)

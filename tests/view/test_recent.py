@@ -1,5 +1,7 @@
 """What a pane keeps of the latest steps."""
 
+from typing import Final
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ from sandbox.run.lockstep import Lockstep
 from sandbox.scene.files import load
 from sandbox.state import CONTACT, State
 from sandbox.view.recent import CONTACT_SECONDS, MAX_CONTACTS, MAX_POSITIONS, RecentContacts, Trail
+
+RADIUS: Final = np.array([20.0])
 
 
 def state_at(time: float, x: float) -> State:
@@ -36,21 +40,21 @@ def contacts_of(*rows: tuple[float, int, int, tuple[float, float], float]) -> np
 
 
 def test_a_contact_is_placed_where_the_ball_was_at_its_time() -> None:
-    contacts = RecentContacts(np.array([20.0]))
+    contacts = RecentContacts()
     state = State(1.0, np.array([[90.0, 300.0]]), np.array([[-100.0, 0.0]]))  # it has flown 0.1 s since
-    contacts.add(contacts_of((0.9, 0, -3, (1.0, 0.0), 5.0)), state)
+    contacts.add(contacts_of((0.9, 0, -3, (1.0, 0.0), 5.0)), state, RADIUS)
     assert contacts.latest()["point"].tolist() == [[120.0, 300.0]]
     assert contacts.latest()["impulse"].tolist() == [5.0]
-    contacts.add(contacts_of(), State(0.9 + CONTACT_SECONDS + 0.01, state.position, state.velocity))
+    contacts.add(contacts_of(), State(0.9 + CONTACT_SECONDS + 0.01, state.position, state.velocity), RADIUS)
     assert len(contacts.latest()) == 0
 
 
 def test_contacts_are_dropped_after_a_step_back_and_bounded_in_number() -> None:
-    contacts = RecentContacts(np.array([20.0]))
+    contacts = RecentContacts()
     state = State(1.0, np.zeros((1, 2)), np.zeros((1, 2)))
-    contacts.add(contacts_of(*[(1.0, 0, -1, (1.0, 0.0), float(k)) for k in range(3 * MAX_CONTACTS)]), state)
+    contacts.add(contacts_of(*[(1.0, 0, -1, (1.0, 0.0), float(k)) for k in range(3 * MAX_CONTACTS)]), state, RADIUS)
     assert contacts.latest()["impulse"].tolist() == list(range(2 * MAX_CONTACTS, 3 * MAX_CONTACTS))
-    contacts.add(contacts_of(), State(0.99, state.position, state.velocity))
+    contacts.add(contacts_of(), State(0.99, state.position, state.velocity), RADIUS)
     assert len(contacts.latest()) == 0
 
 
@@ -59,10 +63,10 @@ def test_the_contact_of_a_head_on_collision_is_between_the_balls(engine: str) ->
     scene = load("head-on")
     lockstep = Lockstep(scene, [engine])
     lockstep.engines[engine].contacts()
-    contacts = RecentContacts(scene.bodies.radius)
+    contacts = RecentContacts()
     while not len(contacts.latest()):
         lockstep.step()
-        contacts.add(lockstep.engines[engine].contacts(), lockstep.states()[engine])
+        contacts.add(lockstep.engines[engine].contacts(), lockstep.states()[engine], scene.bodies.radius)
     [contact] = contacts.latest()
     (left, right), (u, v) = lockstep.initial.position[:, 0], lockstep.initial.velocity[:, 0]
     radius, approach = scene.bodies.radius[0], u - v

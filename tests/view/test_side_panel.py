@@ -183,3 +183,14 @@ def test_a_loss_is_a_bar_to_the_left_of_the_middle() -> None:
     width = bar.width - TEXT_HEIGHT
     assert columns.max() == pytest.approx(bar.centerx, abs=2)
     assert np.ptp(columns) == pytest.approx(width / 4, abs=2)
+
+
+@pytest.mark.parametrize("widgets", [3, 6, 7])
+def test_a_row_of_many_widgets_ends_where_the_panel_s_text_does(widgets: int) -> None:
+    desk = Desk()
+    row = [TextButton("x", lambda: None) for _ in range(widgets)]
+    desk.page.rows = lambda: [[desk.page.bar], row]  # type: ignore[method-assign]
+    for width in range(300, 320):
+        place = Rect(0, 0, width, 300)
+        placed = dict(desk.panel.placed(place, TEXT_HEIGHT)[2:])
+        assert placed[row[-1]].right == placed[desk.page.bar].right

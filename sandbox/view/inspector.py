@@ -1,0 +1,213 @@
+"""The inspector: a page of the side panel on the selected ball or wall."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+from sandbox.errors import SandboxError, shown
+from sandbox.run.edits import AddBall
+from sandbox.scene.fields import PALETTE
+from sandbox.scene.model import Wall
+from sandbox.state import State
+from sandbox.view.editor import Editor
+from sandbox.view.mouse_tool import MouseTool
+from sandbox.view.move_tool import Tool
+from sandbox.view.notice import Notice
+from sandbox.view.playback import Playback
+from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.swatch import Swatch
+from sandbox.view.widgets.text_button import TextButton
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
+
+HINT: Final = "Click a ball or a wall to see and change what it is."
+RUNNING: Final = "pause to change it"
+PAUSE_HINT: Final = "While time passes, the mouse pulls balls. Pause to change, move or draw something."
+TOOLS: Final = {
+    Tool.MOVE: "A drag moves a ball, a wall, or the end of a wall, in every engine.",
+    Tool.THROW: "A drag sets the velocity of a ball, in every engine.",
+    Tool.DRAW_WALL: "A drag draws a wall, in every engine.",
+}
+NEW_BALL: Final = "a ball of this size where you click next, in all else like the selected one, or the last"
+NOISE: Final = 1e-9  # of any unit; less is an engine's rounding error
+OF_STATE: Final[dict[str, tuple[Callable[[State, int], float], str]]] = {  # a ball's, with their units
+    "x": (lambda state, ball: float(state.position[ball, 0]), "px"),
+    "y": (lambda state, ball: float(state.position[ball, 1]), "px"),
+    "vx": (lambda state, ball: float(state.velocity[ball, 0]), "px/s"),
+    "vy": (lambda state, ball: float(state.velocity[ball, 1]), "px/s"),
+    "spin": (lambda state, ball: float(state.spin[ball]), "rad/s"),
+}
+DOES: Final = {
+    "x": "position of its centre, to the right; the same in every engine if you set it",
+    "y": "position of its centre, downwards; the same in every engine if you set it",
+    "vx": "velocity to the right; the same in every engine if you set it",
+    "vy": "velocity downwards; the same in every engine if you set it",
+    "spin": "angular velocity, clockwise; the same in every engine if you set it",
+    "radius": "radius",
+    "mass": "mass; only ratios matter",
+    "elasticity": "its factor: a contact has the product of two",
+    "friction": "its factor: a contact has the product of two",
+    "thickness": "full thickness",
+}
+UNITS: Final = {"radius": "px", "mass": "kg", "thickness": "px"}
+ENDS: Final = (("start", 0, "from x"), ("start", 1, "from y"), ("to", 0, "to x"), ("to", 1, "to y"))
+
+
+class Inspector:
+    """Shows the selected ball, as it is in the pane where it was clicked, or the selected wall; changes and copies it.
+
+    Its fields can be typed into while the run is paused.
+    """
+
+    title = "inspector"
+
+    def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
+        self._playback = playback
+        self._editor = editor
+        self._mouse = mouse
+        self._notice = notice
+        self._heading = Words("", width=2.0)
+        self._hint, self._nothing = Words(""), Words("")
+        self._tools = [self._tool(tool, does) for tool, does in TOOLS.items()]
+        self._copy = TextButton("copy", self._start_copy, "a ball like this one, where you click next", width=1.0,
+                                is_on=lambda: mouse.adding and mouse.copying, refusal=self._refusal)  # fmt: skip
+        self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
+        self._ball = {key: self._ball_field(key) for key in (*OF_STATE, "radius", "mass", "elasticity", "friction")}
+        self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
+                                   "a CSS colour name or #rrggbb")  # fmt: skip
+        self._swatches = [self._swatch(colour) for colour in PALETTE]
+        self._ends = [self._end_field(*end) for end in ENDS]
+        self._wall = {key: self._wall_field(key) for key in ("thickness", "elasticity", "friction")}
+        self._new_ball = [self._new_field(key) for key in ("radius", "mass")]
+        self._add = TextButton("add", mouse.place_ball, NEW_BALL, lambda: mouse.adding and not mouse.copying, width=2.0)
+        self._new_ball_heading, self._new_wall_heading = Words("new ball", width=2.0), Words("new wall")
+        self._thickness = self._field("thickness", lambda: _text(mouse.move.thickness), self._set_thickness,
+                                      "of walls that you draw", "px")  # fmt: skip
+
+    def rows(self) -> Sequence[Sequence[Widget]]:
+        """Return the choice of tools, what is selected, and what can be added."""
+        rows: list[Sequence[Widget]] = [self._tools]
+        if self._editor.selected is not None:
+            rows += self._ball_rows(self._editor.selected)
+        elif self._editor.selected_wall is not None:
+            rows += self._wall_rows(self._editor.selected_wall)
+        else:
+            self._hint.text = f"{HINT} {TOOLS[self._mouse.move.tool]}" if self._playback.paused else PAUSE_HINT
+            rows.append([self._hint])
+        if self._mouse.move.tool is Tool.DRAW_WALL:
+            return [*rows, [self._new_wall_heading, self._thickness]]
+        return [*rows, [self._new_ball_heading, self._add], self._new_ball]
+
+    def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
+        self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
+        field = self._ball
+        return [
+            [self._heading, self._copy, self._delete],
+            [field["x"], field["y"]],
+            [field["vx"], field["vy"]],
+            [field["spin"], field["mass"]],
+            [field["radius"], self._colour],
+            [field["elasticity"], field["friction"]],
+            self._swatches,
+        ]
+
+    def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
+        self._heading.text = f"wall {wall}"
+        field = self._wall
+        return [
+            [self._heading, self._delete],
+            self._ends[:2],
+            self._ends[2:],
+            [field["thickness"], field["elasticity"]],
+            [field["friction"], self._nothing],
+        ]
+
+    # Widgets
+
+    def _refusal(self) -> str:
+        return "" if self._playback.paused else RUNNING
+
+    def _tool(self, tool: Tool, does: str) -> TextButton:
+        move = self._mouse.move
+        return TextButton(tool.value, partial(setattr, move, "tool", tool), does, lambda: move.tool is tool)
+
+    def _field(
+        self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str, unit: str = ""
+    ) -> Field:
+        def choose_or_say(text: str) -> None:
+            with self._notice.reporting():
+                choose(text)
+
+        return Field(name, value, choose_or_say, does, unit, self._refusal)
+
+    def _ball_field(self, key: str) -> Field:
+        def value() -> str:
+            view, ball = self._playback.view, self._editor.selected or 0
+            if key in OF_STATE:
+                return _text(OF_STATE[key][0](view.panes[self._editor.pane].state, ball))
+            return _text(float(getattr(view.moment.scene.bodies, key)[ball]))
+
+        unit = OF_STATE[key][1] if key in OF_STATE else UNITS.get(key, "")
+        return self._field(key, value, lambda text: self._editor.change(**{key: _number(key, text)}), DOES[key], unit)
+
+    @property
+    def _selected_wall(self) -> Wall:
+        return self._playback.view.moment.scene.walls[self._editor.selected_wall or 0]
+
+    def _wall_field(self, key: str) -> Field:
+        return self._field(
+            key,
+            lambda: _text(getattr(self._selected_wall, key)),
+            lambda text: self._editor.change(**{key: _number(key, text)}),
+            DOES[key],
+            UNITS.get(key, ""),
+        )
+
+    def _end_field(self, end: str, axis: int, name: str) -> Field:
+        def choose(text: str) -> None:
+            point = list(getattr(self._selected_wall, end))
+            point[axis] = _number(name, text)
+            self._editor.change(**{end: tuple(point)})
+
+        does = f"{('horizontal', 'vertical')[axis]} position of this end"
+        return self._field(name, lambda: _text(getattr(self._selected_wall, end)[axis]), choose, does, "px")
+
+    def _colour_of_ball(self) -> str:
+        return self._playback.view.moment.scene.colors[self._editor.selected or 0]
+
+    def _swatch(self, colour: str) -> Swatch:
+        choose = partial(self._editor.change, color=colour)
+        return Swatch(colour, choose, lambda: self._colour_of_ball() == colour, self._refusal)
+
+    def _new_field(self, key: str) -> Field:
+        def choose(text: str) -> None:
+            size = {key: _number(key, text)}
+            AddBall(step=0, position=(0, 0), **{"radius": 1.0} | size)  # which raises SandboxError for what is not one
+            self._editor.new_ball |= size
+
+        field = self._field(
+            key, lambda: _text(self._editor.size_of_new(key)), choose, f"{key} of new balls", UNITS[key]
+        )
+        field.refusal = str
+        return field
+
+    def _set_thickness(self, text: str) -> None:
+        self._mouse.move.thickness = Wall(start=(0, 0), to=(1, 0), thickness=_number("thickness", text)).thickness
+
+    def _start_copy(self) -> None:
+        self._mouse.place_ball(copying=True)
+
+
+def _text(value: float) -> str:
+    """Return a number as it is shown: three decimals, or a power of ten if it is small."""
+    if abs(value) < NOISE:
+        return "0"
+    return f"{value:.3g}" if abs(value) < 1e-3 else f"{round(value, 3):.7g}"
+
+
+def _number(name: str, text: str) -> float:
+    """Return the number that a text is. Raises SandboxError if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        raise SandboxError(f"{name} must be a number, got {shown(text)}") from None

@@ -1,0 +1,218 @@
+"""Moving balls and walls of a paused run with the mouse, and drawing walls."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+import numpy as np
+import pygame
+from pygame import Color, Surface
+
+from sandbox.errors import SandboxError
+from sandbox.quantity import length, segment_distance
+from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene, Wall
+from sandbox.view.editor import Editor
+from sandbox.view.layout import Layout
+from sandbox.view.palette import ACCENT, palette
+from sandbox.view.playback import Playback
+from sandbox.view.primitives import capsule, label
+
+HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
+
+
+class Tool(Enum):
+    """What a drag does while the run is paused and the inspector is open."""
+
+    MOVE = "move"
+    THROW = "throw"
+    DRAW_WALL = "draw wall"
+
+
+@dataclass(frozen=True)
+class Grip:
+    """What the mouse holds, or could: a ball, or a wall, or one end of it; nothing of these if it draws a new wall.
+
+    pressed: where the mouse went down, px of the scene; end: 0 for a wall's `from`, 1 for its `to`.
+    """
+
+    pressed: Vector
+    ball: int | None = None
+    wall: int | None = None
+    end: int | None = None
+
+
+class MoveTool:
+    """Moves a ball to the same place in every engine, without throwing it; moves walls and their ends; draws walls."""
+
+    def __init__(self, playback: Playback, editor: Editor) -> None:
+        self._playback = playback
+        self._editor = editor
+        self.tool = Tool.MOVE
+        self.thickness = 4.0  # px, of walls to be drawn
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Hold nothing."""
+        self.grip: Grip | None = None
+        self._pane = 0
+        self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
+
+    @property
+    def _scene(self) -> Scene:
+        return self._playback.view.moment.scene
+
+    def grip_at(self, pane: int, position: Vector, reach: float) -> Grip | None:
+        """Return what the mouse would hold at a position in a pane, px of the scene. reach: how near it must be, px."""
+        if self.tool is Tool.DRAW_WALL:
+            return Grip(self._inside(position))
+        state, scene = self._playback.view.panes[pane].state, self._scene
+        to_ball = length(state.position - position) - scene.bodies.radius
+        to_wall = [_distance(wall, position) for wall in scene.walls]
+        ball, wall = int(to_ball.argmin()), int(np.argmin(to_wall)) if to_wall else None
+        if wall is not None and to_wall[wall] < min(float(to_ball[ball]), reach):
+            return Grip(position, wall=wall, end=_end_at(scene.walls[wall], position, 2 * reach))
+        return Grip(position, ball=ball) if to_ball[ball] <= reach else None
+
+    def press(self, pane: int, position: Vector, reach: float) -> bool:
+        """Hold what is at a position, and select it. Return whether there is something to move, or a wall to draw."""
+        grip = self.grip_at(pane, position, reach)
+        if grip is None or (grip.ball is not None and self.tool is Tool.THROW):
+            return False
+        if grip.wall is not None:
+            self._editor.select_wall(grip.wall)
+        else:
+            self._editor.select(grip.ball, pane)
+        self.grip, self._pane, self._at = grip, pane, None
+        return True
+
+    def drag(self, position: Vector) -> None:
+        """Move what is held, or the new wall's end, to a position, px of the scene."""
+        self._at = self._inside(position)
+
+    def release(self) -> None:
+        """Do what the drag shows, in every engine; let go."""
+        self._playback.settle()
+        edit = self.edit
+        self.let_go()
+        if edit is not None:
+            walls = len(self._scene.walls)
+            self._playback.give(edit)
+            if len(self._scene.walls) > walls:
+                self._editor.select_wall(walls)
+
+    @property
+    def edit(self) -> Edit | None:
+        """What a release of the mouse would do."""
+        grip, at, step = self.grip, self._at, self._playback.session.step
+        if grip is None or at is None or not self._is_there(grip):
+            return None
+        if grip.ball is not None:
+            x, y = self._place_of_ball(grip.ball, _shifted(self._position_of(grip.ball), grip.pressed, at))
+            return ChangeBall(step=step, ball=grip.ball, x=x, y=y)
+        if grip.wall is None:
+            return AddWall(step=step, start=grip.pressed, to=at, thickness=self.thickness)
+        wall = self._scene.walls[grip.wall]
+        start, to = (_shifted(end, grip.pressed, at) for end in (wall.start, wall.to))
+        ends = ({"start": start}, {"to": to}, {"start": start, "to": to})[2 if grip.end is None else grip.end]
+        return ChangeWall(step=step, wall=grip.wall, **ends)
+
+    def _is_there(self, grip: Grip) -> bool:
+        """Return whether what the mouse holds is still there: a key can undo what added it."""
+        scene = self._scene
+        return (grip.ball or 0) < len(scene.bodies) and (grip.wall is None or grip.wall < len(scene.walls))
+
+    def _position_of(self, ball: int) -> Vector:
+        x, y = self._playback.view.panes[self._pane].state.position[ball].tolist()
+        return x, y
+
+    def _place_of_ball(self, ball: int, position: Vector) -> Vector:
+        """Return the position nearest to another where a ball is inside the arena, if its walls stand."""
+        scene = self._scene
+        if not scene.arena.walls:
+            return position
+        radius = float(scene.bodies.radius[ball])
+        x, y = (min(max(to, radius), side - radius) for to, side in zip(position, scene.arena.size, strict=True))
+        return x, y
+
+    def _inside(self, position: Vector) -> Vector:
+        x, y = (min(max(to, 0.0), side) for to, side in zip(position, self._scene.arena.size, strict=True))
+        return x, y
+
+    # Drawing
+
+    def draw(self, surface: Surface, layout: Layout, hovered: Grip | None) -> None:
+        """Mark the selected wall and what is hovered, and show in every pane what the drag would do."""
+        scene = self._scene
+        marked = {self._editor.selected_wall, hovered.wall if hovered else None} - {None}
+        for pane, arena in enumerate(layout.arenas):
+            inside = surface.subsurface(arena)
+            for wall in marked:
+                _mark(inside, layout, scene.walls[wall or 0])
+            if hovered and hovered.ball is not None and self.grip is None:
+                position = self._playback.view.panes[pane].state.position[hovered.ball]
+                _ring(inside, layout, position.tolist(), float(scene.bodies.radius[hovered.ball]), ACCENT)
+        edit = self.edit
+        if edit is not None:
+            self._draw_edit(surface, layout, edit)
+
+    def _draw_edit(self, surface: Surface, layout: Layout, edit: Edit) -> None:
+        """Draw what an edit leads to in every pane; in the colour of contacts, with the reason, if it is refused."""
+        scene, why = self._scene, ""
+        try:
+            edited(scene, edit, self._playback.view.moment.states)
+        except SandboxError as error:
+            why = str(error)
+        colours = palette(scene.arena.background)
+        colour = colours.contact if why else colours.ink
+        for arena in layout.arenas:
+            inside = surface.subsurface(arena)
+            match edit:
+                case ChangeBall(ball=ball, x=float(x), y=float(y)):
+                    _ring(inside, layout, (x, y), float(scene.bodies.radius[ball]), colour)
+                case AddWall(start=start, to=to, thickness=thickness):
+                    _capsule(inside, layout, start, to, thickness, colour)
+                case ChangeWall(wall=number):
+                    wall = scene.walls[number]
+                    _capsule(inside, layout, edit.start or wall.start, edit.to or wall.to, wall.thickness, colour)
+        if why and self._at:
+            x, y = layout.to_screen(self._pane, self._at)
+            label(surface, why, (x, y - 2 * layout.text_height), layout.text_height, surface.get_rect(), colours)
+
+
+def _shifted(point: Vector, start: Vector, end: Vector) -> Vector:
+    return point[0] + end[0] - start[0], point[1] + end[1] - start[1]
+
+
+def _distance(wall: Wall, position: Vector) -> float:
+    """Return how far a position is from a wall's face, px, negative inside the wall."""
+    return float(segment_distance(np.array(position), wall.start, wall.to)) - wall.thickness / 2
+
+
+def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
+    """Return which end of a wall is at a position; None if neither is within reach (px) of it."""
+    away = [float(length(np.subtract(position, end))) - wall.thickness / 2 for end in (wall.start, wall.to)]
+    nearest = int(np.argmin(away))
+    return nearest if away[nearest] <= min(reach, float(length(np.subtract(wall.start, wall.to))) / 3) else None
+
+
+def _mark(surface: Surface, layout: Layout, wall: Wall) -> None:
+    """Draw a line along a wall, and a ring at each of its ends, which can be dragged."""
+    width = wall.thickness * layout.scale / 3 / layout.scale
+    _capsule(surface, layout, wall.start, wall.to, width, ACCENT)
+    for end in (wall.start, wall.to):
+        _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, ACCENT)
+
+
+def _ring(surface: Surface, layout: Layout, centre: Vector, radius: float, colour: Color) -> None:
+    """Draw a ring round a point. centre, radius: px of the scene."""
+    width = max(2, round(layout.text_height / 7))
+    point = centre[0] * layout.scale + layout.origin[0], centre[1] * layout.scale + layout.origin[1]
+    pygame.draw.circle(surface, colour, point, radius * layout.scale + width, width)
+
+
+def _capsule(surface: Surface, layout: Layout, start: Vector, to: Vector, thickness: float, colour: Color) -> None:
+    """Draw a wall. start, to, thickness: px of the scene."""
+    a, b = ((x * layout.scale + layout.origin[0], y * layout.scale + layout.origin[1]) for x, y in (start, to))
+    capsule(surface, colour, a, b, thickness / 2 * layout.scale)

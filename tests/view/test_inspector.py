@@ -1,0 +1,268 @@
+"""The inspector shows and changes a ball or a wall; with it open, the mouse moves them and draws walls."""
+
+from collections.abc import Callable
+
+import pygame
+import pytest
+from conftest import scene_of
+from pygame.event import Event
+from window_driver import THREE_BALLS, button, click, colour_at, drag, given, hover, mouse, point, press, run, shown
+
+from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
+from sandbox.run.inputs import Grab
+from sandbox.view.controls import Panel
+from sandbox.view.move_tool import Tool
+from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.swatch import Swatch
+from sandbox.view.widgets.text_button import TextButton
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.window import Window
+
+WALL = "walls = [{ from = [100, 400], to = [500, 400], thickness = 20 }]"
+
+
+@pytest.fixture
+def desk(memory_screen: None) -> Window:
+    """Open a window with three balls and a wall, paused at step 0, with the inspector."""
+    window = Window(scene_of(*THREE_BALLS, more=WALL), ["pymunk", "impulse"])
+    press(window, "p", "k")
+    return window
+
+
+def widgets(window: Window) -> list[tuple[Widget, tuple[int, int]]]:
+    """Return the panel's widgets, each with its middle."""
+    layout = window.layout
+    return [(widget, place.center) for widget, place in window.panel.placed(layout.panel, layout.text_height)]
+
+
+def find(window: Window, wanted: Callable[[Widget], bool]) -> tuple[int, int]:
+    return next(middle for widget, middle in widgets(window) if wanted(widget))
+
+
+def value(window: Window, name: str) -> str:
+    return next(one.value() for one, _ in widgets(window) if isinstance(one, Field) and one.name == name)
+
+
+def type_into(window: Window, name: str, text: str, which: int = 0) -> None:
+    places = [middle for one, middle in widgets(window) if isinstance(one, Field) and one.name == name]
+    click(window, places[which])
+    press(window, *text, "Enter")
+
+
+def push(window: Window, text: str) -> None:
+    click(window, find(window, lambda one: isinstance(one, TextButton) and one.text == text))
+
+
+def position(window: Window, ball: int, pane: int = 0) -> list[float]:
+    found: list[float] = window.view.panes[pane].state.position[ball].tolist()
+    return found
+
+
+def test_the_key_or_the_button_opens_the_inspector_and_closes_it(window: Window) -> None:
+    press(window, "k")
+    assert window.panel.open is Panel.INSPECTOR
+    click(window, button(window, Panel.INSPECTOR))
+    assert window.panel.open is None
+
+
+def test_a_ball_is_shown_as_in_the_pane_where_it_was_clicked(desk: Window) -> None:
+    run(desk, 40)  # balls 0 and 1 have met
+    there = [position(desk, 0, pane)[0] for pane in (0, 1)]
+    assert there[0] != there[1]
+    for pane in (0, 1):
+        x, y = position(desk, 0, pane)
+        click(desk, point(desk, x, y, pane))
+        assert float(value(desk, "x")) == pytest.approx(there[pane], abs=6e-4)
+    assert value(desk, "mass") == "1"
+    assert given(desk) == []
+
+
+def test_what_is_typed_is_set_in_every_engine(desk: Window) -> None:
+    click(desk, point(desk, 600, 100))
+    for name, text in (("x", "300"), ("vy", "1e2"), ("spin", "-2"), ("radius", "12.5"), ("colour", "#ff0000")):
+        type_into(desk, name, text)
+    for pane in desk.view.panes:
+        assert (pane.state.position[2].tolist(), pane.state.velocity[2].tolist()) == ([300, 100], [60, 100])
+        assert (pane.state.spin[2], pane.scene.bodies.radius[2], pane.scene.colors[2]) == (-2, 12.5, "#ff0000")
+    assert [type(one) for one in given(desk)] == [ChangeBall] * 5
+    press(desk, "Esc", "u", "u")  # Esc leaves the field
+    assert (value(desk, "radius"), value(desk, "spin")) == ("10", "-2")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("x", "nan", "x must be a finite number, got nan"),
+        ("x", "left", 'x must be a number, got "left"'),
+        ("x", "260", "pymunk: ball 2 would overlap ball 1 by"),
+        ("y", "1e300", "y must be at most 1e+09, got 1e+300"),
+        ("radius", "-5", "radius must be greater than 0, got -5"),
+        ("mass", "0", "mass must be greater than 0, got 0"),
+        ("elasticity", "2", "elasticity must be at most 1, got 2"),
+        ("colour", "blurple", 'color is not a valid colour: "blurple"; did you mean purple?'),
+        ("colour", "", ""),
+    ],
+)
+def test_a_wrong_value_is_refused_in_words_and_changes_nothing(
+    desk: Window, name: str, text: str, message: str
+) -> None:
+    click(desk, point(desk, 600, 100))
+    if name == "x":
+        type_into(desk, "y", "300")
+    before, edits = shown(desk), given(desk)
+    type_into(desk, name, text)
+    assert desk.notice.text.startswith(message)
+    assert (shown(desk), given(desk)) == (before, edits)
+
+
+def test_a_ball_is_moved_to_the_same_place_in_every_engine_and_keeps_its_velocity(desk: Window) -> None:
+    run(desk, 40)
+    before = [pane.state.velocity.tobytes() for pane in desk.view.panes]
+    x, y = position(desk, 0, 1)
+    drag(desk, point(desk, x, y, 1), point(desk, x + 100, y - 200, 1))
+    [edit] = given(desk)
+    assert isinstance(edit, ChangeBall)
+    assert [edit.x, edit.y] == pytest.approx([x + 100, y - 200], abs=3)
+    assert position(desk, 0) == position(desk, 0, 1) == [edit.x, edit.y]
+    assert [pane.state.velocity.tobytes() for pane in desk.view.panes] == before
+    drag(desk, point(desk, edit.x or 0, edit.y or 0), point(desk, -90, 50))
+    assert position(desk, 0)[0] == 20  # its radius from the arena's wall
+
+
+def test_a_ball_that_is_dragged_into_another_stays_where_it_was(desk: Window) -> None:
+    before = shown(desk)
+    drag(desk, point(desk, 600, 100), point(desk, 270, 310))
+    assert desk.notice.text.startswith("pymunk: ball 2 would overlap ball 1 by")
+    assert (shown(desk), given(desk)) == (before, [])
+
+
+def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
+    x, y = point(desk, 600, 100)
+    drag(desk, (x, y), (x + 2, y + 2))
+    assert given(desk) == []
+    assert desk.editor.selected == 2
+
+
+def test_a_drag_throws_if_that_is_chosen_or_the_inspector_is_closed(desk: Window) -> None:
+    push(desk, "throw")
+    drag(desk, point(desk, 600, 100), point(desk, 640, 100))
+    press(desk, "k")
+    desk.mouse.move.tool = Tool.MOVE
+    drag(desk, point(desk, 600, 100), point(desk, 600, 140))
+    assert [type(one) for one in given(desk)] == [SetVelocity, SetVelocity]
+    assert position(desk, 2) == [600, 100]
+
+
+def test_while_time_passes_the_mouse_pulls_and_fields_are_only_read(desk: Window) -> None:
+    press(desk, "p")
+    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 600, 100))
+    assert [type(one) for one in given(desk)] == [Grab]
+    assert desk.editor.selected == 2
+    assert value(desk, "x") == "600"
+    mouse(desk, pygame.MOUSEBUTTONUP, point(desk, 600, 100))
+    type_into(desk, "x", "300")
+    assert not any(isinstance(one, ChangeBall) for one in given(desk))
+    assert find(desk, lambda one: one.tip == "pause to change it")
+
+
+def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -> None:
+    push(desk, "draw wall")
+    type_into(desk, "thickness", "8")
+    drag(desk, point(desk, 600, 300), point(desk, 700, 500))
+    push(desk, "move")
+    assert value(desk, "thickness") == "8"  # of the new wall, which is selected
+    drag(desk, point(desk, 700, 500), point(desk, 620, 550))
+    drag(desk, point(desk, 610, 425), point(desk, 660, 425))
+    walls = desk.view.moment.scene.walls
+    assert [*walls[1].start, *walls[1].to] == pytest.approx([650, 300, 670, 550], abs=4)
+    type_into(desk, "elasticity", "0.5")
+    hover(desk, (1, 1))
+    press(desk, "Delete")
+    assert [type(one) for one in given(desk)] == [AddWall, ChangeWall, ChangeWall, ChangeWall, DeleteWall]
+    assert len(desk.view.moment.scene.walls) == 1
+    press(desk, "u", "u", "u", "u", "u")
+    assert desk.view.moment.scene.walls == desk.scene.walls
+    assert desk.editor.selected_wall is None
+
+
+def test_a_wall_through_a_ball_is_not_drawn(desk: Window) -> None:
+    push(desk, "draw wall")
+    drag(desk, point(desk, 500, 100), point(desk, 700, 100))
+    assert desk.notice.text.startswith("pymunk: wall 1 would overlap ball 2 by 11.")
+    assert given(desk) == []
+
+
+def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
+    for (x, y), cursor in (
+        ((300, 400), pygame.SYSTEM_CURSOR_HAND),
+        ((600, 100), pygame.SYSTEM_CURSOR_HAND),
+        ((300, 100), pygame.SYSTEM_CURSOR_ARROW),
+    ):
+        hover(desk, point(desk, x, y))
+        assert desk.mouse.cursor == cursor
+    push(desk, "draw wall")
+    hover(desk, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
+    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
+    assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_SIZEALL
+    desk.on_event(Event(pygame.WINDOWFOCUSLOST))
+    assert given(desk) == []
+
+
+def test_what_a_drag_would_do_is_shown_in_every_pane(desk: Window) -> None:
+    desk.draw()
+    ground = colour_at(desk, 700, 100)
+    push(desk, "draw wall")
+    mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 650, 100))
+    mouse(desk, pygame.MOUSEMOTION, point(desk, 750, 100))
+    desk.draw()
+    assert [colour_at(desk, 700, 100, pane) == ground for pane in (0, 1)] == [False, False]
+
+
+@pytest.mark.parametrize("pane", [0, 1])
+def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> None:
+    desk.draw()
+    before = colour_at(desk, 700, 400, pane)
+    run(desk, 10)
+    push(desk, "draw wall")
+    drag(desk, point(desk, 700, 300), point(desk, 700, 500))
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) != before
+    press(desk, "Left", "Left")
+    desk.draw()
+    assert colour_at(desk, 700, 400, pane) == before
+
+
+def test_a_copy_is_placed_by_the_next_click_and_is_like_the_ball(desk: Window) -> None:
+    click(desk, point(desk, 600, 100))
+    type_into(desk, "friction", "0.5")
+    push(desk, "copy")
+    click(desk, point(desk, 300, 200))
+    edit = given(desk)[-1]
+    assert isinstance(edit, AddBall)
+    assert (edit.velocity, edit.radius, edit.friction, edit.color) == ((60, -30), 10, 0.5, desk.scene.colors[2])
+    assert desk.editor.selected == 3
+    push(desk, "delete")
+    assert given(desk)[-1] == DeleteBall(step=0, ball=3)
+    assert len(desk.view.moment.balls) == 3
+
+
+def test_a_new_ball_has_the_size_that_was_chosen(desk: Window) -> None:
+    type_into(desk, "radius", "-3")
+    assert desk.notice.text.startswith("radius must be greater than 0, got -3")
+    type_into(desk, "radius", "33")
+    type_into(desk, "mass", "7")
+    push(desk, "add")
+    click(desk, point(desk, 700, 300))
+    press(desk, "a")  # by the key, near the middle
+    for edit in given(desk):
+        assert isinstance(edit, AddBall)
+        assert (edit.radius, edit.mass) == (33, 7)
+    assert len(given(desk)) == 2
+
+
+def test_a_swatch_sets_the_colour(desk: Window) -> None:
+    click(desk, point(desk, 600, 100))
+    click(desk, find(desk, lambda one: isinstance(one, Swatch) and one.colour == "#cc79a7"))
+    assert desk.view.moment.scene.colors[2] == "#cc79a7"
+    assert value(desk, "colour") == "#cc79a7"
