@@ -24,6 +24,7 @@ from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
+from sandbox.view.instrument_menu import InstrumentMenu
 from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
@@ -80,6 +81,7 @@ class Window:
         self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
         self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
+        self.instruments = InstrumentMenu(lambda: self.view.charts, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
@@ -169,6 +171,8 @@ class Window:
             Action.PUSH_RIGHT: partial(editor.push, 1, 0),
             Action.PUSH_UP: partial(editor.push, 0, -1),
             Action.PUSH_DOWN: partial(editor.push, 0, 1),
+            Action.FIRST_CHART: partial(self._choose_instrument, 0),
+            Action.SECOND_CHART: partial(self._choose_instrument, 1),
             Action.SHOW_ALL: mouse.show_all,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
@@ -270,7 +274,7 @@ class Window:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
                 self.about.close()
-            if not self.toolbar.on_event(event, self.layout.toolbar):
+            if not (self.instruments.on_event(event) or self.toolbar.on_event(event, self.layout.toolbar)):
                 self.mouse.on_event(event)
 
     def _repeats(self, event: Event) -> bool:
@@ -288,6 +292,8 @@ class Window:
         control = control_of(event)
         if self.scenes.picker:
             self.scenes.picker.on_event(event)
+        elif self.instruments.on_event(event):
+            return
         elif not self.toolbar.on_event(event, self.layout.toolbar) and control:
             if control.action is not Action.ESCAPE:
                 self.notice.go_stale()
@@ -312,6 +318,10 @@ class Window:
             Action.HELP: self.help_open,
         }
         return control.action in self.showing if isinstance(control.action, Layer) else on.get(control.action, False)
+
+    def _choose_instrument(self, chart: int) -> None:
+        self.showing |= {Layer.CHARTS}
+        self.instruments.open_or_step(chart)
 
     def _toggle_full_screen(self) -> None:
         desktop = pygame.display.get_desktop_sizes()[0]
@@ -380,7 +390,9 @@ class Window:
         """Draw everything on a surface of the layout's size."""
         for part in layout.frame:
             fill(surface.subsurface(part), FRAME)
-        self.view.draw(surface, layout, self.showing, self.mouse.point)
+        self.view.draw(
+            surface, layout, self.showing, None if self.instruments.open_at is not None else self.mouse.point
+        )
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
         draw_status_line(
@@ -396,6 +408,8 @@ class Window:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
         self.toolbar.draw(surface, layout.toolbar)
         self._draw_ball_card(surface, layout)
+        if Layer.CHARTS in self.showing:
+            self.instruments.draw(surface, self.mouse.point)
         if self.mouse.point:
             self.view.draw_title_card(surface, layout, self.mouse.point)
         if self.scenes.error:
