@@ -11,7 +11,7 @@ from sandbox.view.instruments import Instrument
 
 MIN_PLOT: Final = 2.7  # heights of text; where there is less room, the last charts are left out
 AXIS: Final = 8.2  # heights of text, for the title and the numbers of a chart over time
-HISTOGRAM_AXIS: Final = 5.5  # likewise of a histogram
+HISTOGRAM_AXIS: Final = 6.5  # likewise of a histogram
 HISTOGRAM: Final = 24  # width of a histogram with its axis, in heights of text,
 HISTOGRAM_SHARE: Final = 0.42  # or of the strip, if that is less
 
@@ -44,7 +44,7 @@ def chart_places(
     size: tuple[int, int], text_height: int, names: int, instruments: tuple[Instrument, ...]
 ) -> ChartPlaces:
     """Place the charts of some instruments. size: of the strip; names: width of the names at the ends of lines, px."""
-    height, gap = small(text_height), max(2, text_height // 4)
+    height, gap = small(text_height), max(4, text_height // 2)
     over_time = [k for k, instrument in enumerate(instruments) if instrument is not Instrument.SPEEDS]
     has_histogram = len(over_time) < len(instruments)
     side = round(min(HISTOGRAM * text_height, HISTOGRAM_SHARE * size[0])) if has_histogram else 0
@@ -59,7 +59,7 @@ def chart_places(
     if has_histogram:
         axis = round(HISTOGRAM_AXIS * text_height)
         x = size[0] - side
-        histogram = Rect(x + axis, top + gap, max(1, side - axis - height), bottom - top - gap)
+        histogram = Rect(x + axis, top + gap, max(1, side - axis - 2 * height), bottom - top - gap)
         corners[instruments.index(Instrument.SPEEDS)] = _corner(histogram, x, height)
     return ChartPlaces(tuple(plots), histogram, corners, Rect(0, 0, size[0] - side, size[1]))
 

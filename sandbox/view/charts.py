@@ -41,7 +41,7 @@ class Charts:
         self.moment: Moment | None = None
         self.axis = TimeAxis(seconds)
         self.palette = palette(chart_background(background))
-        self._colours = self.palette.engines(samples.engines) | {LAW: self.palette.ink}
+        self._colours = self.palette.engines(samples.engines) | {LAW: self.palette.law}
         self._names = max(text_width(name, 100) for name in self._colours) / 100  # widest, in heights of its text
         self._speeds = SpeedChart(samples.reference, self._colours, self.palette)
         self._drawn: Surface | None = None

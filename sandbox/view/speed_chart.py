@@ -12,6 +12,7 @@ from sandbox.analysis.gas import expected_counts, speed_law, why_lawless
 from sandbox.quantity import length
 from sandbox.session.history import Moment
 from sandbox.state import Floats
+from sandbox.view.instruments import LAW
 from sandbox.view.palette import Palette
 from sandbox.view.primitives import lettering, round_up
 
@@ -19,8 +20,8 @@ MIN_BALLS: Final = 50  # fewer make no histogram
 MIN_BINS: Final = 8
 MAX_BINS: Final = 24
 REACH: Final = 3.0  # length of the axis in units of the root mean square speed; faster balls are in the last bin
+MAX_PEAK: Final = 1.8  # of the axis of counts, in units of the law's peak
 CURVE_POINTS: Final = 120
-LAW: Final = "law"
 SPEED_TITLE: Final = ("speeds", "balls")
 
 
@@ -39,6 +40,12 @@ class Histogram:
     law: Floats | None
     whole: float
     refusal: str
+
+    @property
+    def top(self) -> float:
+        """The end of the axis of counts: an engine that leaves the law behind is cut off there."""
+        highest = max(float(counts.max()) for counts in self.counts.values())
+        return round_up(max(1.0, highest if self.law is None else min(highest, MAX_PEAK * float(self.law.max()))))
 
 
 def histogram_of(moment: Moment, reference: str) -> Histogram:
@@ -109,17 +116,16 @@ class SpeedChart:
             surface.blit(remark, remark.get_rect(right=plot.right, bottom=plot.y))
 
     def _draw_bins(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
-        law = np.zeros(1) if found.law is None else found.law
-        top = round_up(max(1.0, float(law.max()), *(float(each.max()) for each in found.counts.values())))
-        self._write_axes(surface, plot, float(found.edges[-1]), top, height)
+        top, fastest = found.top, float(found.edges[-1])
+        self._write_axes(surface, plot, fastest, top, height)
 
         def points(speed: Floats, count: Floats) -> list[tuple[float, float]]:
-            x = plot.x + speed / found.edges[-1] * (plot.width - 1)
-            y = plot.bottom - 1 - count / top * (plot.height - 1)
+            x = plot.x + speed / fastest * (plot.width - 1)
+            y = plot.bottom - 1 - np.minimum(count / top, 1.0) * (plot.height - 1)
             return list(zip(x.tolist(), y.tolist(), strict=True))
 
         if found.law is not None:
-            pygame.draw.lines(surface, self._palette.ink, False, points(*_curve(found)), max(2, height // 6))
+            pygame.draw.lines(surface, self._colours[LAW], False, points(*_curve(found)), max(3, height // 4))
         for name, counts in found.counts.items():
             outline = points(np.repeat(found.edges, 2)[1:-1], np.repeat(counts, 2))
             pygame.draw.lines(surface, self._colours[name], False, outline, max(1, height // 8))
@@ -143,11 +149,12 @@ class SpeedChart:
 
     def _write_names(self, surface: Surface, plot: Rect, found: Histogram, height: int) -> None:
         """Write the name of each line at the upper right, where the law leaves room."""
-        names = [(name, self._colours[name]) for name in found.counts]
+        names = {name: float(counts.max()) for name, counts in found.counts.items()}
         if found.law is not None:
-            names.append((LAW, self._palette.ink))
-        for line, (name, colour) in enumerate(names):
-            label = lettering(name, colour, height)
+            names[LAW] = 0.0
+        for line, (name, most) in enumerate(names.items()):
+            text = name if most <= found.top else f"{name}, up to {most:,.0f}"
+            label = lettering(text, self._colours[name], height)
             surface.blit(label, label.get_rect(right=plot.right - 2, top=plot.y + 2 + round(1.3 * line * height)))
 
 

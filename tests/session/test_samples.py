@@ -38,7 +38,9 @@ def moment(scene: Scene, step: int, work: float = 0.0, **velocity: float) -> Mom
     energy = {name: speed**2 / 2 for name, speed in velocity.items()}
     none = dict.fromkeys(velocity, no_contacts())
     counts, works = dict.fromkeys(velocity, 0), dict.fromkeys(velocity, work)
-    return Moment(step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0))
+    return Moment(
+        step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0), dict.fromkeys(velocity, 0.0)
+    )
 
 
 def sampled(scene: Scene, *steps: dict[str, float]) -> Samples:

@@ -116,7 +116,7 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     assert bool(layout.strip.height) == charts
     assert bool(layout.bar.height) != charts
     if charts:
-        plot = window.view.charts.plots(layout.strip, layout.text_height)[0]
+        plot = window.view.charts.places(layout.strip, layout.text_height).plots[0]
         places = {
             at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
         }
