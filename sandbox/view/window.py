@@ -18,7 +18,7 @@ from sandbox.signals import signals_deferred
 from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import caption, draw_status
+from sandbox.view.compiling import PRESSES, caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
@@ -97,6 +97,13 @@ class Window:
         self.toolbar = Toolbar(self._tools(), self.widgets)
         self.panel = SidePanel(self._pages(), self.widgets)
         self.actions = self._actions()
+        self._is_on: dict[Action, Callable[[], bool]] = {
+            Action.PAUSE: lambda: self.playback.paused,
+            Action.RECORD: lambda: self.recorder.video is not None,
+            Action.ADD_BALL: lambda: self.mouse.adding,
+            Action.FULL_SCREEN: lambda: self._window_size is not None,
+            Action.HELP: lambda: self.help_open,
+        }
         pygame.display.init()
         pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
         size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
@@ -320,20 +327,13 @@ class Window:
 
     def is_on(self, control: Control) -> bool:
         """Return whether what a control turns on and off is on."""
-        on = {
-            Action.PAUSE: self.playback.paused,
-            Action.RECORD: self.recorder.video is not None,
-            Action.ADD_BALL: self.mouse.adding,
-            Action.FULL_SCREEN: self._window_size is not None,
-            Action.HELP: self.help_open,
-        }
         match control.action:
             case Layer():
                 return control.action in self.showing
             case Panel():
                 return control.action is self.panel.open
             case action:
-                return on.get(action, False)
+                return action in self._is_on and self._is_on[action]()
 
     def _choose_instrument(self, chart: int) -> None:
         self.showing |= {Layer.CHARTS}
@@ -364,10 +364,10 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done."""
+        """Draw the window while engines run again and nothing else can be done; presses meanwhile are dropped."""
         self.draw()
         pygame.display.flip()
-        pygame.event.pump()
+        pygame.event.clear(PRESSES)  # or all of them would be done at once at the end
 
     @property
     def layout(self) -> Layout:
@@ -385,6 +385,7 @@ class Window:
             self.view.chart_count(self.showing),
             self.mouse.lens,
             self.panel.open is not None,
+            tuple(self.toolbar.by_hand.values()),
         )
 
     @property
