@@ -88,7 +88,7 @@ class States(NamedTuple):
     @classmethod
     def stack(cls, states: Sequence[State]) -> Self:
         """Return arrays with a row for each state."""
-        return cls(*(np.array([getattr(state, name) for state in states]) for name in cls._fields))
+        return cls(*(np.stack([getattr(state, name) for state in states]) for name in cls._fields))
 
     def rows(self, rows: slice) -> "States":
         """Return the part of some steps, which shares the arrays."""

@@ -1,6 +1,7 @@
 """What is sampled of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 from typing import Final
 
@@ -9,8 +10,8 @@ import numpy as np
 from sandbox.analysis.gas import fluid_pressure, is_gas
 from sandbox.quantity import angular_momentum, centre_of_mass, height, kinetic_energy, length, momentum
 from sandbox.scene.model import Scene
-from sandbox.session.history import Moment
-from sandbox.state import Floats, States
+from sandbox.session.history import History, Moment
+from sandbox.state import Floats, State
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
@@ -37,6 +38,26 @@ class Quantity(Enum):
     HEIGHT = 4
     CONTACTS = 5
     WALL_IMPULSE = 6
+
+
+def _momentum(state: State, scene: Scene) -> float:
+    return float(length(momentum(state.velocity, scene.bodies.mass)))
+
+
+def _angular_momentum(state: State, scene: Scene) -> float:
+    about_centre = replace(state, position=state.position - np.divide(scene.arena.size, 2))
+    return float(angular_momentum(about_centre, scene.bodies))
+
+
+def _height(state: State, scene: Scene) -> float:
+    return float(height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size))
+
+
+OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
+    Quantity.MOMENTUM: _momentum,
+    Quantity.ANGULAR_MOMENTUM: _angular_momentum,
+    Quantity.HEIGHT: _height,
+}
 
 
 class Series:
@@ -91,11 +112,17 @@ class Series:
 class Samples:
     """Each quantity in each engine over time. A quantity is NaN while an engine or the reference does not run.
 
-    energy_at_start: kg px²/s², the same in every engine; silent: the engines that report no contacts.
+    energy_at_start: kg px²/s², the same in every engine; silent: the engines that report no contacts; history: has the
+    moments of OF_STATES before these were asked for, which are not sampled until then. Without it, they always are.
     """
 
     def __init__(
-        self, engines: Sequence[str], reference: str, energy_at_start: float, silent: Collection[str] = ()
+        self,
+        engines: Sequence[str],
+        reference: str,
+        energy_at_start: float,
+        silent: Collection[str] = (),
+        history: History | None = None,
     ) -> None:
         self.engines = list(engines)
         self.reference = reference
@@ -104,6 +131,8 @@ class Samples:
         # quantity of each engine.
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
         self._silent = silent
+        self._history = history
+        self._sampled = list[Quantity]() if history else list(OF_STATES)
         self._change = np.nan  # of the reference's energy in the step before
         self._gas: tuple[Scene | None, bool] = None, False  # the scene of the last sample, and whether it is a gas
 
@@ -129,24 +158,38 @@ class Samples:
 
     def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
         """Return each quantity of each engine: (quantities, engines)."""
-        running = [k for k, name in enumerate(self.engines) if name in moment.states]
-        names = [self.engines[k] for k in running]
-        states, scene = States.stack([moment.states[name] for name in names]), moment.scene
-        bodies, size, reference = scene.bodies, scene.arena.size, moment.states.get(self.reference)
-        about_centre = states._replace(position=states.position - np.divide(size, 2))
-        found = {
-            Quantity.ENERGY: [change[name] for name in names],
-            Quantity.GAP: np.nan if reference is None else length(states.position - reference.position).max(axis=1),
-            Quantity.MOMENTUM: length(momentum(states.velocity, bodies.mass)),
-            Quantity.ANGULAR_MOMENTUM: angular_momentum(about_centre, bodies),
-            Quantity.HEIGHT: height(centre_of_mass(states.position, bodies.mass), size),
-            Quantity.CONTACTS: [np.nan if name in self._silent else moment.counts[name] for name in names],
-            Quantity.WALL_IMPULSE: [np.nan if name in self._silent else moment.wall_impulse[name] for name in names],
-        }
         values = np.full((len(Quantity), len(self.engines)), np.nan)
-        for quantity, of_engines in found.items():
-            values[quantity.value, running] = of_engines
+        reference = moment.states.get(self.reference)
+        for k, name in enumerate(self.engines):
+            if name not in moment.states:
+                continue
+            values[Quantity.ENERGY.value, k] = change[name]
+            if name not in self._silent:
+                values[Quantity.CONTACTS.value, k] = moment.counts[name]
+                values[Quantity.WALL_IMPULSE.value, k] = moment.wall_impulse[name]
+            if name == self.reference:
+                values[Quantity.GAP.value, k] = 0.0
+            elif reference is not None:
+                values[Quantity.GAP.value, k] = length(moment.states[name].position - reference.position).max()
+        for quantity in self._sampled:
+            values[quantity.value] = self._of_states(quantity, moment)
         return values
+
+    def _of_states(self, quantity: Quantity, moment: Moment) -> list[float]:
+        """Return one of OF_STATES of each engine."""
+        states, of_state = moment.states, OF_STATES[quantity]
+        return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
+
+    def _sample(self, quantity: Quantity) -> None:
+        """Sample a quantity from now on, and as far back as the history goes."""
+        self._sampled.append(quantity)
+        first = self._first_column(quantity)
+        for row, step in zip(self.series.rows, self.series.steps.tolist(), strict=True):
+            for moment in self._history.between(step, step) if self._history else ():
+                row[first : first + len(self.engines)] = self._of_states(quantity, moment)
+
+    def _first_column(self, quantity: Quantity) -> int:
+        return FIRST + quantity.value * len(self.engines)
 
     def _pressure_in_theory(self, moment: Moment) -> float:
         """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
@@ -164,9 +207,10 @@ class Samples:
         A difference of energy counts only if the reference's energy does not have that value a step earlier or later:
         where energy is lost in contacts, an engine that is late by a step is not accused of the loss.
         """
-        n, rows = len(self.engines), self.series.rows[since:]
-        first = FIRST + quantity.value * n
-        values = rows[:, first : first + n]
+        if quantity in OF_STATES and quantity not in self._sampled:
+            self._sample(quantity)
+        rows, first = self.series.rows[since:], self._first_column(quantity)
+        values = rows[:, first : first + len(self.engines)]
         if quantity is not Quantity.ENERGY or self.is_alone:
             return values
         low, high = rows[:, 1, None], rows[:, 2, None]

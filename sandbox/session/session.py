@@ -66,7 +66,8 @@ class Session:
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
         silent = [name for name, runner in self.lockstep.engines.items() if not runner.reports_contacts]
-        self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start, silent)
+        engines_sampled = list(dict.fromkeys([*self.names, self.reference]))
+        self.samples = Samples(engines_sampled, self.reference, at_start, silent, self._history)
         self._apply_due()
         self._keep_moment()
 

@@ -256,3 +256,16 @@ def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scen
         samples.add(moment(scene, step, mine=60.0, exact=60.0))
     for quantity in (Quantity.CONTACTS, Quantity.WALL_IMPULSE):
         assert np.isnan(samples.rate(quantity, 1.0)[-1]).tolist() == [True, False]
+
+
+def test_what_nobody_has_asked_for_yet_is_found_in_the_history() -> None:
+    asked_late, asked_early = (Session(load("bouncing"), ["impulse", "exact"]) for _ in range(2))
+    asked_early.samples.of(Quantity.HEIGHT)
+    for session in (asked_late, asked_early):
+        run(session, 50)
+    height = asked_late.samples.of(Quantity.HEIGHT)
+    assert np.array_equal(height, asked_early.samples.of(Quantity.HEIGHT))
+    run(asked_late, 1)
+    mass = asked_late.start.bodies.mass
+    y = asked_late.shown.states["exact"].position[:, 1]
+    assert asked_late.samples.of(Quantity.HEIGHT)[-1, 1] == pytest.approx(600 - np.average(y, weights=mass))
