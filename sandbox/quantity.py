@@ -53,6 +53,11 @@ def centre_of_mass(position: Floats, mass: Floats) -> Floats:
     return np.einsum("...nk,n->...k", position, mass / mass.sum())
 
 
+def height(centre: Floats, size: Sequence[float]) -> Floats:
+    """Return how far points (..., 2), such as centres of mass, are above the arena's lower edge, px: (...)."""
+    return size[1] - centre[..., 1]
+
+
 def length(vector: Floats) -> Floats:
     """Return the length of each vector: (..., 2) -> (...). The length of a velocity is its speed."""
     return np.hypot(vector[..., 0], vector[..., 1])

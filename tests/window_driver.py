@@ -67,17 +67,24 @@ def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
 
 def button(window: Window, action: Action | Layer | Panel) -> tuple[int, int]:
     """Return the middle of a control's button."""
-    for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True):
+    unfold(window)
+    for widget, place in window.toolbar.placed(window.layout.toolbar):
         if isinstance(widget, Button) and widget.control.action == action:
             return place.center
     raise AssertionError(action)
 
 
+def unfold(window: Window) -> None:
+    """Unfold all groups of the toolbar."""
+    window.toolbar.by_hand = dict.fromkeys(window.toolbar.by_hand, True)
+
+
 def slider(window: Window, name: str) -> tuple[Slider, Rect]:
     """Return a slider and its place."""
+    unfold(window)
     [found] = [
         (widget, place)
-        for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True)
+        for widget, place in window.toolbar.placed(window.layout.toolbar)
         if isinstance(widget, Slider) and widget.name == name
     ]
     return found

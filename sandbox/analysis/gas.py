@@ -48,6 +48,16 @@ def speed_law(speed: Floats, whole: Floats | float, n: int) -> Floats:
     return 1 - faster
 
 
+def expected_counts(edges: Floats, whole: float, n: int) -> Floats:
+    """Return how many of n discs the law expects between each two speeds: (bins,); the last bin has all faster ones.
+
+    edges: (bins + 1,) px/s, ascending; whole: R of `speed_law`, px/s.
+    """
+    share = speed_law(edges, whole, n)
+    share[-1] = 1.0
+    return n * np.diff(share)
+
+
 def speed_distance(velocity: Floats) -> float:
     """Return the Kolmogorov-Smirnov distance of the speeds from their law.
 
@@ -65,14 +75,19 @@ def speed_distance(velocity: Floats) -> float:
 
 
 def wall_pressure(contacts: Contacts, size: Sequence[float], seconds: float) -> float:
-    """Return the force per length of the arena's walls, the mean of the four, kg/s².
+    """Return the force per length of the arena's walls, the mean of the four, kg/s². size: of the arena, px."""
+    return wall_impulse(contacts, size) / seconds
+
+
+def wall_impulse(contacts: Contacts, size: Sequence[float]) -> float:
+    """Return the momentum per length that the arena's walls took in contacts, the mean of the four, kg/s.
 
     size: of the arena, px. The length is the whole wall's, though no disc touches it within a radius of its ends.
     """
     width, height = size
     at_wall = contacts[contacts["second"] < 0]
     impulse = np.bincount(~at_wall["second"], at_wall["impulse"], minlength=len(ARENA_WALLS))[: len(ARENA_WALLS)]
-    return float(np.mean(impulse / (height, width, height, width)) / seconds)
+    return float(np.mean(impulse / (height, width, height, width)))
 
 
 def virial_pressure(contacts: Contacts, radius: Floats, kinetic: float, size: Sequence[float], seconds: float) -> float:
@@ -126,6 +141,14 @@ def compressibility(eta: float) -> float:
     return 1 + 2 * eta * contact_value(eta)
 
 
+def fluid_pressure(radius: Floats, kinetic: float, size: Sequence[float]) -> float:
+    """Return the pressure of a fluid of discs, n kT Z / A with n kT = E, kg/s².
+
+    radius: (n,) px; kinetic: E, kg px²/s²; size: of the arena, px.
+    """
+    return compressibility(packing_fraction(radius, size)) * kinetic / math.prod(size)
+
+
 def virial_series(eta: float) -> float:
     """Return Z from the first ten terms in ρ B_2 = 2η: closer than Henderson's up to η = 0.4, 0.6 % low at 0.5."""
     return float(np.polynomial.polynomial.polyval(2 * eta, VIRIAL_COEFFICIENTS))
@@ -166,17 +189,36 @@ class TheoryRow:
 
 def obeys_laws(scene: Scene) -> bool:
     """Return whether the exact laws apply to a scene: equal elastic discs, smooth, within four walls alone."""
-    bodies = scene.bodies
-    alike = np.ptp(bodies.radius) == 0 and np.ptp(bodies.mass) == 0
-    elastic = bool(np.all(bodies.elasticity == 1)) and scene.arena.elasticity == 1
-    alone = scene.arena.walls and not scene.walls and not any(scene.gravity) and not bodies.friction.any()
-    return bool(len(bodies) > 1 and alike and elastic and alone)
+    return not why_lawless(scene)
+
+
+def why_lawless(scene: Scene) -> str:
+    """Return why the exact laws do not apply to a scene; nothing if they do."""
+    bodies, arena = scene.bodies, scene.arena
+    reasons = {
+        "a single ball": len(bodies) == 1,
+        "no walls stand round the arena": not arena.walls,
+        "there are inner walls": bool(scene.walls),
+        "gravity pulls the balls": any(scene.gravity),
+        "the balls are not alike": np.ptp(bodies.radius) > 0 or np.ptp(bodies.mass) > 0,
+        "contacts are not elastic": bool(np.any(bodies.elasticity != 1)) or arena.elasticity != 1,
+        "there is friction": bool(bodies.friction.any()),
+    }
+    return next((why for why, holds in reasons.items() if holds), "")
 
 
 def is_gas(scene: Scene) -> bool:
     """Return whether the theory of fluids applies to a scene too: many discs, below freezing."""
+    return not why_no_gas(scene)
+
+
+def why_no_gas(scene: Scene) -> str:
+    """Return why the theory of fluids does not apply to a scene; nothing if it does."""
+    lawless = why_lawless(scene)
+    if lawless or len(scene.bodies) < MIN_GAS_DISCS:
+        return lawless or f"fewer than {MIN_GAS_DISCS} balls"
     fluid = packing_fraction(scene.bodies.radius, scene.arena.size) < FREEZING
-    return obeys_laws(scene) and len(scene.bodies) >= MIN_GAS_DISCS and fluid
+    return "" if fluid else "so dense that it freezes"
 
 
 def measure_gas(scene: Scene, contacts: Contacts, velocity: Floats, seconds: float) -> tuple[TheoryRow, ...] | None:

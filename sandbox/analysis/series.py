@@ -8,6 +8,7 @@ import numpy as np
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.measurement import Run
 from sandbox.files import whole_file
+from sandbox.quantity import height
 from sandbox.state import Floats
 from sandbox.text import CsvDialect, csv_text
 
@@ -43,9 +44,9 @@ def write_series(comparison: Comparison, path: str, dialect: CsvDialect = CsvDia
 
 def _series(comparison: Comparison, run: Run) -> list[np.ndarray[Any, Any]]:
     """Return the columns of an engine after its name, each (steps + 1,)."""
-    height = comparison.scene.arena.size[1] - run.centre_of_mass[:, 1]
+    above = height(run.centre_of_mass, comparison.scene.arena.size)
     contacts = contacts_by(comparison.time, run).astype(int)
-    return [run.energy, run.gap_rms, run.gap_max, *run.momentum.T, run.angular_momentum, height, contacts]
+    return [run.energy, run.gap_rms, run.gap_max, *run.momentum.T, run.angular_momentum, above, contacts]
 
 
 def _rows(time: Floats, series: Mapping[str, Sequence[np.ndarray[Any, Any]]]) -> Iterator[list[object]]:

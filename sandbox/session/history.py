@@ -16,9 +16,9 @@ MOMENT_BYTES: Final = 1_500  # approximate size of a moment without its arrays, 
 class Moment:
     """One step of a run, as it is shown.
 
-    states, contacts (found in the step that led here), counts (of contacts so far), energy (kg px²/s²), work (what
-    mouse and edits have added to it): for each engine. balls: each ball's number among all that ever were in the run.
-    held: the ball that the mouse holds, pulled to target (px).
+    states, contacts (found in the step that led here), counts (of contacts so far), wall_impulse (so far, see
+    `gas.wall_impulse`, kg/s), energy (kg px²/s²), work (what mouse and edits have added to it): for each engine. balls:
+    each ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
     """
 
     step: int
@@ -32,6 +32,7 @@ class Moment:
     balls: tuple[int, ...]
     held: int | None
     target: Vector
+    wall_impulse: dict[str, float]
 
     @property
     def size(self) -> int:

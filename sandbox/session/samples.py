@@ -1,28 +1,63 @@
-"""What is sampled of a run after every step, for its charts: energy, gap to the reference, momentum of every engine."""
+"""What is sampled of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 from typing import Final
 
 import numpy as np
 
-from sandbox.quantity import length, momentum
-from sandbox.session.history import Moment
-from sandbox.state import Floats
+from sandbox.analysis.gas import fluid_pressure, is_gas
+from sandbox.quantity import angular_momentum, centre_of_mass, height, kinetic_energy, length, momentum
+from sandbox.scene.model import Scene
+from sandbox.session.history import History, Moment
+from sandbox.state import Floats, State
 
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
+MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
+SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
+
+
+FIRST: Final = 4  # column with a quantity of an engine
 
 
 class Quantity(Enum):
     """What is sampled of every engine. The value is its number among them.
 
     ENERGY: what the engine lost (negative) or made, see `change_of_energy`, minus what the reference did; GAP: the
-    largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s.
+    largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;
+    ANGULAR_MOMENTUM: of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the
+    arena's lower edge, px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls
+    took so far, kg/s.
     """
 
     ENERGY = 0
     GAP = 1
     MOMENTUM = 2
+    ANGULAR_MOMENTUM = 3
+    HEIGHT = 4
+    CONTACTS = 5
+    WALL_IMPULSE = 6
+
+
+def _momentum(state: State, scene: Scene) -> float:
+    return float(length(momentum(state.velocity, scene.bodies.mass)))
+
+
+def _angular_momentum(state: State, scene: Scene) -> float:
+    about_centre = replace(state, position=state.position - np.divide(scene.arena.size, 2))
+    return float(angular_momentum(about_centre, scene.bodies))
+
+
+def _height(state: State, scene: Scene) -> float:
+    return float(height(centre_of_mass(state.position, scene.bodies.mass), scene.arena.size))
+
+
+OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
+    Quantity.MOMENTUM: _momentum,
+    Quantity.ANGULAR_MOMENTUM: _angular_momentum,
+    Quantity.HEIGHT: _height,
+}
 
 
 class Series:
@@ -77,16 +112,29 @@ class Series:
 class Samples:
     """Each quantity in each engine over time. A quantity is NaN while an engine or the reference does not run.
 
-    energy_at_start: kg px²/s², the same in every engine.
+    energy_at_start: kg px²/s², the same in every engine; silent: the engines that report no contacts; history: has the
+    moments of OF_STATES before these were asked for, which are not sampled until then. Without it, they always are.
     """
 
-    def __init__(self, engines: Sequence[str], reference: str, energy_at_start: float) -> None:
+    def __init__(
+        self,
+        engines: Sequence[str],
+        reference: str,
+        energy_at_start: float,
+        silent: Collection[str] = (),
+        history: History | None = None,
+    ) -> None:
         self.engines = list(engines)
         self.reference = reference
         self.energy_at_start = energy_at_start
-        # Time, the lowest and highest change of the reference's energy around it, and each quantity of each engine.
-        self.series = Series(3 + len(Quantity) * len(self.engines))
+        # Time, the lowest and highest change of the reference's energy around it, a gas's pressure in theory, and each
+        # quantity of each engine.
+        self.series = Series(FIRST + len(Quantity) * len(self.engines))
+        self._silent = silent
+        self._history = history
+        self._sampled = list[Quantity]() if history else list(OF_STATES)
         self._change = np.nan  # of the reference's energy in the step before
+        self._gas: tuple[Scene | None, bool] = None, False  # the scene of the last sample, and whether it is a gas
 
     def __len__(self) -> int:
         return len(self.series)
@@ -105,20 +153,53 @@ class Samples:
         if series.wants(moment.step):
             around = before if len(series) and before == before else self._change  # noqa: PLR0124 (not NaN)
             ends = min(around, self._change), max(around, self._change)
-            series.add(moment.step, [moment.time, *ends, *self._values(moment, change)])
+            theory = self._pressure_in_theory(moment)
+            series.add(moment.step, [moment.time, *ends, theory, *self._values(moment, change).ravel().tolist()])
 
-    def _values(self, moment: Moment, change: dict[str, float]) -> list[float]:
-        states, mass = moment.states, moment.scene.bodies.mass
-        reference = states.get(self.reference)
-        values = [change.get(name, np.nan) for name in self.engines]
-        for name in self.engines:
-            state = states.get(name)
-            if state is None or reference is None:
-                values.append(np.nan)
-            else:
-                values.append(float(length(state.position - reference.position).max()))
-        impulse = {name: float(length(momentum(state.velocity, mass))) for name, state in states.items()}
-        return [*values, *(impulse.get(name, np.nan) for name in self.engines)]
+    def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
+        """Return each quantity of each engine: (quantities, engines)."""
+        values = np.full((len(Quantity), len(self.engines)), np.nan)
+        reference = moment.states.get(self.reference)
+        for k, name in enumerate(self.engines):
+            if name not in moment.states:
+                continue
+            values[Quantity.ENERGY.value, k] = change[name]
+            if name not in self._silent:
+                values[Quantity.CONTACTS.value, k] = moment.counts[name]
+                values[Quantity.WALL_IMPULSE.value, k] = moment.wall_impulse[name]
+            if name == self.reference:
+                values[Quantity.GAP.value, k] = 0.0
+            elif reference is not None:
+                values[Quantity.GAP.value, k] = length(moment.states[name].position - reference.position).max()
+        for quantity in self._sampled:
+            values[quantity.value] = self._of_states(quantity, moment)
+        return values
+
+    def _of_states(self, quantity: Quantity, moment: Moment) -> list[float]:
+        """Return one of OF_STATES of each engine."""
+        states, of_state = moment.states, OF_STATES[quantity]
+        return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
+
+    def _sample(self, quantity: Quantity) -> None:
+        """Sample a quantity from now on, and as far back as the history goes."""
+        self._sampled.append(quantity)
+        first = self._first_column(quantity)
+        for row, step in zip(self.series.rows, self.series.steps.tolist(), strict=True):
+            for moment in self._history.between(step, step) if self._history else ():
+                row[first : first + len(self.engines)] = self._of_states(quantity, moment)
+
+    def _first_column(self, quantity: Quantity) -> int:
+        return FIRST + quantity.value * len(self.engines)
+
+    def _pressure_in_theory(self, moment: Moment) -> float:
+        """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
+        scene, reference = moment.scene, moment.states.get(self.reference)
+        if self._gas[0] is not scene:
+            self._gas = scene, is_gas(scene)
+        if not self._gas[1] or reference is None:
+            return np.nan
+        kinetic = float(kinetic_energy(reference.velocity, scene.bodies.mass))
+        return fluid_pressure(scene.bodies.radius, kinetic, scene.arena.size)
 
     def of(self, quantity: Quantity, since: int = 0) -> Floats:
         """Return a quantity in the samples from one on, one column per engine: (samples, engines).
@@ -126,13 +207,30 @@ class Samples:
         A difference of energy counts only if the reference's energy does not have that value a step earlier or later:
         where energy is lost in contacts, an engine that is late by a step is not accused of the loss.
         """
-        n, rows = len(self.engines), self.series.rows[since:]
-        first = 3 + quantity.value * n
-        values = rows[:, first : first + n]
+        if quantity in OF_STATES and quantity not in self._sampled:
+            self._sample(quantity)
+        rows, first = self.series.rows[since:], self._first_column(quantity)
+        values = rows[:, first : first + len(self.engines)]
         if quantity is not Quantity.ENERGY or self.is_alone:
             return values
         low, high = rows[:, 1, None], rows[:, 2, None]
         return np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
+
+    def rate(self, quantity: Quantity, seconds: float, since: int = 0) -> Floats:
+        """Return by how much a quantity grew in a second, averaged over some seconds before each sample from one on.
+
+        NaN in the first MIN_RATE_SECONDS; then averaged over what there is: (samples, engines).
+        """
+        times, values = self.times, self.of(quantity)
+        before = np.searchsorted(times, times[since:] - seconds + SAME_TIME, side="right") - 1
+        before = np.maximum(before, 0)
+        passed = times[since:] - times[before]
+        passed[passed < MIN_RATE_SECONDS - SAME_TIME] = np.nan
+        return (values[since:] - values[before]) / passed[:, None]
+
+    def pressure_in_theory(self, since: int = 0) -> Floats:
+        """Return the pressure that theory expects in the samples from one on, kg/s²: (samples,); NaN for no gas."""
+        return self.series.rows[since:, 3]
 
     @property
     def is_alone(self) -> bool:

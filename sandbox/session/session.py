@@ -7,6 +7,7 @@ inputs: to continue from a step, the engines run again from the start with the s
 from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
 
+from sandbox.analysis.gas import wall_impulse
 from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines import Engines, Source, create, named
@@ -64,7 +65,9 @@ class Session:
         self._undone: list[list[Input]] = []
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
-        self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start)
+        silent = [name for name, runner in self.lockstep.engines.items() if not runner.traits.reports_contacts]
+        engines_sampled = list(dict.fromkeys([*self.names, self.reference]))
+        self.samples = Samples(engines_sampled, self.reference, at_start, silent, self._history)
         self._arrive()
 
     # The present step
@@ -225,6 +228,7 @@ class Session:
         self.lockstep = Lockstep(self.start, self._engines | along, stops=True, expendable=expendable)
         self._stale = False
         self._counts = dict.fromkeys(names, 0)
+        self._wall_impulse = dict.fromkeys(names, 0.0)
         for runner in self.lockstep.engines.values():
             runner.contacts()
         if self._observer:
@@ -267,7 +271,9 @@ class Session:
         lockstep = self.lockstep
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
         for name, found in contacts.items():
-            self._counts[name] += len(found)
+            if len(found):
+                self._counts[name] += len(found)
+                self._wall_impulse[name] += wall_impulse(found, lockstep.scene.arena.size)
         states = lockstep.states()
         if self._observer:
             self._observer.observe(states, contacts)
@@ -285,6 +291,7 @@ class Session:
             tuple(lockstep.balls),
             lockstep.mouse.ball,
             lockstep.mouse.target,
+            dict(self._wall_impulse),
         )
         self.samples.add(moment)
         self._history.keep(moment)

@@ -49,6 +49,8 @@ class Action(Enum):
     PUSH_RIGHT = auto()
     PUSH_UP = auto()
     PUSH_DOWN = auto()
+    FIRST_CHART = auto()
+    SECOND_CHART = auto()
     SHOW_ALL = auto()
     SAVE_PICTURE = auto()
     RECORD = auto()
@@ -187,6 +189,8 @@ CONTROLS = (
     _layer(Layer.GHOSTS, "G", "outlines of the balls in exact"),
     _layer(Layer.GRID, "L", "grid lines"),
     _layer(Layer.CHARTS, "H", "charts"),
+    Control(Group.WINDOW, Action.FIRST_CHART, "1", "choose what the first chart shows", (), "1"),
+    Control(Group.WINDOW, Action.SECOND_CHART, "2", "choose what the second chart shows", (), "2"),
     Control(Group.WINDOW, Action.SHOW_ALL, "0", "show all of the arena again", (), "0"),
     Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
     Control(

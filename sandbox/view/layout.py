@@ -9,6 +9,7 @@ from typing import Final
 from pygame import Rect
 
 from sandbox.scene.fields import Vector
+from sandbox.view.tool_places import open_groups, tool_places
 
 GAP: Final = 8  # px between panes and round them
 CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
@@ -51,7 +52,8 @@ class Layout:
     The toolbar is above them, charts and status line below, and a panel may be at the right.
 
     window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
-    in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
+    in heights of the toolbar, in groups, of which the first is never folded away; by_hand: for each group, whether it
+    was unfolded or folded. charts: how many; they are left out if there is no room for them.
     lens: what the panes show of the arena. has_panel: whether the side panel is open.
     """
 
@@ -62,6 +64,7 @@ class Layout:
     charts: int = 0
     lens: Lens = Lens()
     has_panel: bool = False
+    by_hand: tuple[bool | None, ...] = ()
 
     @cached_property
     def text_height(self) -> int:
@@ -75,27 +78,15 @@ class Layout:
 
     @cached_property
     def toolbar(self) -> list[Rect]:
-        """Each widget's place: rows of whole groups from the left, where wide widgets fill what the others leave."""
+        """Each widget's place, empty if it is folded away."""
         side, room = round(1.75 * self.text_height), self.window[0] - 2 * GAP
-        rows: list[list[Rect]] = [[]]
-        for group in self.tools:
-            widths = [round(share * side) for share in group]
-            x = rows[-1][-1].right - GAP + 2 + side // 3 if rows[-1] else 0
-            if x and x + sum(widths) + 2 * (len(widths) - 1) > room:
-                rows.append([])
-                x = 0
-            for width in widths:
-                if x + width > room:
-                    rows.append([])
-                    x = 0
-                rows[-1].append(Rect(GAP + x, GAP // 2 + (len(rows) - 1) * (side + 2), width, side))
-                x += width + 2
-        return [place for row in rows if row for place in _filled(row, GAP + room)]
+        opened = open_groups(self.tools, self.by_hand or (None,) * len(self.tools), side, room)
+        return tool_places(self.tools, opened, (GAP, GAP // 2), side, room)
 
     @cached_property
     def top(self) -> int:
         """The upper edge of the panes, px."""
-        return self.toolbar[-1].bottom if self.toolbar else 0
+        return max((place.bottom for place in self.toolbar), default=0)
 
     @cached_property
     def panel(self) -> Rect:
@@ -196,17 +187,6 @@ class Layout:
     def pane_at(self, point: ScreenPoint) -> int | None:
         """Return the pane whose arena contains a point of the screen."""
         return next((pane for pane, arena in enumerate(self.arenas) if arena.collidepoint(point)), None)
-
-
-def _filled(row: list[Rect], right: int) -> list[Rect]:
-    """Widen the wide widgets of a row, to three times their width at most, so that it ends at the right."""
-    wide = sum(place.width > place.height for place in row)
-    spare, shift, filled = max(right - row[-1].right, 0), 0, []
-    for place in row:
-        more = min(spare // wide, 2 * place.width) if place.width > place.height else 0
-        filled.append(Rect(place.x + shift, place.y, place.width + more, place.height))
-        shift += more
-    return filled
 
 
 def _without(rect: Rect, covered: Rect) -> list[Rect]:

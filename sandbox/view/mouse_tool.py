@@ -150,11 +150,12 @@ class MouseTool:
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             layout = self._layout()
             charts, strip = self._playback.view.charts, layout.strip
-            mark = charts.mark_at(strip, layout.text_height, event.pos) if strip.collidepoint(event.pos) else None
+            over_time = charts.is_over_time(strip, layout.text_height, event.pos)
+            mark = charts.mark_at(strip, layout.text_height, event.pos) if over_time else None
             if mark and mark.time is not None:
                 self._go_to(mark.time)
                 return
-            self.scrubbing = bool(strip.collidepoint(event.pos) or layout.bar.collidepoint(event.pos))
+            self.scrubbing = over_time or layout.bar.collidepoint(event.pos)
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
             self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
@@ -181,15 +182,16 @@ class MouseTool:
         layout, charts, point = self._layout(), self._playback.view.charts, self.point
         if not layout.strip.height or point is None:
             return False
+        axis, over_time = charts.axis, charts.is_over_time(layout.strip, layout.text_height, point)
         time = charts.time_at(layout.strip, layout.text_height, point[0])
-        if event.type == pygame.MOUSEWHEEL and layout.strip.collidepoint(point):
-            charts.zoom(time, ZOOM_FACTOR**-event.y)
-        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 3 and layout.strip.collidepoint(point):
-            charts.selection = time, time
-        elif event.type == pygame.MOUSEMOTION and charts.selection and event.buttons[2]:
-            charts.selection = charts.selection[0], time
+        if event.type == pygame.MOUSEWHEEL and over_time:
+            axis.zoom(time, ZOOM_FACTOR**-event.y)
+        elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 3 and over_time:
+            axis.selection = time, time
+        elif event.type == pygame.MOUSEMOTION and axis.selection and event.buttons[2]:
+            axis.selection = axis.selection[0], time
         elif event.type == pygame.MOUSEBUTTONUP and event.button == 3:
-            charts.zoom_to_selection()
+            axis.zoom_to_selection()
         else:
             return False
         return True

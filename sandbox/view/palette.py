@@ -25,12 +25,14 @@ YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, a
 class Palette:
     """The colours of everything that is drawn on one background.
 
-    ink: text and marks. faint: grid and axes. momentum, contact: arrows and contacts. is_dark: the background.
+    ink: text and marks. faint: grid and axes. law: lines of a theory. momentum, contact: arrows and contacts.
+    is_dark: the background.
     """
 
     ground: Color
     ink: Color
     faint: Color
+    law: Color
     momentum: Color
     contact: Color
     is_dark: bool
@@ -49,6 +51,7 @@ def palette(background: str) -> Palette:
         ground=ground,
         ink=ink,
         faint=ground.lerp(ink, 0.15),
+        law=ground.lerp(ink, 0.4),
         momentum=Color(ORANGE if dark else PURPLE),
         contact=Color(YELLOW if dark else VERMILLION),
         is_dark=dark,

@@ -8,6 +8,7 @@ from pygame import Surface
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.gas import wall_impulse
 from sandbox.engines import create
 from sandbox.files import whole_file
 from sandbox.session.history import Moment
@@ -42,6 +43,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         balls=tuple(range(len(scene.bodies))),
         held=None,
         target=(0.0, 0.0),
+        wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
     )
     for name, run in comparison.runs.items():
         pane = Pane(end, name, create(name, scene, run.final))

@@ -29,14 +29,16 @@ class Playback:
         self.paused = False
         self.speed = 1.0
         self.pace = Pace()
+        self.view = view
         self.play(view)
 
     def play(self, view: SessionView) -> None:
-        """Play another session.
+        """Play another session, whose charts show the same instruments.
 
         The garbage collector leaves its objects alone: it would go through those of Pymunk and numba again and again,
         for longer than a frame. The former session's are collected here.
         """
+        view.charts.show(self.view.charts.chosen)
         self.view = view
         self.pace.restart()
         gc.unfreeze()

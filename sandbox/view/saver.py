@@ -52,8 +52,8 @@ class Saver:
         return next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
 
     def save_picture(self, screen: Surface) -> None:
-        """Save the window as a picture."""
-        name = self.file_name(".png")
+        """Save the window as a picture, under a name that is free."""
+        name = self._free_name(".png")
         with self._notice.reporting():
             save_picture(screen, name)
             self._notice.show_saved(name)

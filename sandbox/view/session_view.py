@@ -39,6 +39,7 @@ class SessionView:
         lockstep = self.session.lockstep
         self.panes = [Pane(self.moment, name, lockstep.engines[name].engine) for name in self.session.names]
         self.charts = Charts(self.session.samples, scene.arena.background, scene.seconds)
+        self.charts.moment = self.moment
         self._live = True
         self._disc_scale = 0.0  # in which the cached pictures of discs were drawn
 
@@ -54,6 +55,7 @@ class SessionView:
             engine = session.lockstep.engines[pane.name].engine
             pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
+        self.charts.moment = moment
         self.charts.marks = self._monitor.marks
         self.charts.note = self._note
 
@@ -69,7 +71,7 @@ class SessionView:
 
     def chart_count(self, showing: Collection[Layer]) -> int:
         """Return how many charts there are, or 0 if they are hidden."""
-        return len(self.charts.panels) if Layer.CHARTS in showing else 0
+        return len(self.charts.instruments) if Layer.CHARTS in showing else 0
 
     def draw(
         self, surface: Surface, layout: Layout, showing: Collection[Layer], point: ScreenPoint | None = None

@@ -18,12 +18,13 @@ from sandbox.signals import signals_deferred
 from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import caption, draw_status
+from sandbox.view.compiling import PRESSES, caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
 from sandbox.view.inspector import Inspector
+from sandbox.view.instrument_menu import InstrumentMenu
 from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
@@ -85,6 +86,7 @@ class Window:
         self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
         self.editor = Editor(self.playback, self.notice)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout, self._inspects)
+        self.instruments = InstrumentMenu(lambda: self.view.charts, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
@@ -96,6 +98,13 @@ class Window:
         self.toolbar = Toolbar(self._tools(), self.widgets)
         self.panel = SidePanel(self._pages(), self.widgets)
         self.actions = self._actions()
+        self._is_on: dict[Action, Callable[[], bool]] = {
+            Action.PAUSE: lambda: self.playback.paused,
+            Action.RECORD: lambda: self.recorder.video is not None,
+            Action.ADD_BALL: lambda: self.mouse.adding,
+            Action.FULL_SCREEN: lambda: self._window_size is not None,
+            Action.HELP: lambda: self.help_open,
+        }
         pygame.display.init()
         pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
         size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
@@ -175,6 +184,8 @@ class Window:
             Action.PUSH_RIGHT: partial(editor.push, 1, 0),
             Action.PUSH_UP: partial(editor.push, 0, -1),
             Action.PUSH_DOWN: partial(editor.push, 0, 1),
+            Action.FIRST_CHART: partial(self._choose_instrument, 0),
+            Action.SECOND_CHART: partial(self._choose_instrument, 1),
             Action.SHOW_ALL: mouse.show_all,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
@@ -276,6 +287,8 @@ class Window:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
                 self.about.close()
+            if self.instruments.on_event(event):
+                return
             if event.type == pygame.MOUSEWHEEL and self._is_over_panel:
                 self.panel.scroll(event.y)
             elif not self.widgets.on_event(event, self._placed):
@@ -296,6 +309,8 @@ class Window:
         control = control_of(event)
         if self.scenes.picker:
             self.scenes.picker.on_event(event)
+        elif self.instruments.on_event(event):
+            return
         elif self.widgets.on_event(event, self._placed):
             self.panel.show_focus(self.layout.panel, self.layout.text_height)
         elif control:
@@ -316,20 +331,17 @@ class Window:
 
     def is_on(self, control: Control) -> bool:
         """Return whether what a control turns on and off is on."""
-        on = {
-            Action.PAUSE: self.playback.paused,
-            Action.RECORD: self.recorder.video is not None,
-            Action.ADD_BALL: self.mouse.adding,
-            Action.FULL_SCREEN: self._window_size is not None,
-            Action.HELP: self.help_open,
-        }
         match control.action:
             case Layer():
                 return control.action in self.showing
             case Panel():
                 return control.action is self.panel.open
             case action:
-                return on.get(action, False)
+                return action in self._is_on and self._is_on[action]()
+
+    def _choose_instrument(self, chart: int) -> None:
+        self.showing |= {Layer.CHARTS}
+        self.instruments.open_or_step(chart)
 
     def _toggle_full_screen(self) -> None:
         desktop = pygame.display.get_desktop_sizes()[0]
@@ -356,10 +368,10 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done."""
+        """Draw the window while engines run again and nothing else can be done; presses meanwhile are dropped."""
         self.draw()
         pygame.display.flip()
-        pygame.event.pump()
+        pygame.event.clear(PRESSES)  # or all of them would be done at once at the end
 
     @property
     def layout(self) -> Layout:
@@ -377,6 +389,7 @@ class Window:
             self.view.chart_count(self.showing),
             self.mouse.lens,
             self.panel.open is not None,
+            tuple(self.toolbar.by_hand.values()),
         )
 
     @property
@@ -415,7 +428,9 @@ class Window:
         """Draw everything on a surface of the layout's size."""
         for part in layout.frame:
             fill(surface.subsurface(part), FRAME)
-        self.view.draw(surface, layout, self.showing, self.mouse.point)
+        self.view.draw(
+            surface, layout, self.showing, None if self.instruments.open_at is not None else self.mouse.point
+        )
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
         draw_status_line(
@@ -432,6 +447,8 @@ class Window:
         self.toolbar.draw(surface, layout.toolbar, layout.text_height)
         self.panel.draw(surface, layout.panel, layout.text_height)
         self._draw_ball_card(surface, layout)
+        if Layer.CHARTS in self.showing:
+            self.instruments.draw(surface, self.mouse.point)
         if self.mouse.point:
             self.view.draw_title_card(surface, layout, self.mouse.point)
         if self.scenes.error:

@@ -13,6 +13,7 @@ from sandbox.analysis.gas import (
     compressibility,
     contact_value,
     enskog_rate,
+    expected_counts,
     is_gas,
     measure_gas,
     packing_fraction,
@@ -22,7 +23,9 @@ from sandbox.analysis.gas import (
     virial_pressure,
     virial_series,
     wall_pressure,
+    why_no_gas,
 )
+from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, no_contacts
 
 lengths = st.floats(0.1, 1e3)
@@ -242,3 +245,28 @@ def test_balls_at_rest_have_no_theory() -> None:
     scene = scene_of(GAS)
     assert is_gas(scene)
     assert measure_gas(scene, no_contacts(), np.zeros((3, 120, 2)), 1.0) is None
+
+
+@pytest.mark.parametrize("n", [2, 100, 100_000])
+def test_the_law_s_bins_are_maxwell_s_and_count_every_disc(n: int) -> None:
+    edges = np.linspace(0, 300, 25)
+    counts = expected_counts(edges, 100 * math.sqrt(n), n)
+    assert counts.sum() == pytest.approx(n)
+    if n == 100_000:
+        maxwell = np.exp(-((edges / 100) ** 2))
+        assert counts[:-1] == pytest.approx(n * (maxwell[:-2] - maxwell[1:-1]), rel=1e-3)
+        assert counts[-1] == pytest.approx(n * maxwell[-2], rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("scene", "why"),
+    [
+        (scene_of("radius = 5\nposition = [20, 20]"), "a single ball"),
+        (scene_of(GAS, more="gravity = [0, 9]"), "gravity pulls the balls"),
+        (scene_of(GAS, "radius = 7\nposition = [20, 20]"), "the balls are not alike"),
+        (scene_of(GAS.replace("120", "60").replace("10]", "5]")), "fewer than 100 balls"),
+        (scene_of(GAS), ""),
+    ],
+)
+def test_what_a_gas_lacks_is_said_in_words(scene: Scene, why: str) -> None:
+    assert why_no_gas(scene) == why

@@ -38,7 +38,9 @@ def moment(scene: Scene, step: int, work: float = 0.0, **velocity: float) -> Mom
     energy = {name: speed**2 / 2 for name, speed in velocity.items()}
     none = dict.fromkeys(velocity, no_contacts())
     counts, works = dict.fromkeys(velocity, 0), dict.fromkeys(velocity, work)
-    return Moment(step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0))
+    return Moment(
+        step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0), dict.fromkeys(velocity, 0.0)
+    )
 
 
 def sampled(scene: Scene, *steps: dict[str, float]) -> Samples:
@@ -195,3 +197,75 @@ def test_a_reference_compiled_later_is_there_from_the_start(monkeypatch: pytest.
     assert not session.lacks_reference
     assert np.array_equal(session.samples.series.rows, expected.samples.series.rows, equal_nan=True)
     assert math.isfinite(monitor.marks.differences["article"])
+
+
+# What walls and spins take part in
+
+
+def test_momentum_angular_momentum_and_height_of_two_balls_are_their_closed_forms() -> None:
+    heavy = "radius = 10\nmass = 2\nposition = [100, 200]\nvelocity = [30, 40]\nspin = 3"
+    light = "radius = 20\nmass = 4\nposition = [500, 50]\nvelocity = [-10, 5]\nspin = -1"
+    samples = Session(scene_of(heavy, light), ["impulse"]).samples  # the arena is 800 x 600 px
+    p = 2 * np.array([30, 40]) + 4 * np.array([-10, 5])
+    flight = 2 * ((100 - 400) * 40 - (200 - 300) * 30) + 4 * ((500 - 400) * 5 - (50 - 300) * -10)
+    spin = 2 * 10**2 / 2 * 3 + 4 * 20**2 / 2 * -1
+    assert samples.of(Quantity.MOMENTUM)[0, 0] == pytest.approx(math.hypot(*p))
+    assert samples.of(Quantity.ANGULAR_MOMENTUM)[0, 0] == pytest.approx(flight + spin)
+    assert samples.of(Quantity.HEIGHT)[0, 0] == pytest.approx(600 - (2 * 200 + 4 * 50) / 6)
+
+
+def to_and_fro() -> Scene:
+    """Make a ball of 2 kg that meets the left or the right wall each second, at 100 px/s."""
+    ball = "radius = 10\nmass = 2\nposition = [60, 25]\nvelocity = [100, 0]"
+    return scene_of(ball, size="[120, 50]", more="seconds = 9")
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "article", "impulse", "exact"])
+def test_the_pressure_of_a_ball_between_two_walls_is_its_momentum_a_second(engine: str) -> None:
+    samples = run(Session(to_and_fro(), [engine], reference="exact"), 6 * 60).samples
+    column = samples.engines.index(engine)
+    # A wall gives 2 m v in each of its contacts, and there is one a second: 400 kg px/s², over 4 times the height.
+    expected = 2 * 2 * 100 / (4 * 50)
+    at_six = samples.rate(Quantity.WALL_IMPULSE, 6.0)[-1, column]
+    assert at_six == pytest.approx(expected)
+    assert samples.rate(Quantity.CONTACTS, 2.0)[-1, column] == pytest.approx(1.0)
+
+
+def test_a_rate_is_not_known_in_the_first_second_and_then_covers_the_time_there_is() -> None:
+    samples = run(Session(to_and_fro(), ["exact"]), 4 * 60).samples
+    rate = samples.rate(Quantity.CONTACTS, 3.0)[:, 0]
+    assert np.isnan(rate[:60]).all()
+    assert rate[60] == 1  # the one at 0.5 s
+    assert rate[240] == pytest.approx(3 / 3)
+    assert np.array_equal(samples.rate(Quantity.CONTACTS, 3.0, 200)[:, 0], rate[200:])
+
+
+def test_only_a_gas_has_a_pressure_in_theory() -> None:
+    session = run(Session(load("gas-100"), ["exact"]), 1)
+    scene, states = session.start, session.shown.states["exact"]
+    kinetic = np.sum(scene.bodies.mass * np.sum(states.velocity**2, axis=1)) / 2
+    eta = np.pi * np.sum(scene.bodies.radius**2) / (800 * 600)
+    henderson = 1 + 2 * eta * (1 - 7 * eta / 16) / (1 - eta) ** 2
+    assert session.samples.pressure_in_theory() == pytest.approx(kinetic * henderson / (800 * 600))
+    assert np.isnan(Session(to_and_fro(), ["exact"]).samples.pressure_in_theory()).all()
+
+
+def test_an_engine_that_reports_no_contacts_is_not_said_to_have_none(scene: Scene) -> None:
+    samples = Samples(["mine", "exact"], "exact", ENERGY_AT_START, silent=["mine"])
+    for step in range(90):
+        samples.add(moment(scene, step, mine=60.0, exact=60.0))
+    for quantity in (Quantity.CONTACTS, Quantity.WALL_IMPULSE):
+        assert np.isnan(samples.rate(quantity, 1.0)[-1]).tolist() == [True, False]
+
+
+def test_what_nobody_has_asked_for_yet_is_found_in_the_history() -> None:
+    asked_late, asked_early = (Session(load("bouncing"), ["impulse", "exact"]) for _ in range(2))
+    asked_early.samples.of(Quantity.HEIGHT)
+    for session in (asked_late, asked_early):
+        run(session, 50)
+    height = asked_late.samples.of(Quantity.HEIGHT)
+    assert np.array_equal(height, asked_early.samples.of(Quantity.HEIGHT))
+    run(asked_late, 1)
+    mass = asked_late.start.bodies.mass
+    y = asked_late.shown.states["exact"].position[:, 1]
+    assert asked_late.samples.of(Quantity.HEIGHT)[-1, 1] == pytest.approx(600 - np.average(y, weights=mass))

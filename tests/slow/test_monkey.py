@@ -131,7 +131,8 @@ class Monkey(RuleBasedStateMachine):
         window, layout = self.window, self.window.layout
         place = pygame.Rect((0, 0), layout.window).inflate(1000, 1000)
         if what == "widget":
-            place = layout.toolbar[which % len(layout.toolbar)]
+            placed = window.toolbar.placed(layout.toolbar)
+            _, place = placed[which % len(placed)]
         elif what == "panel":
             placed = window.panel.placed(layout.panel, layout.text_height)
             place = placed[which % len(placed)][1] if placed else layout.panel

@@ -17,7 +17,9 @@ from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import State, no_contacts
-from sandbox.view.charts import Charts, spread
+from sandbox.view.chart_places import spread
+from sandbox.view.charts import Charts
+from sandbox.view.instruments import Instrument
 from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.view.window import Window
 
@@ -43,9 +45,8 @@ def moment(scene: Scene, number: int, **velocity: float) -> Moment:
     }
     energy = {name: speed**2 / 2 for name, speed in velocity.items()}
     none, zero = dict.fromkeys(velocity, no_contacts()), dict.fromkeys(velocity, 0)
-    return Moment(
-        number, number / 60, scene, states, none, zero, energy, dict.fromkeys(velocity, 0.0), (0, 1), None, (0, 0)
-    )
+    no = dict.fromkeys(velocity, 0.0)
+    return Moment(number, number / 60, scene, states, none, zero, energy, no, (0, 1), None, (0, 0), no)
 
 
 def charts_of(scene: Scene, seconds: float, course: Callable[[float], dict[str, float]]) -> Charts:
@@ -55,7 +56,9 @@ def charts_of(scene: Scene, seconds: float, course: Callable[[float], dict[str, 
     for number in range(steps + 1):
         samples.add(moment(scene, number, **course(number / 60)))
     samples.add(moment(scene, steps + 1, **course(steps / 60)))
-    return Charts(samples, "white", 10.0)
+    charts = Charts(samples, "white", 10.0)
+    charts.show((Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM))
+    return charts
 
 
 def steady(time: float) -> dict[str, float]:
@@ -77,7 +80,7 @@ def columns_of(surface: Surface, plot: Rect, colour: Color) -> list[int]:
 
 
 def column(charts: Charts, time: float, start: float = 0.0, seconds: float = 10.0) -> int:
-    plot = charts.plots(PLACE, TEXT)[0]
+    plot = charts.places(PLACE, TEXT).plots[0]
     return round(plot.x + (time - start) / seconds * (plot.width - 1))
 
 
@@ -128,7 +131,7 @@ def test_labels_are_near_where_they_belong_and_not_over_each_other() -> None:
 def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | ({"article": 30.0} if time >= 5 else {}))
     surface = draw(charts, time=9.9)
-    energy, gap, momentum = charts.plots(PLACE, TEXT)
+    energy, gap, momentum = charts.places(PLACE, TEXT).plots
     x = column(charts, 7)
     loss, both = math.log10(1 + 75 / 1e-3), (-math.log10(1 + 100 / 1e-3), math.log10(11))
     assert np.mean(rows_of(surface, energy, x, ARTICLE)) == pytest.approx(row(energy, both, -loss), abs=1)
@@ -141,7 +144,7 @@ def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
 
 def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
     charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13})
-    gap = charts.plots(PLACE, TEXT)[1]
+    gap = charts.places(PLACE, TEXT).plots[1]
     surface = draw(charts)
     x = column(charts, 2)
     assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
@@ -150,7 +153,7 @@ def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
 
 def test_lines_are_solid(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
-    momentum = charts.plots(PLACE, TEXT)[2]
+    momentum = charts.places(PLACE, TEXT).plots[2]
     columns = columns_of(draw(charts), momentum, ARTICLE)
     inside = [x for x in columns if column(charts, 0.5) <= x <= column(charts, 7.5)]
     assert inside == list(range(column(charts, 0.5), column(charts, 7.5) + 1))
@@ -210,7 +213,7 @@ def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatc
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     charts = charts_of(scene, 11, lambda time: steady(time) | {"article": 50.0})
     surface = draw(charts, time=11)
-    momentum = charts.plots(PLACE, TEXT)[2]
+    momentum = charts.places(PLACE, TEXT).plots[2]
     assert rows_of(surface, momentum, column(charts, 10.9, seconds=20), ARTICLE)
     assert column(charts, 10.9, seconds=20) < max(columns_of(surface, momentum, ARTICLE))
 
@@ -220,7 +223,7 @@ def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     draw(charts)
     charts.samples.series.cut(4 * scene.rate)
     surface = draw(charts)
-    momentum = charts.plots(PLACE, TEXT)[2]
+    momentum = charts.places(PLACE, TEXT).plots[2]
     assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
     assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
 
@@ -233,7 +236,7 @@ def test_charts_without_room_draw_nothing(scene: Scene) -> None:
 
 def test_where_there_is_little_room_the_last_charts_are_left_out(scene: Scene) -> None:
     charts = charts_of(scene, 1, steady)
-    assert [len(charts.plots(Rect(0, 0, 900, height), TEXT)) for height in (300, 130, 60)] == [3, 2, 1]
+    assert [len(charts.places(Rect(0, 0, 900, height), TEXT).plots) for height in (300, 130, 60)] == [3, 2, 1]
 
 
 # Time
@@ -242,7 +245,7 @@ def test_where_there_is_little_room_the_last_charts_are_left_out(scene: Scene) -
 def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
     charts = charts_of(scene, 1, steady)
     place = Rect(8, 400, 900, 200)
-    plot = charts.plots(place, TEXT)[0]
+    plot = charts.places(place, TEXT).plots[0]
     for time in (0.0, 2.5, 10.0):
         x = place.x + round(plot.x + time / 10 * plot.width)
         assert charts.time_at(place, TEXT, x) == pytest.approx(time, abs=0.02)
@@ -254,33 +257,33 @@ def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scen
     draw(charts)
     x = column(charts, 4)
     for factor in (0.5, 0.5, 0.3):
-        charts.zoom(charts.time_at(PLACE, TEXT, x), factor)
+        charts.axis.zoom(charts.time_at(PLACE, TEXT, x), factor)
         assert charts.time_at(PLACE, TEXT, x) == pytest.approx(4, abs=0.02)
-    left = charts.plots(PLACE, TEXT)[0].x
+    left = charts.places(PLACE, TEXT).plots[0].x
     assert charts.time_at(PLACE, TEXT, left) > 3
-    charts.zoom(4, 100)
+    charts.axis.zoom(4, 100)
     assert charts.time_at(PLACE, TEXT, left) == 0
 
 
 def test_a_selection_is_shown_alone_and_a_click_shows_all(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0 if time < 4.5 else 20.0})
-    charts.selection = 5.0, 4.0
-    charts.zoom_to_selection()
+    charts.axis.selection = 5.0, 4.0
+    charts.axis.zoom_to_selection()
     surface = draw(charts)
-    momentum = charts.plots(PLACE, TEXT)[2]
+    momentum = charts.places(PLACE, TEXT).plots[2]
     for time, speed in ((4.2, 50), (4.8, 20)):
         x = column(charts, time, start=4, seconds=1)
         assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 100), speed), abs=1)
-    charts.selection = 4.5, 4.5
-    charts.zoom_to_selection()
+    charts.axis.selection = 4.5, 4.5
+    charts.axis.zoom_to_selection()
     assert charts.time_at(PLACE, TEXT, momentum.right) == pytest.approx(10)
 
 
 def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None:
     charts = charts_of(scene, 8, steady)
-    charts.selection = 1.0, 2.0
-    charts.zoom_to_selection()
-    plot = charts.plots(PLACE, TEXT)[0]
+    charts.axis.selection = 1.0, 2.0
+    charts.axis.zoom_to_selection()
+    plot = charts.places(PLACE, TEXT).plots[0]
     for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
         draw(charts, time)
         assert charts.time_at(PLACE, TEXT, plot.x) == pytest.approx(first, abs=0.01)
@@ -289,7 +292,7 @@ def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None
 def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
     charts = charts_of(scene, 2, steady)
     surface = draw(charts, time=4)
-    gap = charts.plots(PLACE, TEXT)[1]
+    gap = charts.places(PLACE, TEXT).plots[1]
     assert len(rows_of(surface, gap, column(charts, 4), Color("black"))) == gap.height
     assert len(rows_of(surface, gap, column(charts, 5), Color("black"))) == 0
 
@@ -302,7 +305,7 @@ def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene)
     before = pygame.surfarray.array3d(draw(charts))
     charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 7.01}, stopped=(8.0, "why"))
     after = pygame.surfarray.array3d(draw(charts))
-    plots = charts.plots(PLACE, TEXT)
+    plots = charts.places(PLACE, TEXT).plots
     changed = (after != before).any(axis=2)[:, plots[0].y : plots[-1].bottom]
     wide = {column(charts, time) for time in (6, 7, 7.01, 8)}
     assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
@@ -315,7 +318,7 @@ def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene) -
     charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     draw(charts)
-    [(mark, label)] = charts._placed_marks(charts.plots(PLACE, TEXT)[0], TEXT)
+    [(mark, label)] = charts._placed_marks(charts.places(PLACE, TEXT).plots[0], TEXT)
     assert (mark.text, mark.time) == ("undecided", 5.0)
     assert charts.mark_at(PLACE, TEXT, label.center) == mark
 
@@ -329,7 +332,7 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     charts, layout = window.view.charts, window.layout
     charts.marks = Marks(differences={"impulse": 1.0})
     window.draw()
-    plot = charts.plots(layout.strip, layout.text_height)[0]
+    plot = charts.places(layout.strip, layout.text_height).plots[0]
     [(_, label)] = charts._placed_marks(plot, layout.text_height)
     on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
     for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
@@ -349,7 +352,7 @@ def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
     run(window, 60)
     window.draw()
     charts, layout = window.view.charts, window.layout
-    plot = charts.plots(layout.strip, layout.text_height)[0]
+    plot = charts.places(layout.strip, layout.text_height).plots[0]
 
     def at(share: float) -> tuple[int, int]:
         return layout.strip.x + plot.x + round(share * plot.width), layout.strip.centery

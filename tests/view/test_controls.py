@@ -4,7 +4,7 @@ import numpy as np
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import button, click, pixels, press, run
+from window_driver import button, click, pixels, press, run, unfold
 
 from sandbox.state import CONTACT
 from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
@@ -69,10 +69,11 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Co
 
     def shown() -> np.ndarray:
         window.draw()
-        below = window.layout.toolbar[-1].bottom
+        below = window.layout.top
         return pixels(window.screen)[:, below:]
 
     window.mouse.point = None
+    unfold(window)
     before = shown()
     press(window, control.typed)
     by_key = shown()

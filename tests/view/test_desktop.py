@@ -24,7 +24,9 @@ from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
+from sandbox.view.controls import Group
 from sandbox.view.layout import Layout
+from sandbox.view.widgets.group_header import GroupHeader
 from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
@@ -137,11 +139,16 @@ class Desktop:
         return file
 
     def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the toolbar to a share of its track."""
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("SDL_VIDEODRIVER", "dummy")
-            widgets = Window(self.scene, None).toolbar.widgets
+        """Drag a slider of the toolbar to a share of its track; unfold its group if it is folded away."""
+        layout, model = self.layout, self._model
+        assert model
+        widgets = model.toolbar.widgets
         number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
+        if not layout.toolbar[number].width:
+            headers = [(k, each) for k, each in enumerate(widgets[:number]) if isinstance(each, GroupHeader)]
+            at, header = headers[-1]
+            self.xdo("mousemove", "--window", self.window, *layout.toolbar[at].center, "click", 1)
+            model.toolbar.by_hand[Group[header.name.upper()]] = True
         place = self.layout.toolbar[number]
         pad = place.height // 3
         x = place.x + pad + round(share * (place.width - 2 * pad))

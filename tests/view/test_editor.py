@@ -20,6 +20,7 @@ from window_driver import (
     shown,
     slider,
     step,
+    unfold,
 )
 
 from sandbox.run.edits import AddBall, DeleteBall, SetElasticity, SetGravity, SetRate, SetVelocity
@@ -128,6 +129,7 @@ def test_a_slider_s_drag_is_one_edit_at_its_release(window: Window) -> None:
 
 def test_the_keyboard_sets_gravity_and_rate_and_time_goes_on(window: Window) -> None:
     run(window, 30)
+    unfold(window)
     names = [widget.name if isinstance(widget, Slider) else "" for widget in window.toolbar.widgets]
     press(window, *["Tab"] * (names.index("gravity") + 1), *["Right"] * 2)
     press(window, *["Tab"] * (names.index("rate") - names.index("gravity")), "Right", "Esc")

@@ -17,12 +17,19 @@ from sandbox.view.window import Window
     panes=st.integers(1, 6),
     tools=st.sampled_from([(), ((1.0,) * 5 + (5.0,), (1.0,) * 3, (1.0,) * 9, (1.0,) * 3)]),
     charts=st.integers(0, 3),
+    unfolded=st.sampled_from([True, False, None]),
 )
 def test_nothing_in_the_window_overlaps_or_leaves_it(
-    window: tuple[int, int], arena: tuple[float, float], panes: int, tools: tuple[tuple[float, ...], ...], charts: int
+    window: tuple[int, int],
+    arena: tuple[float, float],
+    panes: int,
+    tools: tuple[tuple[float, ...], ...],
+    charts: int,
+    unfolded: bool | None,
 ) -> None:
-    layout = Layout(window, arena, panes, tools, charts)
-    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status, *layout.toolbar]
+    layout = Layout(window, arena, panes, tools, charts, by_hand=(unfolded,) * len(tools))
+    tool_places = [place for place in layout.toolbar if place.width]
+    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status, *tool_places]
     places += [layout.strip] if layout.strip.height else []
     assert layout.strip.height == 0 or layout.strip.height - layout.line_height >= 2.2 * charts * layout.text_height
     assert len(layout.toolbar) == sum(map(len, tools))
@@ -39,19 +46,37 @@ def test_there_is_room_for_all_charts_and_a_large_arena(window: Window, size: tu
     layout = Layout(size, (800, 600), panes, window.toolbar.widths, 3)
     assert layout.strip.height > 0.2 * size[1]
     assert layout.arenas[0].width > 0.9 * size[0] / max(panes, 2) or layout.arenas[0].height > 0.4 * size[1]
-    assert len({place.y for place in layout.toolbar}) <= 2  # rows
+    assert len({place.y for place in layout.toolbar if place.width}) == 1  # row
     assert layout.text_height == max(13, min(size[1] // 40, 48))
 
 
-def test_rows_of_the_toolbar_hold_whole_groups_and_reach_the_right_edge(window: Window) -> None:
-    layout = Layout((1024, 640), (800, 600), 2, window.toolbar.widths, 3)
-    ends = [0]
-    for widths in window.toolbar.widths:
-        rows = {place.y for place in layout.toolbar[ends[-1] : ends[-1] + len(widths)]}
-        assert len(rows) == 1
-        ends.append(ends[-1] + len(widths))
-    for row in {place.y for place in layout.toolbar}:
-        assert max(place.right for place in layout.toolbar if place.y == row) > 0.75 * 1024
+@pytest.mark.parametrize("size", [(480, 320), (640, 480), (1024, 640), (1440, 900), (2560, 1440)])
+def test_the_toolbar_is_one_full_row_in_which_every_group_is_named(window: Window, size: tuple[int, int]) -> None:
+    layout = Layout(size, (800, 600), 2, window.toolbar.widths, 3)
+    shown = [place for place in layout.toolbar if place.width]
+    assert len({place.y for place in shown}) == 1
+    assert max(place.right for place in shown) > 0.75 * size[0]
+    headers = np.cumsum([0, *map(len, window.toolbar.widths)])[:-1]
+    assert all(layout.toolbar[number].width for number in headers)
+
+
+def test_groups_unfolded_by_hand_get_further_rows_and_folded_ones_leave_room_for_others(window: Window) -> None:
+    widths = window.toolbar.widths
+    unfolded = Layout((1024, 640), (800, 600), 2, widths, 3, by_hand=(True,) * len(widths))
+    assert all(place.width for place in unfolded.toolbar)
+    rows = sorted({place.y for place in unfolded.toolbar})
+    assert len(rows) == 2
+    for row in rows:
+        assert max(place.right for place in unfolded.toolbar if place.y == row) > 0.75 * 1024
+
+    def layout_with(first: bool | None) -> Layout:
+        return Layout((1024, 640), (800, 600), 2, widths, 3, by_hand=(first, *(None,) * (len(widths) - 1)))
+
+    seen, seen_without_first = (
+        {k for k, place in enumerate(layout_with(first).toolbar) if place.width} for first in (None, False)
+    )
+    assert seen_without_first - seen
+    assert seen_without_first & set(range(len(widths[0]))) == {0}
 
 
 @pytest.mark.parametrize("arena", [(800.0, 600.0), (1000.0, 500.0), (300.0, 900.0)])

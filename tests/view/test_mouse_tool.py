@@ -163,10 +163,10 @@ def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeyp
     press(window, "p")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
     mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))
-    mouse(window, pygame.MOUSEMOTION, window.layout.toolbar[0].center)
+    mouse(window, pygame.MOUSEMOTION, window.layout.toolbar[1].center)
     window.draw()
     assert tips == []
-    mouse(window, pygame.MOUSEBUTTONUP, window.layout.toolbar[0].center)
+    mouse(window, pygame.MOUSEBUTTONUP, window.layout.toolbar[1].center)
     window.draw()
     assert len(tips) == 1
 
@@ -204,7 +204,7 @@ def test_looking_at_an_earlier_drag_changes_no_input(window: Window) -> None:
     strip = window.layout.strip
     hover(window, point(window, 300, 500))
     drag(window, strip.center, (strip.x + strip.width // 3, strip.centery))
-    drag(window, window.layout.toolbar[0].center, (5, 5))
+    drag(window, window.layout.toolbar[1].center, (5, 5))
     window.on_event(Event(pygame.WINDOWFOCUSLOST))
     window.playback.seek(10)
     run(window, 2)

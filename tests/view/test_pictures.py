@@ -16,6 +16,7 @@ import pytest
 from window_driver import hover, mouse, point, press, run
 
 from sandbox.scene.files import load
+from sandbox.view.instruments import Instrument
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
@@ -53,7 +54,18 @@ def inspector() -> Window:
     return window
 
 
-PICTURES: Final[dict[str, Callable[[], Window]]] = {"toolbar.png": default_window, "inspector.png": inspector}
+def gas() -> Window:
+    """A gas with its pressure and the histogram of its speeds."""
+    window = window_of("gas-1000", None, 240)
+    window.view.charts.show((Instrument.PRESSURE, Instrument.SPEEDS))
+    return window
+
+
+PICTURES: Final[dict[str, Callable[[], Window]]] = {
+    "toolbar.png": default_window,
+    "inspector.png": inspector,
+    "instruments.png": gas,
+}
 
 
 @pytest.mark.parametrize("name", PICTURES)

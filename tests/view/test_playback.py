@@ -116,7 +116,7 @@ def test_a_drag_in_the_charts_or_in_the_time_bar_goes_to_that_time_and_pauses(wi
     assert bool(layout.strip.height) == charts
     assert bool(layout.bar.height) != charts
     if charts:
-        plot = window.view.charts.plots(layout.strip, layout.text_height)[0]
+        plot = window.view.charts.places(layout.strip, layout.text_height).plots[0]
         places = {
             at: (layout.strip.x + plot.x + round(at / 20 * plot.width), layout.strip.centery) for at in (0.5, 1, 9)
         }
@@ -196,3 +196,13 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     press(window, ".", "Delete")
     assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
     window.draw()
+
+
+def test_keys_pressed_while_engines_run_again_are_dropped(window: Window) -> None:
+    pygame.event.clear()
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_RIGHT, unicode="", mod=0))
+    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    window.show_progress()
+    left = {event.type for event in pygame.event.get()}
+    assert pygame.KEYDOWN not in left
+    assert pygame.WINDOWFOCUSLOST in left

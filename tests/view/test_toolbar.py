@@ -16,10 +16,14 @@ from sandbox.view.palette import ACCENT
 from sandbox.view.toolbar import Toolbar
 from sandbox.view.widgets.button import Button
 from sandbox.view.widgets.group import WidgetGroup
+from sandbox.view.widgets.group_header import GroupHeader
 from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.widget import Widget
 
 STOPS = (0.0, 0.25, 0.5, 1.0)
 PLACES = [Rect(10, 10, 30, 30), Rect(50, 10, 30, 30), Rect(100, 10, 150, 30)]
+FOLDED = Rect(0, 0, 0, 0)
+ALL = [FOLDED, PLACES[0], FOLDED, *PLACES[1:]]  # without the names of the groups
 
 
 @dataclass
@@ -55,7 +59,7 @@ class Tools:
         self.bar = Toolbar({Group.TIME: [pause], Group.LAYERS: [grid, self.slider]}, self.group)
 
     def send(self, event: Event) -> bool:
-        return self.group.on_event(event, self.bar.placed(PLACES))
+        return self.group.on_event(event, self.bar.placed(ALL))
 
     def mouse(self, what: int, x: int, y: int = 20) -> bool:
         return self.send(Event(what, pos=(x, y), button=1, buttons=(1, 0, 0)))
@@ -65,11 +69,15 @@ class Tools:
 
     @property
     def focus(self) -> int | None:
-        return None if self.group.focus is None else self.bar.widgets.index(self.group.focus)
+        return None if self.group.focus is None else self.widgets.index(self.group.focus)
+
+    @property
+    def widgets(self) -> list[Widget]:
+        return [widget for widget, _ in self.bar.placed(ALL)]
 
     def drawn(self) -> Surface:
         surface = Surface((600, 200))
-        self.bar.draw(surface, PLACES, 17)
+        self.bar.draw(surface, ALL, 17)
         return surface
 
 
@@ -160,7 +168,31 @@ def test_a_slider_between_two_values_steps_from_the_nearest(tools: Tools, calls:
 
 
 def test_widths_are_grouped(tools: Tools) -> None:
-    assert tools.bar.widths == ((1.0,), (1.0, 5.0))
+    assert [widths[1:] for widths in tools.bar.widths] == [(1.0,), (1.0, 5.0)]
+
+
+def test_the_name_of_a_group_folds_and_unfolds_it_by_mouse_and_by_keyboard(tools: Tools) -> None:
+    header = Rect(10, 60, 60, 30)
+    for button, unfolds in ((PLACES[0], False), (FOLDED, True)):
+        places = [header, button, FOLDED, *PLACES[1:]]
+        tools.bar.draw(Surface((600, 200)), places, 17)
+        tools.group.on_event(Event(pygame.MOUSEBUTTONDOWN, pos=header.center, button=1), tools.bar.placed(places))
+        assert tools.bar.by_hand == {Group.TIME: unfolds, Group.LAYERS: None}
+        tools.bar.by_hand[Group.TIME] = None
+        tools.group.focus = tools.bar.widgets[0]
+        tools.group.on_event(Event(pygame.KEYDOWN, key=pygame.K_RETURN), tools.bar.placed(places))
+        assert tools.bar.by_hand == {Group.TIME: unfolds, Group.LAYERS: None}
+        tools.bar.by_hand[Group.TIME] = None
+
+
+def test_a_group_that_is_folded_away_looks_different_and_says_what_a_press_does() -> None:
+    header, pictures = GroupHeader("edit", lambda: None), []
+    for header.is_open in (True, False):
+        surface = Surface((90, 30))
+        header.draw(surface, surface.get_rect(), 17, hot=False)
+        pictures.append(pygame.image.tobytes(surface, "RGB"))
+    assert pictures[0] != pictures[1]
+    assert header.tip == "unfold edit"
 
 
 def test_buttons_that_are_on_look_different(tools: Tools, calls: Calls) -> None:
@@ -187,15 +219,15 @@ def test_a_tooltip_is_drawn_below_its_widget_with_its_effect_and_its_key(tools: 
     surface = tools.drawn()
     before = pygame.surfarray.array3d(surface)
     tools.mouse(pygame.MOUSEMOTION, PLACES[index].centerx)
-    tools.group.draw_tip(surface, tools.bar.placed(PLACES), 14)
+    tools.group.draw_tip(surface, tools.bar.placed(ALL), 14)
     x, y = np.nonzero((pygame.surfarray.array3d(surface) != before).any(axis=2))
     assert y.min() >= PLACES[index].bottom
     assert x.min() >= PLACES[index].x
     tips = ["pause or resume  (Space, P)", "grid lines  (L)", "how bouncy: 0.25!"]
-    assert tools.bar.widgets[index].tip == tips[index]
+    assert tools.widgets[index].tip == tips[index]
     tools.send(Event(pygame.WINDOWLEAVE))
     again = tools.drawn()
-    tools.group.draw_tip(again, tools.bar.placed(PLACES), 14)
+    tools.group.draw_tip(again, tools.bar.placed(ALL), 14)
     assert np.array_equal(pygame.surfarray.array3d(again), before)
 
 

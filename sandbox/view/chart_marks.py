@@ -1,0 +1,84 @@
+"""What stands out in a run, as marks above its charts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import pygame
+from pygame import Color, Rect, Surface
+
+from sandbox.session.monitor import Marks
+from sandbox.view.chart_places import AXIS, small, spread
+from sandbox.view.palette import Palette
+from sandbox.view.primitives import lettering, text_width
+from sandbox.view.time_axis import TimeAxis
+
+MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
+SENTENCES: Final = {  # what the ends of the reference's trust mean
+    "horizon": "from here on, rounding decides the paths",
+    "undecided": "simultaneous contacts, and no law says which comes first",
+    "unresolved": "from here on, the paths depend on how a heap is treated",
+}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Something that stands out at a time (s), or a note without one."""
+
+    time: float | None
+    text: str
+    colour: Color
+    sentence: str
+
+
+def marks_of(marks: Marks, note: str, reference: str, colours: Mapping[str, Color], ink: Color) -> list[Mark]:
+    """Return the note, first differences, the end of the reference's trust, and of the reference."""
+    found = [Mark(None, note, ink, "")] if note else []
+    for name, time in marks.differences.items():
+        found.append(Mark(time, f"{name} differs", colours[name], f"first contact unlike {reference}'s"))
+    if marks.trust.until is not None:
+        found.append(Mark(marks.trust.until, marks.trust.ends_by, ink, SENTENCES[marks.trust.ends_by]))
+    if marks.stopped:
+        found.append(Mark(marks.stopped[0], f"{reference} stops", ink, marks.stopped[1]))
+    return found
+
+
+def placed_marks(marks: list[Mark], axis: TimeAxis, plot: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
+    """Return the marks that are shown, with the places of their labels above the charts, none over another.
+
+    plot: of the first chart.
+    """
+    height = small(text_height)
+    start, seconds = axis.shown
+    shown = [one for one in marks if one.time is None or start <= one.time <= start + seconds]
+    wanted = [plot.x if one.time is None else axis.column(plot, one.time) + height // 2 for one in shown]
+    widths = [text_width(one.text, height) + height for one in shown]
+    lefts = spread(wanted, widths, 0, plot.right + round(AXIS * text_height))
+    return [(one, Rect(round(x), 1, width, height + 2)) for one, x, width in zip(shown, lefts, widths, strict=True)]
+
+
+def mark_at(placed: list[tuple[Mark, Rect]], axis: TimeAxis, plot: Rect, x: int, y: int) -> Mark | None:
+    """Return the mark whose label a point of the strip is on, or else whose tick above the charts it is near."""
+    in_time = [(mark, label, mark.time) for mark, label in placed if mark.time is not None]
+    on_label = [mark for mark, label, _ in in_time if label.collidepoint(x, y)]
+    near = [mark for mark, _, time in in_time if y < plot.y and abs(x - axis.column(plot, time)) <= MARK_DISTANCE]
+    return next(iter([*on_label, *near]), None)
+
+
+def draw_marks(
+    surface: Surface,
+    placed: list[tuple[Mark, Rect]],
+    axis: TimeAxis,
+    plots: tuple[Rect, ...],
+    colours: Palette,
+    text_height: int,
+) -> None:
+    """Draw each mark as a tick above the charts, with its label, and faintly through them."""
+    for mark, label in placed:
+        if mark.time is not None:
+            x, top = axis.column(plots[0], mark.time), plots[0].y
+            faint = colours.ground.lerp(mark.colour, 0.5)
+            pygame.draw.line(surface, faint, (x, top), (x, plots[-1].bottom))
+            pygame.draw.line(surface, mark.colour, (x, top), (min(x, label.x), label.bottom))
+            pygame.draw.polygon(surface, mark.colour, [(x - 4, top - 6), (x + 4, top - 6), (x, top)])
+        surface.blit(lettering(mark.text, mark.colour, small(text_height)), label)

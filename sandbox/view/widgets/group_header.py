@@ -1,0 +1,58 @@
+"""The name of a group of widgets; pressing it folds the group away, or unfolds it."""
+
+from collections.abc import Callable
+from typing import Final
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.primitives import lettering, text_width
+from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+
+TEXT: Final = 0.4  # height of the name, in heights of the toolbar
+MARK: Final = 0.75  # width of the mark and the room about it, likewise
+
+
+class GroupHeader(Widget):
+    """is_open: whether the group is unfolded, as the layout has it. toggle: folds or unfolds it."""
+
+    def __init__(self, name: str, toggle: Callable[[], None]) -> None:
+        self.name = name
+        self.is_open = True
+        self._toggle = toggle
+        self.width = MARK + TEXT * text_width(name, 100) / 100
+
+    @property
+    def tip(self) -> str:
+        """What a press does."""
+        return f"{'fold' if self.is_open else 'unfold'} {self.name}"
+
+    @property
+    def look(self) -> object:
+        """Whether the group is unfolded."""
+        return self.is_open
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw the name after a mark that points down while the group is unfolded, else to the right."""
+        draw_ground(surface, place, FRAME, text_height, hot=hot)
+        height, wing = round(TEXT * place.height), max(2, place.height // 8)
+        x, y = place.x + place.height // 4, place.centery
+        if not self.is_open:
+            mark = [(x - wing // 2, y - wing), (x - wing // 2, y + wing), (x + wing // 2 + 1, y)]
+        else:
+            mark = [(x - wing, y - wing // 2), (x + wing, y - wing // 2), (x, y + wing // 2 + 1)]
+        pygame.draw.polygon(surface, FAINT, mark)
+        name = lettering(self.name, FAINT, height)
+        surface.blit(name, name.get_rect(left=x + round(1.6 * wing), centery=y))
+
+    def press(self, place: Rect, x: int) -> None:
+        """Fold or unfold the group."""
+        self._toggle()
+
+    def key(self, event: Event) -> bool:
+        """Fold or unfold it if the key is Enter."""
+        if event.key in ENTER:
+            self._toggle()
+        return event.key in ENTER
