@@ -9,6 +9,7 @@ from sandbox.engines import refusal
 from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
 from sandbox.run.edits import (
+    CONSTANTS,
     AddBall,
     ChangeBall,
     ChangeWall,
@@ -124,47 +125,38 @@ class Editor:
 
     def size_of_new(self, key: str) -> float:
         """Return the radius (px) or the mass (kg) of a ball to be added."""
-        return self.new_ball.get(key, float(getattr(self._moment.scene.bodies, key)[self.model_ball]))
+        return self._constants_of_new[key]
+
+    @property
+    def _constants_of_new(self) -> dict[str, float]:
+        return self._constants(self.model_ball) | self.new_ball
+
+    def _constants(self, ball: int) -> dict[str, float]:
+        bodies = self._moment.scene.bodies
+        return {key: float(getattr(bodies, key)[ball]) for key in CONSTANTS}
 
     def add(self, position: Vector | None) -> None:
-        """Add a ball at a position (px), moved into the arena, or else near the arena's middle, at rest."""
-        moment, bodies, model = self._moment, self._moment.scene.bodies, self.model_ball
-        radius = self.size_of_new("radius")
-        with self._notice.reporting():
-            edit = AddBall(
-                step=moment.step,
-                position=_near_the_middle(moment, radius) if position is None else _inside(moment, position, radius),
-                radius=radius,
-                mass=self.size_of_new("mass"),
-                elasticity=float(bodies.elasticity[model]),
-                friction=float(bodies.friction[model]),
-                color=PALETTE[len(moment.balls) % len(PALETTE)],
-            )
-            self._playback.give(edit)
+        """Add a ball at rest at a position (px), moved into the arena, or else near the arena's middle."""
+        colour = PALETTE[len(self._moment.balls) % len(PALETTE)]
+        self._add(position, color=colour, **self._constants_of_new)
 
     def copy(self, position: Vector) -> None:
         """Add a copy of the selected ball at a position (px), with its velocity and spin, and select it."""
-        moment, ball = self._moment, self.selected
+        ball, balls = self.selected, len(self._moment.balls)
         if ball is None:
             self._notice.show(NOTHING_SELECTED)
             return
-        bodies, state = moment.scene.bodies, self._playback.view.panes[self.pane].state
-        vx, vy = state.velocity[ball].tolist()
+        state, colour = self._playback.view.panes[self.pane].state, self._moment.scene.colors[ball]
+        velocity, spin = tuple(state.velocity[ball].tolist()), float(state.spin[ball])
+        self._add(position, color=colour, velocity=velocity, spin=spin, **self._constants(ball))
+        if len(self._moment.balls) > balls:
+            self.select(balls, self.pane)
+
+    def _add(self, position: Vector | None, *, radius: float, **values: object) -> None:
+        moment = self._moment
         with self._notice.reporting():
-            radius = float(bodies.radius[ball])
-            edit = AddBall(
-                step=moment.step,
-                position=_inside(moment, position, radius),
-                velocity=(vx, vy),
-                spin=float(state.spin[ball]),
-                radius=radius,
-                mass=float(bodies.mass[ball]),
-                elasticity=float(bodies.elasticity[ball]),
-                friction=float(bodies.friction[ball]),
-                color=moment.scene.colors[ball],
-            )
-            self._playback.give(edit)
-            self.select(len(self._moment.balls) - 1, self.pane)
+            at = _near_the_middle(moment, radius) if position is None else _inside(moment, position, radius)
+            self._playback.give(AddBall(step=moment.step, position=at, radius=radius, **values))
 
     # One ball or one wall
 

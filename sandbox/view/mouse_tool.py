@@ -317,8 +317,7 @@ class MouseTool:
                 pygame.draw.circle(surface.subsurface(arena), ink, centre, radius, width)
             if self.aimed:
                 self._draw_velocity(surface, ball, self.aimed)
-        if self._inspecting():
-            self.move.draw(surface, layout, self.hovered)
+        self.move.draw(surface, layout, self.hovered)
         if self.adding and self.point and self.pane is not None:
             copied = self._editor.selected if self.copying else None
             size = self._editor.size_of_new("radius") if copied is None else scene.bodies.radius[copied]

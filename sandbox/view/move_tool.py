@@ -145,11 +145,12 @@ class MoveTool:
     def draw(self, surface: Surface, layout: Layout, hovered: Grip | None) -> None:
         """Mark the selected wall and what is hovered, and show in every pane what the drag would do."""
         scene = self._scene
-        marked = {self._editor.selected_wall, hovered.wall if hovered else None} - {None}
+        walls = dict.fromkeys((self._editor.selected_wall, hovered.wall if hovered else None))
+        marked = [scene.walls[wall] for wall in walls if wall is not None]
         for pane, arena in enumerate(layout.arenas):
             inside = surface.subsurface(arena)
             for wall in marked:
-                _mark(inside, layout, scene.walls[wall or 0])
+                _mark(inside, layout, wall)
             if hovered and hovered.ball is not None and self.grip is None:
                 position = self._playback.view.panes[pane].state.position[hovered.ball]
                 _ring(inside, layout, position.tolist(), float(scene.bodies.radius[hovered.ball]), ACCENT)
@@ -199,8 +200,7 @@ def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
 
 def _mark(surface: Surface, layout: Layout, wall: Wall) -> None:
     """Draw a line along a wall, and a ring at each of its ends, which can be dragged."""
-    width = wall.thickness * layout.scale / 3 / layout.scale
-    _capsule(surface, layout, wall.start, wall.to, width, ACCENT)
+    _capsule(surface, layout, wall.start, wall.to, wall.thickness / 3, ACCENT)
     for end in (wall.start, wall.to):
         _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, ACCENT)
 

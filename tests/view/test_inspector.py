@@ -12,6 +12,7 @@ from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBa
 from sandbox.run.inputs import Grab
 from sandbox.view.controls import Panel
 from sandbox.view.move_tool import Tool
+from sandbox.view.palette import ACCENT
 from sandbox.view.widgets.field import Field
 from sandbox.view.widgets.swatch import Swatch
 from sandbox.view.widgets.text_button import TextButton
@@ -231,6 +232,16 @@ def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> Non
     press(desk, "Left", "Left")
     desk.draw()
     assert colour_at(desk, 700, 400, pane) == before
+
+
+def test_a_selected_wall_is_marked_in_every_pane_as_long_as_delete_would_delete_it(desk: Window) -> None:
+    click(desk, point(desk, 300, 400))
+    press(desk, "k")
+    desk.draw()
+    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(ACCENT)[:3]] * 2
+    hover(desk, (1, 1))
+    press(desk, "Delete")
+    assert [type(one) for one in given(desk)] == [DeleteWall]
 
 
 def test_a_copy_is_placed_by_the_next_click_and_is_like_the_ball(desk: Window) -> None:
