@@ -113,9 +113,20 @@ def test_a_field_is_typed_into_and_enter_or_tab_chooses() -> None:
     assert desk.page.mass == "1.5"
     desk.type("\b\r")
     assert desk.page.mass == "2.5"
+    assert not desk.send(Event(pygame.KEYDOWN, key=pygame.K_SPACE, unicode=" ", mod=0))  # which pauses the window again
+    assert not desk.send(Event(pygame.KEYDOWN, key=pygame.K_p, unicode="p", mod=0))
     desk.type("7\t")
     assert desk.page.mass == "7"
     assert desk.group.focus is desk.page.button
+
+
+def test_enter_alone_begins_to_type_and_changes_nothing() -> None:
+    desk = Desk()
+    desk.type("\t\t\r")  # close, field
+    desk.type("\r")
+    assert desk.page.mass == "1.5"
+    desk.type("\rheavy\r")
+    assert desk.page.mass == "heavy"
 
 
 @pytest.mark.parametrize("how", ["Esc", "a click elsewhere"])

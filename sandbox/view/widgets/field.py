@@ -13,14 +13,15 @@ from sandbox.view.primitives import text_width, write
 from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
+FIRST_CHARACTERS: Final = "0123456789.-+#"  # of numbers and colours
 
 
 @dataclass(eq=False)
 class Field(Widget):
-    """Shows a value by its name; once pressed, or with the keyboard on it, it is typed into.
+    """Shows a value by its name. A press begins typing, and so does Enter or a digit while the keyboard is on it.
 
-    Enter or Tab chooses what was typed; Esc, or going elsewhere, leaves the value as it was. refusal: why it cannot be
-    typed into, or nothing.
+    Enter or Tab chooses what was typed, and keys are the window's again; Esc, or going elsewhere, leaves the value as
+    it was. refusal: why it cannot be typed into, or nothing. typed: so far; None while nothing is being typed.
     """
 
     name: str
@@ -49,32 +50,48 @@ class Field(Widget):
         draw_ground(surface, place, RAISED, text_height, hot=hot)
         line = place.inflate(-text_height, 0)
         end = write(surface, self.name, line, FAINT, text_height)
-        text = f"{self.value()} {self.unit}".rstrip() if self.typed is None else self.typed
+        text = self.typed or f"{self.value()} {self.unit}".rstrip()
         x = max(end + text_height // 2, line.right - text_width(text, text_height))
-        ink = FAINT if self.refusal() else INK
+        ink = FAINT if self.refusal() or self.typed == "" else INK
         right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, text_height)
         if self.typed is not None:
             surface.fill(INK, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8))
+
+    def press(self, place: Rect, x: int) -> None:
+        """Begin to type."""
+        if not self.refusal():
+            self.typed = ""
 
     def key(self, event: Event) -> bool:
         """Type a character, or choose what was typed."""
         if self.refusal() or event.mod & (pygame.KMOD_CTRL | pygame.KMOD_ALT | pygame.KMOD_META):
             return False
+        if self.typed is None:
+            if event.key not in ENTER and (not event.unicode or event.unicode not in FIRST_CHARACTERS):
+                return False
+            self.typed = ""
+            return event.key in ENTER or self._type(event)
         if event.key in ENTER or event.key == pygame.K_TAB:
-            typed, self.typed = self.typed, None
-            if typed is not None:
-                self.choose(typed)
+            self._choose_typed()
             return event.key in ENTER
         if event.key == pygame.K_ESCAPE:
-            was_typing, self.typed = self.typed is not None, None
-            return was_typing
+            self.typed = None
+            return True
+        return self._type(event)
+
+    def _choose_typed(self) -> None:
+        typed, self.typed = self.typed, None
+        if typed:
+            self.choose(typed)
+
+    def _type(self, event: Event) -> bool:
+        """Append a character, or delete the last one. Return whether the key does that."""
+        typed = self.typed or ""
         if event.key == pygame.K_BACKSPACE:
-            self.typed = self.value()[:-1] if self.typed is None else self.typed[:-1]
-            return True
-        if event.unicode and event.unicode.isprintable():
-            self.typed = ((self.typed or "") + event.unicode)[:MAX_TYPED]
-            return True
-        return False
+            self.typed = (typed or self.value())[:-1]
+        elif event.unicode and event.unicode.isprintable():
+            self.typed = (typed + event.unicode)[:MAX_TYPED]
+        return event.key == pygame.K_BACKSPACE or bool(event.unicode and event.unicode.isprintable())
 
     def leave(self) -> None:
         """Forget what was typed."""
