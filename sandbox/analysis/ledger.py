@@ -882,15 +882,13 @@ def _crowded(contacts: Contacts) -> Bools:
 
 def _wall_constants(scene: Scene) -> Floats:
     """Return the walls as in `SceneConstants`, those of the arena without thickness: (m, 7)."""
-    (width, height), arena = scene.arena.size, scene.arena
-    ends = [((0, 0), (0, height)), ((0, 0), (width, 0)), ((width, 0), (width, height)), ((0, height), (width, height))]
-    walls = [(*line, 0.0, arena.elasticity) for line in ends]
-    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
     rows = []
-    for start, to, half_thickness, elasticity in walls:
+    elasticities = [scene.arena.elasticity] * len(ARENA_WALLS) + [wall.elasticity for wall in scene.walls]
+    for wall, elasticity in enumerate(elasticities):
+        start, to, thickness = scene.wall_line(wall)
         size = math.dist(start, to)
         along = ((to[0] - start[0]) / size, (to[1] - start[1]) / size)
-        rows.append((*along, half_thickness, elasticity, *start, size))
+        rows.append((*along, thickness / 2, elasticity, *start, size))
     return np.array(rows, float)
 
 
