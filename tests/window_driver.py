@@ -7,7 +7,10 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
+from sandbox.errors import SandboxError
+from sandbox.report.case import Case, RunSoFar
 from sandbox.run.inputs import Input
+from sandbox.view import case_worker
 from sandbox.view.controls import Action, Panel
 from sandbox.view.layers import Layer
 from sandbox.view.widgets.button import Button
@@ -28,6 +31,20 @@ CODES: Final = {
     "F11": pygame.K_F11, "F12": pygame.K_F12,
 }  # fmt: skip
 CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"}  # what Ctrl makes of Z, Y, S, O
+
+
+class WorkerHere(case_worker.CaseWorker):
+    """Does its tasks in this process, at once."""
+
+    def ask(self, run: RunSoFar, page: str | None = None) -> None:
+        self.is_busy, self._answer = True, case_worker._answer(run, page)
+
+    def poll(self) -> Case | SandboxError | None:
+        was_busy, self.is_busy = self.is_busy, False
+        return self._answer if was_busy else None
+
+    def stop(self) -> None:
+        self.is_busy = False
 
 
 def press(window: Window, *keys: str, shift: bool = False) -> None:

@@ -55,6 +55,7 @@ FINDING: Final = np.dtype(
         ("expected_impulse", "f8"),  # kg px/s
         ("delay", "f8"),  # s since the two touched, negative if they have not touched yet
         ("normal_error", "f8"),  # rad from the normal of first touch to the normal as found
+        ("touch", "f8", (2,)),  # the normal of first touch, from first to second; zeros if it is not known
         ("turned", "f8"),  # rad from the line of centres to the normal along which the impulse acted
         ("depth", "f8"),  # px, overlap when it was found: as reported, or as the places show if they contradict
         ("gap", "f8"),  # px that the two were apart, if that is too far to have met; else 0
@@ -861,6 +862,7 @@ def attribute_single(
     undamped = impulse - mu * _by_damping(constants, contact, finding)
     expected = at_touch if abs(undamped - at_touch) < abs(undamped - as_found) else as_found
     finding.expected_impulse, finding.delay, finding.normal_error = expected, delay, _turn(lx, ly, tx, ty)
+    finding.touch[0], finding.touch[1] = tx, ty
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     finding.rests = at_rest = _is_at_rest(constants, block, k, contact, finding)
@@ -1011,7 +1013,7 @@ def attribute_simultaneous(
     if u <= 0 or finding.rests:
         return
     delay, _, tx, ty = _trace_back(constants, contact, finding, reach, nx, ny, contact.depth)
-    finding.delay, finding.normal_error = delay, _turn(nx, ny, tx, ty)
+    finding.delay, finding.normal_error, finding.touch[0], finding.touch[1] = delay, _turn(nx, ny, tx, ty), tx, ty
     timing_error = abs(impulse) * math.hypot(nx - tx, ny - ty)
     timing = Cause.LATE if delay > 0 else Cause.EARLY if delay < 0 else Cause.ROUNDING
     if finding.normal_error > NEGLIGIBLE:

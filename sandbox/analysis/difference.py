@@ -17,6 +17,7 @@ from enum import StrEnum
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
@@ -98,6 +99,15 @@ class Difference:
     spin_after: Spins | None = None
     should_spin_before: Spins | None = None
     should_spin_after: Spins | None = None
+    normal: Vector | None = None  # from the first to the second body, as the engine found it
+    depth: float | None = None  # px, their overlap then; negative if they were apart
+    normal_at_touch: Vector | None = None  # when the two touched first, on the engine's own course; None if not known
+    should_normal: Vector | None = None  # in the reference
+
+    @property
+    def balls(self) -> list[int]:
+        """The balls that it is about."""
+        return [body for body in (self.first, self.second) if body is not None and body >= 0]
 
     @property
     def cause_label(self) -> str:
@@ -412,6 +422,10 @@ class _Matches:
             spin_after=_spins(own, "spin_after", second),
             should_spin_before=_spins(reference, "spin_before", second),
             should_spin_after=_spins(reference, "spin_after", second),
+            normal=_normal(self.own.contacts, "normal", place.own),
+            depth=None if own is None else float(own["depth"]),
+            normal_at_touch=_normal(self.own.findings, "touch", place.own),
+            should_normal=_normal(self.reference.contacts, "normal", place.reference),
         )
 
     def _displacement_errors(self) -> Floats:
@@ -658,6 +672,12 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
 def _spins(finding: np.void | None, key: str, second: int) -> Spins | None:
     """Return the spins of a contact's balls before or after it."""
     return None if finding is None else tuple(float(spin) for spin in finding[key][: 1 if second < 0 else 2])
+
+
+def _normal(rows: NDArray[np.void], key: str, row: int) -> Vector | None:
+    """Return the normal in a row of contacts or findings; None for row -1, and if it is not known."""
+    x, y = rows[key][row].tolist() if row >= 0 else (0.0, 0.0)
+    return (x, y) if x or y else None
 
 
 def _match(of_engine: Record, of_other: Record, until: float, slacks: Floats) -> tuple[Integers, Bools]:

@@ -894,16 +894,14 @@ def _wall_constants(scene: Scene) -> Floats:
 
     Those that do not stand are infinitely far behind their lines, so that nothing overlaps them.
     """
-    (width, height), arena = scene.arena.size, scene.arena
-    ends = [((0, 0), (0, height)), ((0, 0), (width, 0)), ((width, 0), (width, height)), ((0, height), (width, height))]
-    behind = 0.0 if arena.walls else -math.inf
-    walls = [(*line, behind, arena.elasticity) for line in ends]
-    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity) for wall in scene.walls]
     rows = []
-    for start, to, half_thickness, elasticity in walls:
+    elasticities = [scene.arena.elasticity] * len(ARENA_WALLS) + [wall.elasticity for wall in scene.walls]
+    for wall, elasticity in enumerate(elasticities):
+        start, to, thickness = scene.wall_line(wall)
         size = math.dist(start, to)
         along = ((to[0] - start[0]) / size, (to[1] - start[1]) / size)
-        rows.append((*along, half_thickness, elasticity, *start, size))
+        half = thickness / 2 if wall >= len(ARENA_WALLS) or scene.arena.walls else -math.inf
+        rows.append((*along, half, elasticity, *start, size))
     return np.array(rows, float)
 
 

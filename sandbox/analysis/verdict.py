@@ -118,6 +118,11 @@ def reference_words(comparison: Comparison) -> str:
 
 def verdict(comparison: Comparison) -> str:
     """Return a paragraph: until when each engine's paths agree, what the reference is worth, errors, what to change."""
+    return " ".join(verdict_parts(comparison))
+
+
+def verdict_parts(comparison: Comparison) -> list[str]:
+    """Return the verdict part by part; each is a sentence or more."""
     parts = (
         _alone,
         _start,
@@ -134,7 +139,7 @@ def verdict(comparison: Comparison) -> str:
         _remedies,
     )
     sentences = [sentence for part in parts if (sentence := part(comparison))]
-    return " ".join(f"T{one[1:]}" if one.startswith("the reference") else one for one in sentences)  # names stay
+    return [f"T{one[1:]}" if one.startswith("the reference") else one for one in sentences]  # names stay
 
 
 def _others(comparison: Comparison) -> dict[str, Run]:
@@ -197,7 +202,7 @@ def _agreement(comparison: Comparison) -> str:
     if not runs or comparison.trusted_until == 0.0:
         return ""
     runs.sort(key=lambda item: -(math.inf if item[1] is None else item[1]))
-    until = [_until(comparison) if apart is None else f"until {apart:.2f} s" for _, apart in runs]
+    until = [until_words(comparison) if apart is None else f"until {apart:.2f} s" for _, apart in runs]
     (best, _), *others = runs
     sentence = f"{best} agrees with {_reference(comparison)} {until[0]}"
     sentence += "".join(f", {name} {time}" for (name, _), time in zip(others, until[1:], strict=True))
@@ -206,7 +211,7 @@ def _agreement(comparison: Comparison) -> str:
     return f"{sentence}: no ball is more than its radius off."
 
 
-def _until(comparison: Comparison) -> str:
+def until_words(comparison: Comparison) -> str:
     """Say until when paths can agree with the reference's."""
     ends_by, until = comparison.trust.ends_by, comparison.trusted_until
     if until is None:

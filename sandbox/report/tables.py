@@ -19,6 +19,7 @@ from sandbox.text import counted
 
 COLUMN_GAP: Final = 2  # columns
 MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
+NOTHING: Final = "-"  # in a cell
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
 _KINDS: Final = {
     Kind.OUTCOME: "",
@@ -54,13 +55,15 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
         terminal.print(f"\n{words}")
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
-            terminal.print(
-                f"\n{name}, {first.time:.3f} s, {pair_name(scene, first)}: {_KINDS[first.kind]}{first.because}"
-            )
-            if first.second is not None:
-                terminal.print(_speeds(first, comparison.against))
-                if spins := _spins(scene, first, comparison.against):
-                    terminal.print(spins)
+            terminal.print(f"\n{name}, {sentence(scene, first)}")
+            for line in speeds_and_spins(scene, first, comparison.against):
+                terminal.print(line)
+
+
+def sentence(scene: Scene, difference: Difference) -> str:
+    """Return when two bodies differ from the reference, which these are, and why."""
+    what = f"{_KINDS[difference.kind]}{difference.because}"
+    return f"{difference.time:.3f} s, {pair_name(scene, difference)}: {what}"
 
 
 def headline(comparison: Comparison) -> str:
@@ -72,6 +75,14 @@ def headline(comparison: Comparison) -> str:
         f"{comparison.time[-1]:g} s{edited} {scene.clock}, "
         f"{reference_words(comparison)}"
     )
+
+
+def speeds_and_spins(scene: Scene, difference: Difference, against: str) -> Iterator[str]:
+    """Yield a contact's speeds, and its spins if a ball turns, before and after it; none if it is no contact."""
+    if difference.second is not None:
+        yield _speeds(difference, against)
+        if spins := _spins(scene, difference, against):
+            yield spins
 
 
 def _speeds(first: Difference, against: str) -> str:
@@ -121,13 +132,18 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
             energy[cause] / run.energy[0] if run.energy[0] and cause in energy else 0.0
             for energy, run in zip(energies, runs, strict=True)
         ]
-        values = [f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else "-" for share in shares]
-        if any(value != "-" for value in values):
+        values = [share_text(share) for share in shares]
+        if any(value != NOTHING for value in values):
             yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
     for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
         of_runs = [run.theory[number] if run.theory else None for run in runs]
         yield [row.figure, *(f"{one.measured:.4g}" if one else "-" for one in of_runs)]
         yield [f"  expected ({row.because})", *(f"{one.expected:.4g}" if one else "-" for one in of_runs)]
+
+
+def share_text(share: float) -> str:
+    """Return a fraction of the energy at the start in %, or NOTHING if it would be 0.0000 %."""
+    return f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else NOTHING
 
 
 class Scoreboard:

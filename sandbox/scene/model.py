@@ -332,6 +332,17 @@ class Scene(Model):
             colors += itertools.islice(itertools.cycle(own), group.ball_count)
         return tuple(colors)
 
+    def wall_line(self, wall: int) -> tuple[Vector, Vector, float]:
+        """Return the ends of a wall by its number, px, and its thickness, px: 0 of the arena's."""
+        if wall >= len(ARENA_WALLS):
+            own = self.walls[wall - len(ARENA_WALLS)]
+            return own.start, own.to, own.thickness
+        width, height = self.arena.size
+        top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)
+        starts = top_left, top_left, top_right, bottom_left
+        ends = bottom_left, top_right, bottom_right, bottom_right
+        return starts[wall], ends[wall], 0.0
+
     def wall_name(self, wall: int) -> str:
         """Return the name of a wall in messages, by its number, see `wall_numbers`."""
         return f"the {ARENA_WALLS[wall]} wall" if wall < len(ARENA_WALLS) else f"wall {wall - len(ARENA_WALLS)}"

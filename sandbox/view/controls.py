@@ -29,6 +29,8 @@ class Action(Enum):
     GO_TO_END = auto()
     SECOND_BACK = auto()
     SECOND_FORWARD = auto()
+    PREVIOUS_CONTACT = auto()
+    NEXT_CONTACT = auto()
     RESTART = auto()
     SLOWER = auto()
     FASTER = auto()
@@ -132,6 +134,10 @@ CONTROLS = (
         (pygame.K_PAGEDOWN,),
         repeats=True,
     ),
+    Control(Group.TIME, Action.PREVIOUS_CONTACT, "<", "go to the previous contact that differs", (), "<", repeats=True),
+    Control(
+        Group.TIME, Action.NEXT_CONTACT, ">", "go to the next contact that differs, and draw it", (), ">", repeats=True
+    ),
     Control(Group.TIME, Action.RESTART, "R", "restart and clear edits", (), "r", icon="restart"),
     Control(Group.TIME, Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-", icon="slower"),
     Control(
@@ -191,6 +197,7 @@ CONTROLS = (
     _layer(Layer.CHARTS, "H", "charts"),
     Control(Group.WINDOW, Action.FIRST_CHART, "1", "choose what the first chart shows", (), "1"),
     Control(Group.WINDOW, Action.SECOND_CHART, "2", "choose what the second chart shows", (), "2"),
+    Control(Group.WINDOW, Panel.WHY, "W", "why engines differ: verdict, contacts and causes", (), "w", icon="why"),
     Control(Group.WINDOW, Action.SHOW_ALL, "0", "show all of the arena again", (), "0"),
     Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
     Control(

@@ -31,7 +31,7 @@ class Saver:
         """Save the balls as they are in a pane as a scene, under a name that is free."""
         self._playback.settle()
         view = self._playback.view
-        name = self._free_name(".toml")
+        name = self.free_name(".toml")
         with self._notice.reporting():
             write(view.moment.scene, name, view.panes[pane].state)
             self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
@@ -39,7 +39,7 @@ class Saver:
     def save_inputs(self) -> None:
         """Save what was done up to the step shown, and copy the command that shows the same to the clipboard."""
         session = self._playback.session
-        name = self._free_name(".jsonl")
+        name = self.free_name(".jsonl")
         with self._notice.reporting():
             write_run(session.start, session.given(), session.step, name)
             engines = shlex.quote(",".join(session.names))
@@ -47,13 +47,14 @@ class Saver:
             copied = "; copied" if _copy(command) else ""
             self._notice.show_saved(name, f"{copied}: {command}")
 
-    def _free_name(self, ending: str) -> str:
+    def free_name(self, ending: str) -> str:
+        """Return the name of a file that does not exist, as in `file_name`, with a number if need be."""
         names = (self.file_name(ending if k == 1 else f"-{k}{ending}") for k in count(1))
         return next(name for name in names if not os.path.exists(name))  # noqa: PTH110  (Path's raises if it is too long)
 
     def save_picture(self, screen: Surface) -> None:
         """Save the window as a picture, under a name that is free."""
-        name = self._free_name(".png")
+        name = self.free_name(".png")
         with self._notice.reporting():
             save_picture(screen, name)
             self._notice.show_saved(name)

@@ -17,6 +17,7 @@ from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
 from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
+from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import PRESSES, caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
@@ -41,6 +42,7 @@ from sandbox.view.side_panel import Page, SidePanel
 from sandbox.view.status_line import draw_status_line
 from sandbox.view.time_bar import draw_time_bar
 from sandbox.view.toolbar import Toolbar
+from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets.button import Button
 from sandbox.view.widgets.group import Placed, WidgetGroup
 from sandbox.view.widgets.slider import Slider
@@ -94,6 +96,7 @@ class Window:
         self.key_repeat = KeyRepeat()
         self.showing = {Layer.CHARTS}
         self.help_open = False
+        self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice))
         self.widgets = WidgetGroup()
         self.toolbar = Toolbar(self._tools(), self.widgets)
         self.panel = SidePanel(self._pages(), self.widgets)
@@ -149,7 +152,10 @@ class Window:
         return tools
 
     def _pages(self) -> dict[Panel, Page]:
-        return {Panel.INSPECTOR: Inspector(self.playback, self.editor, self.mouse, self.notice)}
+        return {
+            Panel.WHY: self.why,
+            Panel.INSPECTOR: Inspector(self.playback, self.editor, self.mouse, self.notice),
+        }
 
     def _inspects(self) -> bool:
         return self.panel.open is Panel.INSPECTOR
@@ -164,6 +170,8 @@ class Window:
             Action.GO_TO_END: lambda: playback.seek(playback.session.end),
             Action.SECOND_BACK: partial(playback.skip, -1),
             Action.SECOND_FORWARD: partial(playback.skip, 1),
+            Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
+            Action.NEXT_CONTACT: partial(self._show_contact, 1),
             Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
             Action.SLOWER: playback.slower,
             Action.FASTER: playback.faster,
@@ -246,6 +254,7 @@ class Window:
                 self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
+            self.why.case.stop()
             pygame.display.quit()
 
     def frame(self, seconds: float) -> None:
@@ -261,6 +270,8 @@ class Window:
             playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
             playback.catch_up()
+        if self.panel.open is Panel.WHY:
+            self._outdated = self.why.update() or self._outdated
         if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):
             self.draw()
             pygame.display.flip()
@@ -342,6 +353,14 @@ class Window:
     def _choose_instrument(self, chart: int) -> None:
         self.showing |= {Layer.CHARTS}
         self.instruments.open_or_step(chart)
+
+    def _show_contact(self, by: int) -> None:
+        """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
+        if self.panel.open is not Panel.WHY:
+            self.panel.toggle(Panel.WHY)
+        if not self.why.show_next(by):
+            order = "later" if by > 0 else "earlier"
+            self.notice.show(f"no {order} contact differs, as far as it is compared")
 
     def _toggle_full_screen(self) -> None:
         desktop = pygame.display.get_desktop_sizes()[0]
@@ -431,6 +450,8 @@ class Window:
         self.view.draw(
             surface, layout, self.showing, None if self.instruments.open_at is not None else self.mouse.point
         )
+        if self.panel.open is Panel.WHY:
+            self.why.draw_contact(surface, layout)
         self.mouse.draw(surface)
         draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
         draw_status_line(

@@ -429,6 +429,7 @@ HEADER = [
     *(f"first_difference.{key}" for key in ("kind", "time", "first", "second", "cause", "because", "in_reference")),
     *(f"first_difference.{key}" for key in ("before", "after", "should_before", "should_after")),
     *(f"first_difference.{key}" for key in ("spin_before", "spin_after", "should_spin_before", "should_spin_after")),
+    *(f"first_difference.{key}" for key in ("normal", "depth", "normal_at_touch", "should_normal")),
     *(
         f"ledger.{cause.key}.{key}"
         for cause in Cause

@@ -513,3 +513,20 @@ def test_contacts_at_one_time_in_another_order_are_no_difference_where_the_paths
     run = compare(corner.changed(arena={"size": (600, 600), "elasticity": 0.7}), ["impulse", "exact"]).runs["impulse"]
     assert run.figures.gap_max < 1e-9
     assert run.differences == ()
+
+
+def test_a_late_contact_has_the_normal_that_it_was_found_on_and_the_right_one() -> None:
+    """Two balls of radius 20 approach at 300 px/s, 20 px off centre: they touch at sin = 1/2, and are found deeper."""
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [300, 0]",
+        "radius = 20\nposition = [203, 320]",
+        more="seconds = 1",
+    )
+    comparison = compare(scene, ["pymunk", "exact"])
+    [one] = comparison.runs["pymunk"].differences[:1]
+    assert one.should_normal == pytest.approx((math.sqrt(3) / 2, 0.5))
+    assert one.normal_at_touch == pytest.approx(one.should_normal)
+    away = 203 - 100 - 300 * one.time  # of the centres along x, when it was found
+    assert one.normal == pytest.approx((away / math.hypot(away, 20), 20 / math.hypot(away, 20)))
+    assert one.depth == pytest.approx(40 - math.hypot(away, 20))
+    assert 40 - math.hypot(away, 20) > 1

@@ -93,6 +93,7 @@ class Monkey(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         self.window.recorder.stop()
+        self.window.why.case.stop()
         self.the_run_equals_the_replay_of_its_recording()
         pygame.display.quit()
         self.patch.undo()

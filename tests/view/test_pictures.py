@@ -13,9 +13,10 @@ from typing import Final
 import numpy as np
 import pygame
 import pytest
-from window_driver import hover, mouse, point, press, run
+from window_driver import WorkerHere, hover, mouse, point, press, run
 
 from sandbox.scene.files import load
+from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.instruments import Instrument
 from sandbox.view.window import Window
 
@@ -61,10 +62,22 @@ def gas() -> Window:
     return window
 
 
+def why_window() -> Window:
+    """At the article's first contact, which Pymunk finds late."""
+    window = window_of("article", ["pymunk", "article"], 60)
+    window.why.case = CaseSoFar(window.notice, WorkerHere())
+    for key in ("w", ">", "<"):
+        press(window, key)
+        window.frame(1 / 60)
+        window.frame(1 / 60)
+    return window
+
+
 PICTURES: Final[dict[str, Callable[[], Window]]] = {
     "toolbar.png": default_window,
     "inspector.png": inspector,
     "instruments.png": gas,
+    "why.png": why_window,
 }
 
 

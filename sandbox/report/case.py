@@ -1,0 +1,155 @@
+"""The run so far, compared: what the window says of each engine while it goes on, in the words of `compare`."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Difference
+from sandbox.analysis.measurement import Run
+from sandbox.analysis.verdict import ledger_mark, until_words, verdict_parts
+from sandbox.report.tables import NOTHING, sentence, share_text, speeds_and_spins
+from sandbox.run.inputs import Input, clock_of
+from sandbox.scene.clock import Clock
+from sandbox.scene.model import Scene
+from sandbox.session.session import Session
+
+
+@dataclass(frozen=True)
+class RunSoFar:
+    """Engines that run a scene with some inputs, up to a step. against: the one that the others are compared with."""
+
+    scene: Scene
+    engines: tuple[str, ...]
+    against: str
+    inputs: tuple[Input, ...]
+    steps: int
+
+    @classmethod
+    def of(cls, session: Session) -> Self:
+        """Return the run of a session up to the latest step that it has reached."""
+        engines = dict.fromkeys([*session.names, session.reference])
+        inputs = tuple(given for given in session.inputs if given.step <= session.end)
+        return cls(session.start, tuple(engines), session.reference, inputs, session.end)
+
+    def is_part_of(self, session: Session) -> bool:
+        """Return whether a session's run began like this, and has come as far."""
+        now = type(self).of(session)
+        same = (self.scene, self.engines, self.against) == (now.scene, now.engines, now.against)
+        return same and self.steps <= now.steps and self._done == replace(now, steps=self.steps)._done
+
+    @property
+    def _done(self) -> list[Input]:
+        """The inputs before the last step, which the states show."""
+        return [given for given in self.inputs if given.step < self.steps]
+
+    @cached_property
+    def clock(self) -> Clock:
+        """The times of its steps."""
+        return clock_of(self.scene.clock, self.inputs)
+
+    def compare(self) -> Comparison:
+        """Run it again, and compare. Raises SandboxError as `compare` does."""
+        scene = self.scene.changed(seconds=self.clock.time(self.steps))
+        return compare(scene, self.engines, against=self.against, inputs=self.inputs)
+
+
+@dataclass(frozen=True)
+class OtherContact:
+    """A contact that an engine and the reference have otherwise, as `compare` says it.
+
+    step: of the run, the one that contains it; time: s, since the run began; speeds: of its balls before and after, and
+    spins if they turn, line by line.
+    """
+
+    step: int
+    time: float
+    sentence: str
+    speeds: str
+    difference: Difference
+
+
+@dataclass(frozen=True)
+class LedgerLine:
+    """What an engine has lost (negative) or made through one cause. share: as a fraction of the energy at the start."""
+
+    cause: str
+    share: float
+    text: str
+
+
+@dataclass(frozen=True)
+class EngineCase:
+    """What is to be said of one engine.
+
+    contacts: those that it has otherwise than the reference, in order; agrees: the sentence that stands for them if
+    there are none; ledger: without lines that are 0.0000 %.
+    """
+
+    contacts: tuple[OtherContact, ...]
+    agrees: str
+    ledger: tuple[LedgerLine, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is to be said of a run so far.
+
+    since: s, the time of the last edit, from which all times in words count; verdict: its parts, each a sentence or
+    more; engines: all but the reference, and without those that failed, of which the verdict speaks.
+    """
+
+    since: float
+    verdict: tuple[str, ...]
+    engines: dict[str, EngineCase]
+
+
+def case_of(run: RunSoFar, comparison: Comparison) -> Case:
+    """Return what is to be said of a run so far. comparison: what its `compare` returns."""
+    first = run.clock.step(comparison.since)
+    return Case(
+        comparison.since,
+        tuple(verdict_parts(comparison)),
+        {
+            name: EngineCase(
+                tuple(_contact(comparison, one, first) for one in of_engine.differences),
+                "" if of_engine.differences else _agrees(comparison, name),
+                tuple(_ledger(comparison, of_engine)),
+            )
+            for name, of_engine in comparison.runs.items()
+            if name != comparison.against
+        },
+    )
+
+
+def _contact(comparison: Comparison, difference: Difference, first: int) -> OtherContact:
+    """Describe a difference. first: the step of the run at which the comparison begins."""
+    scene, time = comparison.scene, difference.time
+    step = first + int(scene.clock.steps_containing(time)) if time else first
+    speeds = "\n".join(speeds_and_spins(scene, difference, comparison.against))
+    return OtherContact(step, comparison.since + time, sentence(scene, difference), speeds, difference)
+
+
+def _agrees(comparison: Comparison, name: str) -> str:
+    """Say that no contact of an engine differs, and until when that is known."""
+    run, against = comparison.runs[name], comparison.against
+    until = f"until {run.apart:.2f} s" if run.apart is not None else until_words(comparison)
+    if run.unjudged is not None or comparison.runs[against].unjudged is not None:
+        return f"No ball of {name} is more than its radius from where it is in {against} {until}."
+    times = [one.contacts["time"] for one in (run, comparison.runs[against])]
+    compared = min(
+        (float(time[MAX_CONTACTS_COMPARED]) for time in times if len(time) > MAX_CONTACTS_COMPARED), default=None
+    )
+    if compared is not None:
+        until = f"up to {compared:.2f} s: the first {MAX_CONTACTS_COMPARED:,} are compared"
+    return f"No contact of {name} differs from {against}'s {until}."
+
+
+def _ledger(comparison: Comparison, run: Run) -> Iterator[LedgerLine]:
+    """Yield the lines of an engine's ledger; none if the energy was 0 at the start."""
+    start = float(run.energy[0])
+    for entry in run.figures.ledger if start else ():
+        share = entry.energy / start
+        if (text := share_text(share)) != NOTHING:
+            yield LedgerLine(f"{entry.cause.label}{ledger_mark(comparison)}", share, text)

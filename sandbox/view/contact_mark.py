@@ -1,0 +1,206 @@
+"""A contact that an engine and the reference have otherwise, drawn in the panes: normals, velocities and overlap.
+
+What the engine found is in its colour, what the reference has in that of text. A velocity before the contact is a thin
+arrow that ends at its ball, one after it a thick arrow that begins there.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+import pygame
+from pygame import Color, Rect, Surface
+
+from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.analysis.difference import Difference, Velocities
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
+from sandbox.state import Floats, State
+from sandbox.view.layout import Layout
+from sandbox.view.palette import palette
+from sandbox.view.pane import Pane
+from sandbox.view.primitives import arrow, capsule, label, text_width
+
+NORMAL: Final = 5.5  # half of a normal, in heights of the text
+ARROW: Final = 4.0  # the longest arrow, likewise
+DASHES: Final = 9  # of the normal at first touch
+BEFORE: Final = 1.5  # width of an arrow, in widths of a line
+AFTER: Final = 2.5
+SHORTEST: Final = 0.25  # part of their length to which arrows shrink so that they stay in the pane
+HALO: Final = 2  # px of the ground round a line, which set it off from balls
+
+
+def draw_contact(surface: Surface, layout: Layout, panes: Sequence[Pane], difference: Difference, engine: str) -> None:
+    """Draw a difference between an engine and the reference in every pane, and its overlap in the engine's own."""
+    for index, pane in enumerate(panes):
+        inside = surface.subsurface(layout.arenas[index])
+        mark = ContactMark(inside, pane.scene, pane.state, difference, layout.scale, layout.origin, layout.text_height)
+        colour = palette(pane.scene.arena.background).engines(one.name for one in panes)[engine]
+        mark.draw(colour, overlap=pane.name == engine)
+
+
+class ContactMark:
+    """Draws on one pane's arena. scale, origin, text_height: as in `Overlay`."""
+
+    def __init__(
+        self,
+        surface: Surface,
+        scene: Scene,
+        state: State,
+        difference: Difference,
+        scale: float,
+        origin: Vector,
+        text_height: int,
+    ) -> None:
+        self._surface = surface
+        self._scene = scene
+        self._state = state
+        self._difference = difference
+        self._scale, self._origin = scale, origin
+        self._text_height = text_height
+        self._palette = palette(scene.arena.background)
+        self._width = max(1, round(text_height / 10))  # of lines, px
+
+    def _at(self, position: Floats) -> Floats:
+        """Turn a position in the scene, px, into a place on the surface."""
+        return position * self._scale + self._origin
+
+    def draw(self, colour: Color, *, overlap: bool) -> None:
+        """Draw everything. colour: of the engine; overlap: whether to draw how deep it is."""
+        ink, found = self._palette.ink, self._difference
+        self._outline_wall(self._palette.contact)
+        for ball in self._difference.balls:
+            self._outline(ball, ink)
+        if found.should_normal:
+            self._normal(found.should_normal, ink)
+        if found.normal and found.normal_at_touch:
+            self._normal(found.normal_at_touch, colour, dashed=True)
+        if found.normal:
+            self._normal(found.normal, colour)
+        self._draw_arrows(
+            [
+                *self._arrows(found.should_before, found.should_after, ink),
+                *self._arrows(found.before, found.after, colour),
+            ]
+        )
+        if overlap:
+            self._overlap()
+
+    # The bodies
+
+    def _outline(self, ball: int, colour: Color) -> None:
+        centre = self._at(self._state.position[ball]).round().astype(int).tolist()
+        radius = round(self._scene.bodies.radius[ball] * self._scale)
+        pygame.draw.circle(self._surface, colour, centre, radius + 3 * self._width, self._width)
+
+    def _outline_wall(self, colour: Color) -> None:
+        """Draw the wall that the ball touches, if it does, over its whole length."""
+        second = self._difference.second
+        if second is not None and second < 0:
+            *ends, thickness = self._scene.wall_line(~second)
+            start, end = self._at(np.array(ends)).tolist()
+            capsule(self._surface, colour, start, end, max(thickness / 2 * self._scale, 2 * self._width))
+
+    # The normals
+
+    def _normal(self, normal: Vector, colour: Color, *, dashed: bool = False) -> None:
+        """Draw a line along a normal, through where the engine or else the reference has the contact."""
+        half = NORMAL * self._text_height * np.array(normal)
+        point = self._contact_point
+        shares = np.linspace(-1, 1, 2 * DASHES) if dashed else np.array([-1.0, 1.0])
+        for start, end in shares.reshape(-1, 2):
+            self._line(point + start * half, point + end * half, self._width, colour)
+
+    @property
+    def _contact_point(self) -> Floats:
+        """Where the first ball touches, on the surface."""
+        found, first = self._difference, self._difference.first
+        normal = np.array(found.normal or found.should_normal)
+        return self._at(self._state.position[first] + self._scene.bodies.radius[first] * normal)
+
+    def _line(self, start: Floats, end: Floats, width: int, colour: Color) -> None:
+        for wider, ink in ((HALO, self._palette.ground), (0, colour)):
+            pygame.draw.line(self._surface, ink, start.tolist(), end.tolist(), width + wider)
+
+    # The velocities
+
+    def _arrows(self, before: Velocities | None, after: Velocities | None, colour: Color) -> Iterator["Arrow"]:
+        """Yield the arrows of both balls."""
+        for velocities, is_before in ((before, True), (after, False)):
+            for ball, velocity in zip(self._difference.balls, velocities or (), strict=False):
+                radius = float(self._scene.bodies.radius[ball]) * self._scale
+                centre, along = self._at(self._state.position[ball]), np.array(velocity)
+                rim = centre + (-radius if is_before else radius) * along / (np.hypot(*along) or 1.0)
+                if is_before:  # beside the one after it, or a ball that comes back would hide it
+                    rim = rim + 0.6 * self._text_height * np.array([-along[1], along[0]]) / (np.hypot(*along) or 1.0)
+                yield Arrow(rim, self._px_per_speed * along, is_before, colour)
+
+    @property
+    def _px_per_speed(self) -> float:
+        """The length of an arrow for a speed of 1 px/s, px of the surface."""
+        found = self._difference
+        each = (found.before, found.after, found.should_before, found.should_after)
+        fastest = max((float(np.hypot(*one)) for velocities in each for one in velocities or ()), default=0.0)
+        return ARROW * self._text_height / fastest if fastest else 0.0
+
+    def _draw_arrows(self, arrows: Sequence["Arrow"]) -> None:
+        """Draw arrows, all shorter by one factor if one would leave the pane."""
+        room = self._surface.get_rect().inflate(-4 * self._width, -4 * self._width)
+        shrunk = max(SHORTEST, min((one.share_inside(room) for one in arrows), default=1.0))
+        for one in arrows:
+            tail, tip = (end.tolist() for end in one.ends(shrunk))
+            width = (BEFORE if one.is_before else AFTER) * self._width
+            arrow(self._surface, self._palette.ground, tail, tip, width + HALO)
+            arrow(self._surface, one.colour, tail, tip, width)
+
+    # The overlap
+
+    @property
+    def _has_depth(self) -> bool:
+        """Whether the engine found the contact before or after the two touched."""
+        found, radius = self._difference, float(self._scene.bodies.radius[self._difference.first])
+        return found.normal is not None and found.depth is not None and abs(found.depth) > NEGLIGIBLE * radius
+
+    def _overlap(self) -> None:
+        """Draw how far the bodies reach into each other along the normal."""
+        if self._has_depth:
+            rim, normal = self._contact_point, np.array(self._difference.normal)
+            inner = rim - (self._difference.depth or 0.0) * self._scale * normal
+            pygame.draw.line(self._surface, self._palette.contact, inner.tolist(), rim.tolist(), 3 * self._width)
+
+    def write_depth(self) -> None:
+        """Write how deep the overlap is beside it, if it has one."""
+        depth, radius = self._difference.depth, float(self._scene.bodies.radius[self._difference.balls].max())
+        if self._has_depth and depth is not None:
+            text = f"overlap {depth:.2g} px" if depth > 0 else f"apart by {-depth:.2g} px"
+            self._write_beside(text, self._contact_point, np.array(self._difference.normal), radius * self._scale)
+
+    def _write_beside(self, text: str, point: Floats, normal: Floats, radius: float) -> None:
+        """Write beside the two bodies, on the side with more room. point, radius: px of the surface."""
+        width, room = text_width(text, self._text_height), self._surface.get_rect()
+        across = np.array([-normal[1], normal[0]])
+        aside = across * (radius + 1.5 * self._text_height + abs(across[0]) * width / 2)
+        middle = np.array(room.center)
+        near = min((point + aside, point - aside), key=lambda place: float(np.abs(place - middle).max()))
+        label(self._surface, text, near.tolist(), self._text_height, room, self._palette)
+
+
+class Arrow(NamedTuple):
+    """A velocity at a ball: it ends at the ball's rim if it is the one before the contact, else it begins there."""
+
+    rim: Floats  # px of the surface, as is the velocity
+    velocity: Floats
+    is_before: bool
+    colour: Color
+
+    def ends(self, share: float) -> tuple[Floats, Floats]:
+        """Return tail and tip of an arrow of a share of its length."""
+        along = share * self.velocity
+        return (self.rim - along, self.rim) if self.is_before else (self.rim, self.rim + along)
+
+    def share_inside(self, room: Rect) -> float:
+        """Return the share of its length that stays in a place; 1 if none of it does, as its ball is elsewhere."""
+        tail, tip = (end.tolist() for end in self.ends(1.0))
+        clipped = room.clipline(tail, tip)
+        return math.dist(*clipped) / math.dist(tail, tip) if clipped else 1.0

@@ -1,0 +1,127 @@
+"""What the window says of a run so far is what `sandbox compare` says of the same run."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+from conftest import Command, scene_of
+
+from sandbox.report.case import Case, RunSoFar, case_of
+from sandbox.run.edits import SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release, write_run
+from sandbox.scene.files import load
+from sandbox.session.session import Session
+
+DRAG: tuple[Input, ...] = (
+    Grab(step=20, ball=1, at=(300, 300)),
+    Move(step=24, at=(420, 380)),
+    Move(step=30, at=(200, 120)),
+    Release(step=40),
+)
+RUNS = [  # scene, engines, inputs, steps
+    ("article", ("pymunk", "impulse"), (), 300),
+    ("article", ("pymunk", "article"), DRAG, 200),
+    ("bouncing", ("pymunk", "impulse"), (), 130),
+    ("newtons-cradle", ("pymunk", "article"), (), 120),
+    ("break-shot", ("pymunk", "impulse"), (), 150),
+    ("bouncing", ("pymunk", "exact"), (SetVelocity(step=50, ball=0, velocity=(90.0, -60.0)),), 140),
+    ("gas-100", ("pymunk(substeps=2)", "pymunk"), DRAG, 90),
+]
+
+
+def session_of(scene: str, engines: tuple[str, ...], inputs: tuple[Input, ...], steps: int) -> Session:
+    """Return a session that has done some steps, as in the window."""
+    session = Session(load(scene), engines, inputs, reference="exact")
+    for _ in range(steps):
+        session.advance()
+    return session
+
+
+def case(session: Session) -> Case:
+    run = RunSoFar.of(session)
+    return case_of(run, run.compare())
+
+
+@pytest.mark.usefixtures("working_folder")
+@pytest.mark.parametrize(("scene", "engines", "inputs", "steps"), RUNS)
+def test_the_window_says_what_compare_says(
+    command: Command, scene: str, engines: tuple[str, ...], inputs: tuple[Input, ...], steps: int
+) -> None:
+    session = session_of(scene, engines, inputs, steps)
+    write_run(session.start, session.given(), session.step, "inputs.jsonl")
+    names = ",".join(dict.fromkeys([*engines, "exact"]))
+    options = ("--engines", names, "--inputs", "inputs.jsonl", "--seconds", repr(session.lockstep.time))
+    found = case(session)
+    _, printed, _ = command("compare", scene, *options)
+    command("compare", scene, *options, "--json", "run.json")
+    expected = json.loads(Path("run.json").read_text())
+    words = " ".join(printed.split())
+    assert " ".join(found.verdict) in words
+    assert found.since == expected["since"]
+    assert set(found.engines) == set(expected["engines"]) - {"exact"}
+    for name, one in found.engines.items():
+        of_engine = expected["engines"][name]
+        first = of_engine["first_difference"]
+        assert bool(one.contacts) == bool(first) == (not one.agrees)
+        if first:
+            assert json.loads(json.dumps(asdict(one.contacts[0].difference))) == first | {"cause": first_cause(one)}
+            assert f"{name}, {one.contacts[0].sentence}" in words
+            assert " ".join(one.contacts[0].speeds.split()) in words
+        shares = {line["share"] for line in of_engine["ledger"].values() if abs(line["share"] or 0) > 5e-7}
+        assert {line.share for line in one.ledger} == shares
+        assert all(f"energy: {line.cause} " in words and line.text in words for line in one.ledger)
+
+
+def first_cause(one: object) -> int:
+    """Return the number of a cause, which JSON has by its key."""
+    return int(one.contacts[0].difference.cause)  # type: ignore[attr-defined]
+
+
+def test_contacts_are_at_the_steps_that_contain_them() -> None:
+    """Pymunk finds them in the step's end state; the edit at 50 steps moves the origin of times."""
+    edit = SetVelocity(step=50, ball=0, velocity=(90.0, -60.0))
+    session = session_of("bouncing", ("pymunk", "exact"), (edit,), 140)
+    found = case(session)
+    assert found.since == 50 / 60
+    contacts = [one for one in found.engines["pymunk"].contacts if one.difference.second is not None]
+    assert contacts
+    for one in contacts:
+        [moment] = session.moments(one.step, one.step)
+        of_step = moment.contacts["pymunk"]
+        assert (of_step["first"] == one.difference.first).any()
+        assert moment.time - 1 / 60 < one.time <= moment.time + 1e-9
+
+
+def test_an_engine_without_errors_has_no_contact_to_show_and_the_words_say_so() -> None:
+    """Two equal balls meet in line at the end of a step, 1e-7 px deep: where impulse finds them."""
+    scene = scene_of(
+        "radius = 10\nposition = [200, 300]\nvelocity = [120, 0]",
+        "radius = 10\nposition = [319.9999999, 300]",
+        more="seconds = 9",
+    )
+    session = Session(scene, ("impulse",), reference="exact")
+    for _ in range(120):
+        session.advance()
+    one = case(session).engines["impulse"]
+    assert session.shown.counts["impulse"] == 1
+    assert (one.contacts, one.ledger) == ((), ())
+    assert one.agrees == "No contact of impulse differs from exact's to the end at 2 s."
+
+
+def test_a_run_that_was_changed_is_not_the_one_that_was_compared() -> None:
+    session = session_of("article", ("pymunk",), (), 60)
+    run = RunSoFar.of(session)
+    session.advance()
+    assert run.is_part_of(session)
+    session.give(SetVelocity(step=61, ball=0, velocity=(1.0, 2.0)))
+    assert run.is_part_of(session)
+    session.undo()
+    session.seek(30)
+    assert run.is_part_of(session)
+    session.give(SetVelocity(step=30, ball=0, velocity=(1.0, 2.0)))
+    assert not run.is_part_of(session)
+    for _ in range(60):
+        session.advance()
+    assert not run.is_part_of(session)
+    assert RunSoFar.of(session).is_part_of(session)

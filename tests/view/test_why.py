@@ -1,0 +1,313 @@
+"""The page that says why engines differ: its words, its contacts in the panes, its keys, and the report it writes."""
+
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from pygame import Color, Rect
+from window_driver import WorkerHere, button, click, press, run, step
+
+from sandbox.analysis.comparison import compare
+from sandbox.errors import SandboxError
+from sandbox.report.case import Case, RunSoFar, case_of
+from sandbox.report.comparison import page
+from sandbox.run.edits import SetVelocity
+from sandbox.scene.files import load
+from sandbox.scene.model import Scene
+from sandbox.session.session import Session
+from sandbox.state import State
+from sandbox.view.case_worker import DIED, CaseWorker
+from sandbox.view.contact_mark import NORMAL
+from sandbox.view.controls import Panel
+from sandbox.view.palette import palette
+from sandbox.view.why_page import LISTED
+from sandbox.view.widgets.bar import Bar
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+
+
+@pytest.fixture(autouse=True)
+def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", WorkerHere)
+    monkeypatch.setattr("sandbox.view.case_so_far.monotonic", lambda: 0.0)  # it never rests
+
+
+def window_of(scene: Scene, engines: list[str], steps: int) -> Window:
+    """Return a window with the page open, after some steps that are compared."""
+    window = Window(scene, engines)
+    window.about.close()
+    window.playback.paused = True
+    run(window, steps)
+    press(window, "w")
+    for _ in range(3):
+        window.frame(1 / 60)
+    return window
+
+
+@pytest.fixture
+def article() -> Window:
+    """The article's scene after a second: Pymunk has found one contact late."""
+    return window_of(load("article"), ["pymunk", "article"], 60)
+
+
+def widgets(window: Window) -> list[Widget]:
+    return [widget for widget, _ in window.panel.placed(window.layout.panel, window.layout.text_height)]
+
+
+def words(window: Window) -> list[str]:
+    return [widget.text for widget in widgets(window) if isinstance(widget, Words)]
+
+
+def place_of(window: Window, text: str) -> tuple[int, int]:
+    """Return the middle of what has a text, whole or as the beginning of the verdict, in the panel."""
+    for widget, place in window.panel.placed(window.layout.panel, window.layout.text_height):
+        if getattr(widget, "text", "").removesuffix(" …") == text:
+            return place.center
+    raise AssertionError(text)
+
+
+def expected(window: Window) -> Case:
+    """Return what is to be said of the run that the window has done."""
+    session = window.view.session
+    so_far = RunSoFar.of(session)
+    return case_of(so_far, so_far.compare())
+
+
+def test_the_page_says_what_compare_says_of_the_run_so_far(article: Window) -> None:
+    case = expected(article)
+    said = words(article)
+    assert f"{case.verdict[0]} …" in said
+    assert "Compared with exact up to 1.00 s." in said
+    for engine in ("pymunk", "article"):
+        click(article, place_of(article, engine))
+        said = words(article)
+        one = case.engines[engine]
+        listed = [text for text in said if text in {contact.sentence for contact in one.contacts}]
+        assert listed == [contact.sentence for contact in reversed(one.contacts)]
+        bars = [widget for widget in widgets(article) if isinstance(widget, Bar)]
+        assert [(bar.name, bar.value) for bar in bars] == [(line.cause, line.text) for line in one.ledger]
+    assert bars[0].share == -1.0
+    click(article, place_of(article, case.verdict[0]))
+    assert " ".join(case.verdict) in words(article)
+
+
+def test_the_page_follows_the_run_and_forgets_what_an_edit_undoes(article: Window) -> None:
+    run(article, 30)
+    article.frame(1 / 60)
+    article.frame(1 / 60)
+    assert "Compared with exact up to 1.50 s." in words(article)
+    article.playback.seek(20)
+    article.frame(1 / 60)
+    assert "Compared with exact up to 1.50 s." in words(article)  # what has been reached still is there
+    article.playback.give(SetVelocity(step=20, ball=1, velocity=(0.0, 0.0)))
+    article.frame(1 / 60)
+    assert not any("balls 1 and 2" in text for text in words(article))
+    run(article, 40)
+    article.frame(1 / 60)
+    article.frame(1 / 60)
+    assert "Compared with exact up to 1.00 s. Times count from the last edit, at 0.333333 s." in words(article)
+
+
+def first_contact(window: Window) -> list[np.ndarray]:
+    """Return the normals as Pymunk finds the first contact, when its balls touched, and when they do in exact.
+
+    Balls fly straight until they touch.
+    """
+    before, after = window.view.session.moments(47, 47)[0].states, window.view.session.moments(50, 50)[0].states
+    found = after["pymunk"].position[2] - after["pymunk"].position[1]
+    return [found / math.hypot(*found), touching(before["pymunk"]), touching(before["exact"])]
+
+
+def touching(state: State) -> np.ndarray:
+    """Return the normal when balls 1 and 2 will touch, of radius 20."""
+    offset, speed = (values[2] - values[1] for values in (state.position, state.velocity))
+    a, b, c = speed @ speed, offset @ speed, offset @ offset - 40**2
+    line = offset + speed * (-b - math.sqrt(b * b - a * c)) / a
+    return np.asarray(line / math.hypot(*line))
+
+
+def share_along(window: Window, pane: int, position: np.ndarray, normal: np.ndarray, colour: Color) -> float:
+    """Return the share of a line through a place in the scene that has a colour, where it is in the pane."""
+    layout, found = window.layout, []
+    x, y = layout.to_screen(pane, position.tolist())
+    for along in np.linspace(-1, 1, 61) * NORMAL * layout.text_height:
+        at = Rect(round(x + along * normal[0]) - 1, round(y + along * normal[1]) - 1, 3, 3)
+        if layout.arenas[pane].contains(at):
+            found.append(
+                tuple(colour)
+                in {tuple(window.screen.get_at((i, j))) for i in range(at.x, at.right) for j in range(at.y, at.bottom)}
+            )
+    return sum(found) / len(found)
+
+
+@pytest.mark.parametrize("background", ["white", "#101418"])
+def test_the_articles_first_contact_is_drawn_with_the_normal_found_and_the_right_one(background: str) -> None:
+    scene = load("article")
+    scene = scene.changed(arena=scene.arena.model_copy(update={"background": background}))
+    window = window_of(scene, ["pymunk", "impulse"], 60)
+    press(window, "<")
+    window.frame(1 / 60)
+    assert step(window) == 50
+    found, touch, right = first_contact(window)
+    assert math.degrees(math.acos(found @ touch)) == pytest.approx(7.8, abs=0.05)
+    colours, other_side = palette(background), right - 2 * (right - (right @ found) * found)
+    blue = colours.engines(["pymunk"])["pymunk"]
+    for pane, of_pane in enumerate(window.view.panes):
+        at = of_pane.state.position[1] + 20 * found
+        assert share_along(window, pane, at, found, blue) > 0.7
+        assert 0.3 < share_along(window, pane, at, touch, blue) < 0.9
+        assert share_along(window, pane, at, right, colours.ink) > 0.6
+        assert share_along(window, pane, at, other_side, colours.ink) < 0.3
+    assert "0.833 s, balls 1 and 2: Found 11.5 ms late, 4.8 px deep, so the normal is turned by 7.8°." in words(window)
+
+
+def test_what_is_drawn_goes_with_the_step_and_with_the_page(article: Window) -> None:
+    article.view.session.seek(50)
+    article.frame(1 / 60)
+    plain = article.screen.subsurface(article.layout.arenas[0]).copy()
+    press(article, "<", ">")
+    click(article, place_of(article, expected(article).engines["pymunk"].contacts[0].sentence))
+    article.frame(1 / 60)
+    drawn = article.screen.subsurface(article.layout.arenas[0]).copy()
+    assert drawn.get_view().raw != plain.get_view().raw
+    article.playback.step()
+    assert article.why.contact is None
+    article.playback.step_back()
+    assert article.why.contact is not None
+    press(article, "w")
+    article.frame(1 / 60)
+    assert article.layout.panel.width == 0
+
+
+def test_keys_and_clicks_go_to_contacts_and_pause() -> None:
+    window = window_of(load("newtons-cradle"), ["pymunk", "article"], 60)
+    contacts = expected(window).engines["pymunk"].contacts
+    assert [contact.step for contact in contacts] == sorted({contact.step for contact in contacts})
+    window.playback.seek(0)
+    window.playback.paused = False
+    press(window, ">")
+    assert window.playback.paused
+    visited = [step(window)]
+    for _ in contacts[1:]:
+        press(window, ">")
+        visited.append(step(window))
+    assert visited == [contact.step for contact in contacts]
+    press(window, ">")
+    assert step(window) == visited[-1]
+    assert "no later contact differs, as far as it is compared" in window.status
+    press(window, "<")
+    assert step(window) == visited[-2]
+    click(window, place_of(window, contacts[-1].sentence))
+    assert step(window) == visited[-1]
+    assert window.why.contact == contacts[-1]
+
+
+def test_the_keyboard_stays_on_a_contact_that_it_went_to(article: Window) -> None:
+    text = expected(article).engines["pymunk"].contacts[0].sentence
+    while getattr(article.widgets.focus, "text", "") != text:
+        press(article, "Tab")
+    press(article, "Enter")
+    article.frame(1 / 60)
+    assert step(article) == 50
+    assert getattr(article.widgets.focus, "text", "") == text
+
+
+def test_of_many_contacts_those_around_the_one_shown_are_listed() -> None:
+    window = window_of(load("bouncing"), ["impulse", "pymunk"], 300)
+    contacts = expected(window).engines["impulse"].contacts
+    assert len(contacts) > LISTED
+
+    def listed() -> list[str]:
+        sentences = {contact.sentence for contact in contacts}
+        return [text for text in words(window) if text in sentences]
+
+    assert listed() == [contact.sentence for contact in contacts[: -LISTED - 1 : -1]]
+    window.why.show(contacts[0])
+    window.frame(1 / 60)
+    assert set(listed()) == {contact.sentence for contact in contacts[:LISTED]}
+    assert f"and {len(contacts) - LISTED} more, which < and > go to" in words(window)
+
+
+def test_an_engine_that_agrees_has_a_sentence_instead_of_contacts() -> None:
+    """Two equal balls meet in line at the end of a step, 1e-7 px deep: where impulse finds them."""
+    scene = scene_of(
+        "radius = 10\nposition = [200, 300]\nvelocity = [120, 0]", "radius = 10\nposition = [319.9999999, 300]"
+    )
+    window = window_of(scene, ["impulse"], 60)
+    assert "No contact of impulse differs from exact's to the end at 1 s." in words(window)
+    press(window, ">", "<")
+    assert step(window) == 60
+
+
+def test_before_the_first_step_there_is_nothing_to_say_and_no_page_to_make(window: Window, tmp_path: Path) -> None:
+    press(window, "w")
+    window.frame(0.0)
+    window.playback.seek(0)
+    assert words(window)[1:] == ["Nothing has happened yet."]
+    click(window, place_of(window, "make the page"))
+    window.frame(0.0)
+    assert list(tmp_path.glob("*.html")) == []
+
+
+def test_the_page_made_is_the_report_of_the_run_so_far(article: Window, tmp_path: Path) -> None:
+    article.playback.give(SetVelocity(step=60, ball=0, velocity=(10.0, 20.0)))
+    run(article, 30)
+    click(article, place_of(article, "make the page"))
+    assert "making it …" in {getattr(widget, "text", "") for widget in widgets(article)}
+    for _ in range(3):
+        article.frame(1 / 60)
+    [file] = tmp_path.glob("*.html")
+    assert f"saved {file.name} in {tmp_path}" in article.status
+    session = article.view.session
+    comparison = compare(
+        session.start.changed(seconds=1.5), ["pymunk", "article", "exact"], against="exact", inputs=session.given()
+    )
+    assert file.read_bytes() == page(comparison).encode()
+
+
+def test_a_page_that_cannot_be_written_is_reported(article: Window, tmp_path: Path) -> None:
+    article.why.case.make_page(f"{tmp_path}/none/page.html")
+    article.frame(1 / 60)
+    article.frame(1 / 60)
+    assert "cannot be written" in article.status
+    assert not article.why.case.is_making_page
+
+
+def answer_of(worker: CaseWorker) -> Case | SandboxError:
+    """Wait for what a worker finds."""
+    while (answer := worker.poll()) is None:
+        time.sleep(0.02)
+    return answer
+
+
+def test_a_process_finds_the_same_and_a_new_one_follows_when_it_dies() -> None:
+    session = Session(load("article"), ["pymunk"], reference="exact")
+    for _ in range(60):
+        session.advance()
+    so_far = RunSoFar.of(session)
+    expected = case_of(so_far, so_far.compare())
+    worker = CaseWorker()
+    try:
+        assert worker.poll() is None
+        worker.ask(so_far)
+        assert answer_of(worker) == expected
+        assert worker._process is not None
+        worker._process.kill()
+        worker._process.join()
+        worker.ask(so_far)
+        assert str(answer_of(worker)) == DIED
+        worker.ask(RunSoFar(so_far.scene, ("pymunk", "none"), "none", (), 60))
+        assert "none" in str(answer_of(worker))
+    finally:
+        worker.stop()
+
+
+def test_the_button_opens_the_page(window: Window) -> None:
+    click(window, button(window, Panel.WHY))
+    assert window.panel.open is Panel.WHY
