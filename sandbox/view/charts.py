@@ -5,7 +5,7 @@ changed. The latest sample is left out: the next step can change how it compares
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 import numpy as np
@@ -17,7 +17,7 @@ from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.palette import chart_background, palette
-from sandbox.view.primitives import card, lettering, round_up, text_width
+from sandbox.view.primitives import card, lettering, round_up, shortened, text_width
 from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
 
 MAX_FIRST_SECONDS: Final = 60.0  # on the axis of time at the start of a run
@@ -132,6 +132,10 @@ class Charts:
         return round(self._x(plot, time))
 
     # Zooming in time
+
+    def zoom_as(self, other: "Charts") -> None:
+        """Show the same part of the time as other charts."""
+        self._zoom, self._seconds = other._zoom, other._seconds
 
     def zoom(self, time: float, factor: float) -> None:
         """Make the axis of time longer or shorter by a factor, with a time (s) in its place; at most all is shown."""
@@ -283,7 +287,7 @@ class Charts:
             heights = spread(wanted.tolist(), [small] * len(ends), plot.y - 1, plot.bottom + 1)
             x = min(self._column(plot, float(self.samples.times[last])), plot.right) + small // 3
             for name, y in zip(ends, heights, strict=True):
-                label = lettering(name, self._colours[name], small)
+                label = lettering(shortened(name, surface.get_width() - x, small), self._colours[name], small)
                 surface.fill(self.palette.ground, label.get_rect(topleft=(x, round(y))))
                 surface.blit(label, (x, round(y)))
 
@@ -324,8 +328,12 @@ class Charts:
         start, seconds = self._zoom or (0.0, self._seconds)
         shown = [one for one in self._marks() if one.time is None or start <= one.time <= start + seconds]
         wanted = [plot.x if one.time is None else self._column(plot, one.time) + small // 2 for one in shown]
+        right = plot.right + round(8.2 * text_height)
         widths = [text_width(one.text, small) + small for one in shown]
-        lefts = spread(wanted, widths, 0, plot.right + round(8.2 * text_height))
+        if sum(widths) > right:
+            shown = [replace(one, text=shortened(one.text, right // len(shown) - small, small)) for one in shown]
+            widths = [text_width(one.text, small) + small for one in shown]
+        lefts = spread(wanted, widths, 0, right)
         return [(one, Rect(round(x), 1, width, small + 2)) for one, x, width in zip(shown, lefts, widths, strict=True)]
 
     def _draw_marks(self, surface: Surface, plots: list[Rect], text_height: int) -> None:
