@@ -65,8 +65,7 @@ class Session:
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
         self.samples = Samples(list(dict.fromkeys([*self.names, self.reference])), self.reference, at_start)
-        self._apply_due()
-        self._keep_moment()
+        self._arrive()
 
     # The present step
 
@@ -103,9 +102,13 @@ class Session:
         """Go to a step that was reached before; `catch_up` brings the engines there."""
         self.step = min(max(step, 0), self.end)
 
-    def go_on_from(self, step: int) -> None:
-        """Go to a step that another session has reached with the same inputs; `catch_up` brings the engines there."""
-        self.step = self.end = step
+    def go_on_from(self, other: "Session") -> None:
+        """Go to the latest step that another session has reached with the same inputs, with what can be redone there.
+
+        `catch_up` brings the engines there.
+        """
+        self.step = self.end = other.end
+        self._undone = [*other._undone]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
@@ -128,22 +131,20 @@ class Session:
         self.lockstep.step()
         self.step = self.lockstep.steps
         self.end = max(self.end, self.step)
-        try:
-            self._apply_due()
-        finally:
-            self._keep_moment()
+        self._arrive()
 
     def catch_up(self, max_steps: int | None = None) -> None:
-        """Run the engines again to the present step, by default all the way."""
+        """Run the engines again to the present step, by default all the way.
+
+        Raises SandboxError if edits on the way are refused; they are dropped, and the step is done.
+        """
         if self._stale or self.lockstep.steps > self.step:
             self._begin()
-            self._apply_due()
-            self._keep_moment()
+            self._arrive()
         steps = self.steps_behind if max_steps is None else min(self.steps_behind, max_steps)
         for _ in range(steps):
             self.lockstep.step()
-            self._apply_due()
-            self._keep_moment()
+            self._arrive()
 
     def give(self, given: Input) -> None:
         """Add an input here. Inputs to come are dropped; a grab that is only replayed is released.
@@ -173,7 +174,7 @@ class Session:
         if first is None:
             return False
         self._undone.append(self.inputs[first:])
-        self._return_to(self.inputs[first].step, self.inputs[:first])
+        self.return_to(self.inputs[first].step, self.inputs[:first])
         return True
 
     def redo(self) -> bool:
@@ -185,9 +186,18 @@ class Session:
         last = len(inputs) - len(again)
         if isinstance(again[0], Grab):
             last = next((k for k in range(last, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
-        self._return_to(again[0].step, inputs)
+        self.return_to(again[0].step, inputs)
         self.step = self.end = inputs[last].step
         return True
+
+    def return_to(self, step: int, inputs: list[Input]) -> None:
+        """Go to a step, and replace the inputs from there on."""
+        self.inputs = inputs
+        self.step = step
+        self._stale = True
+        self._branch()
+        if step == 0:
+            self.catch_up()
 
     def _start_of_last_action(self, count: int) -> int | None:
         """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
@@ -201,15 +211,6 @@ class Session:
                 case Edit():
                     found = k if found is None else found
         return found
-
-    def _return_to(self, step: int, inputs: list[Input]) -> None:
-        """Go to a step, and replace the inputs from there on."""
-        self.inputs = inputs
-        self.step = step
-        self._stale = True
-        self._branch()
-        if step == 0:
-            self.catch_up()
 
     def _branch(self) -> None:
         self.end = self.step
@@ -244,6 +245,13 @@ class Session:
         except NotCompiledYet:
             return False
         return True
+
+    def _arrive(self) -> None:
+        """Apply the inputs of a step that the engines have just reached, and keep its moment."""
+        try:
+            self._apply_due()
+        finally:
+            self._keep_moment()
 
     def _apply_due(self) -> None:
         lockstep, refused = self.lockstep, list[str]()
