@@ -129,7 +129,8 @@ class Monkey(RuleBasedStateMachine):
         window, layout = self.window, self.window.layout
         place = pygame.Rect((0, 0), layout.window).inflate(1000, 1000)
         if what == "widget":
-            place = layout.toolbar[which % len(layout.toolbar)]
+            placed = window._placed
+            _, place = placed[which % len(placed)]
         elif what == "charts":
             place = layout.strip
         elif what == "bar":
