@@ -24,6 +24,7 @@ from sandbox.state import State
 from sandbox.text import printable
 
 __all__ = [
+    "BUILT_IN",
     "TEXTBOOK_ENGINES",
     "TUNED",
     "Engine",
@@ -34,8 +35,11 @@ __all__ = [
     "check_name",
     "create",
     "default_engines",
+    "known",
     "named",
+    "refusal",
     "registry",
+    "resolved",
     "settings_in",
     "with_settings",
 ]
@@ -50,6 +54,7 @@ _BUILT_IN: Final = {
         ("exact", "ExactEngine"),
     )
 }
+BUILT_IN: Final = tuple(_BUILT_IN)
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
 _OF_ANY_STEPS: Final = "exact"  # the engine that can take steps of different lengths
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
@@ -110,11 +115,16 @@ def registry() -> dict[str, EntryPoint]:
     return _BUILT_IN | {name: installed[name] for name in sorted(installed)}
 
 
+def known() -> list[str]:
+    """Return the names of all engines: the registry's, and those whose library is not installed."""
+    return list(dict.fromkeys([*registry(), *_EXTRAS]))
+
+
 def _lacks_library(engine: str) -> bool:
     return engine in _EXTRAS and find_spec(_EXTRAS[engine]) is None
 
 
-def _with_settings(spec: str, scene: Scene) -> tuple[str, Scene]:
+def resolved(spec: str, scene: Scene) -> tuple[str, Scene]:
     """Return an engine's name without its settings, and the scene with them. Raises SandboxError if one is wrong."""
     base, settings = settings_in(spec)
     if not settings:
@@ -170,7 +180,7 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
     """
     name = name or _name_of(source)
     if isinstance(source, str):
-        base, scene = _with_settings(source, scene)
+        base, scene = resolved(source, scene)
         if scene.is_timed and base != _OF_ANY_STEPS:
             raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
         if base in _BUILT_IN:

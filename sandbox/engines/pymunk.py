@@ -95,6 +95,12 @@ class PymunkEngine:
         self._reader.end()
 
 
+def settings_of(scene: Scene) -> dict[str, float]:
+    """Return every setting with which Pymunk runs a scene: the scene's value or, if it has none, Pymunk's own."""
+    space = pymunk.Space()
+    return {key: getattr(space, key) if value is None else value for key, value in scene.pymunk}
+
+
 def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
     bodies = scene.bodies
     added = []

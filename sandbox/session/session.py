@@ -105,9 +105,13 @@ class Session:
         """Go to a step that was reached before; `catch_up` brings the engines there."""
         self.step = min(max(step, 0), self.end)
 
-    def go_on_from(self, step: int) -> None:
-        """Go to a step that another session has reached with the same inputs; `catch_up` brings the engines there."""
-        self.step = self.end = step
+    def go_on_from(self, other: "Session") -> None:
+        """Go to the latest step that another session has reached with the same inputs, with what can be redone there.
+
+        `catch_up` brings the engines there.
+        """
+        self.step = self.end = other.end
+        self._undone = [*other._undone]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
@@ -176,7 +180,7 @@ class Session:
         if first is None:
             return False
         self._undone.append(self.inputs[first:])
-        self._return_to(self.inputs[first].step, self.inputs[:first])
+        self.return_to(self.inputs[first].step, self.inputs[:first])
         return True
 
     def redo(self) -> bool:
@@ -188,9 +192,18 @@ class Session:
         last = len(inputs) - len(again)
         if isinstance(again[0], Grab):
             last = next((k for k in range(last, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
-        self._return_to(again[0].step, inputs)
+        self.return_to(again[0].step, inputs)
         self.step = self.end = inputs[last].step
         return True
+
+    def return_to(self, step: int, inputs: list[Input]) -> None:
+        """Go to a step, and replace the inputs from there on."""
+        self.inputs = inputs
+        self.step = step
+        self._stale = True
+        self._branch()
+        if step == 0:
+            self.catch_up()
 
     def _start_of_last_action(self, count: int) -> int | None:
         """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
@@ -204,15 +217,6 @@ class Session:
                 case Edit():
                     found = k if found is None else found
         return found
-
-    def _return_to(self, step: int, inputs: list[Input]) -> None:
-        """Go to a step, and replace the inputs from there on."""
-        self.inputs = inputs
-        self.step = step
-        self._stale = True
-        self._branch()
-        if step == 0:
-            self.catch_up()
 
     def _branch(self) -> None:
         self.end = self.step

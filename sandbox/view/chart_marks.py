@@ -1,7 +1,7 @@
 """What stands out in a run, as marks above its charts."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import pygame
@@ -10,7 +10,7 @@ from pygame import Color, Rect, Surface
 from sandbox.session.monitor import Marks
 from sandbox.view.chart_places import AXIS, small, spread
 from sandbox.view.palette import Palette
-from sandbox.view.primitives import lettering, text_width
+from sandbox.view.primitives import lettering, shortened, text_width
 from sandbox.view.time_axis import TimeAxis
 
 MARK_DISTANCE: Final = 4  # px between the pointer and a mark that it points at
@@ -52,8 +52,12 @@ def placed_marks(marks: list[Mark], axis: TimeAxis, plot: Rect, text_height: int
     start, seconds = axis.shown
     shown = [one for one in marks if one.time is None or start <= one.time <= start + seconds]
     wanted = [plot.x if one.time is None else axis.column(plot, one.time) + height // 2 for one in shown]
+    right = plot.right + round(AXIS * text_height)
     widths = [text_width(one.text, height) + height for one in shown]
-    lefts = spread(wanted, widths, 0, plot.right + round(AXIS * text_height))
+    if sum(widths) > right:
+        shown = [replace(one, text=shortened(one.text, right // len(shown) - height, height)) for one in shown]
+        widths = [text_width(one.text, height) + height for one in shown]
+    lefts = spread(wanted, widths, 0, right)
     return [(one, Rect(round(x), 1, width, height + 2)) for one, x, width in zip(shown, lefts, widths, strict=True)]
 
 

@@ -20,7 +20,7 @@ from sandbox.view.chart_places import ChartPlaces, chart_places, small, spread
 from sandbox.view.instruments import LAW, Instrument, TimeChart, default_instruments, time_charts
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.palette import chart_background, palette
-from sandbox.view.primitives import card, lettering, round_up, text_width
+from sandbox.view.primitives import card, lettering, round_up, shortened, text_width
 from sandbox.view.scales import Span
 from sandbox.view.speed_chart import SPEED_TITLE, SpeedChart
 from sandbox.view.time_axis import TimeAxis
@@ -161,7 +161,7 @@ class Charts:
             self._speeds.draw(ground, side, where.histogram, self.moment, small(text_height))
             corner = where.corners[self.instruments.index(Instrument.SPEEDS)]
             draw_title(ground, corner, SPEED_TITLE, self.palette.ink, small(text_height))
-        self._draw_names(ground, where.plots, text_height)
+        self._draw_names(ground, where, text_height)
         self._draw_selection(ground, where.plots)
         draw_marks(
             ground,
@@ -233,8 +233,9 @@ class Charts:
         surface.set_clip(None)
         self._samples = settled
 
-    def _draw_names(self, surface: Surface, plots: Sequence[Rect], text_height: int) -> None:
+    def _draw_names(self, surface: Surface, where: ChartPlaces, text_height: int) -> None:
         """Write each line's engine at its end."""
+        plots = where.plots
         height, times = small(text_height), self.samples.times[: self._settled]
         last = int(np.searchsorted(times, sum(self.axis.shown), side="right")) - 1
         if last < 0:
@@ -248,7 +249,7 @@ class Charts:
             wanted = _y(plot, span, chart.scale.position(np.array(list(ends.values())))) - height / 2
             tops = spread(wanted.tolist(), [height] * len(ends), plot.y - 1, plot.bottom + 1)
             for name, y in zip(ends, tops, strict=True):
-                label = lettering(name, self._colours[name], height)
+                label = lettering(shortened(name, where.timeline.right - x, height), self._colours[name], height)
                 surface.fill(self.palette.ground, label.get_rect(topleft=(x, round(y))))
                 surface.blit(label, (x, round(y)))
 

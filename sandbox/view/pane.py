@@ -21,10 +21,11 @@ from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import capsule, text_width, write
+from sandbox.view.primitives import capsule, line_sample, shortened, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
 TITLE_GAP: Final = "    "  # between the parts of a title
+KEPT: Final = "kept"
 MIN_CHANGE: Final = 1e-3  # % of the energy; less counts as none
 
 
@@ -79,7 +80,7 @@ class Pane:
         change = change_of_energy(self.energy, self.energy_at_start, self.work)
         if not self.energy_at_start:
             return f"{change:+.3g} kg px²/s²"
-        return f"{change:+.3g} %" if abs(change) >= MIN_CHANGE else "kept"
+        return f"{change:+.3g} %" if abs(change) >= MIN_CHANGE else KEPT
 
     @property
     def hand_text(self) -> str:
@@ -136,19 +137,23 @@ class Pane:
         self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
-        """Draw a sample of the engine's line in the charts, and as much of the title as there is room for."""
+        """Draw a sample of the engine's line in the charts, and as much of the title as there is room for.
+
+        A change of the energy stays to the last, without that word; a long name is cut for it.
+        """
         place, height = layout.title(index), layout.text_height
         if layout.strip.height:
-            sample = Rect(place.x, place.centery - height // 2, 2 * height, height)
-            surface.fill(palette(chart_background(self.scene.arena.background)).ground, sample)
-            width = max(3, height // 4)
-            surface.fill(colour, (sample.x, sample.centery - width // 2, sample.width, width))
+            sample = Rect(place.x, place.y, 2 * height, place.height)
+            line_sample(surface, sample, colour, palette(chart_background(self.scene.arena.background)).ground, height)
             place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
         parts = self.title.split(TITLE_GAP)
         if outlined:
             parts.insert(2, f"outlines: {outlined}")
-        while len(parts) > 1 and text_width(TITLE_GAP.join(parts), height) > place.width:
+        while len(parts) > 2 and text_width(TITLE_GAP.join(parts), height) > place.width:
             parts.pop()
+        if text_width(TITLE_GAP.join(parts), height) > place.width:
+            parts[1:] = [] if self.energy_text == KEPT else [self.energy_text]
+        parts[0] = shortened(parts[0], place.width - text_width(TITLE_GAP.join(["", *parts[1:]]), height), height)
         write(surface, TITLE_GAP.join(parts), place, INK, height)
 
 

@@ -2,13 +2,14 @@
 
 import gc
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import perf_counter
 from typing import Final
 
+from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Kind, Notice
 from sandbox.view.pace import Pace
 from sandbox.view.session_view import SessionView
 
@@ -45,6 +46,27 @@ class Playback:
         gc.collect()
         gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
+
+    def use_engines(self, names: Sequence[str]) -> bool:
+        """Let other engines run instead, with the same inputs, to the same step; show a notice if one refuses.
+
+        They run from the start to the latest step reached: later steps, inputs to come, and what can be redone are
+        kept. If an engine refuses the scene or an input, nothing changes. Return whether the engines run.
+        """
+        self._release()
+        before, step = self.view, self.session.step
+        try:
+            view = SessionView(before.session.start, names, before.session.inputs)
+            view.session.go_on_from(before.session)
+            view.charts.axis.show_as(before.charts.axis)
+            self.play(view)
+            self.settle()
+        except SandboxError as error:
+            self.play(before)
+            self._notice.show(str(error), Kind.ERROR)
+            return False
+        self.seek(step)
+        return True
 
     @property
     def session(self) -> Session:
@@ -160,8 +182,14 @@ class Playback:
         self._show_change(self.session.undo(), "there is nothing to undo here")
 
     def redo(self) -> None:
-        """Redo what was undone last."""
-        self._show_change(self.session.redo(), "there is nothing to redo")
+        """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
+        inputs, step = [*self.session.inputs], self.session.step
+        try:
+            self._show_change(self.session.redo(), "there is nothing to redo")
+        except SandboxError as error:
+            self.session.return_to(step, inputs)
+            self.settle()
+            self._notice.show(str(error), Kind.ERROR)
 
     def _show_change(self, changed: bool, otherwise: str) -> None:
         if changed:

@@ -74,6 +74,23 @@ def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) 
     return min(x - space, place.right)
 
 
+@lru_cache(maxsize=256)
+def shortened(text: str, width: int, height: int) -> str:
+    """Return as much of the start of a text as fits into a width (px), with an ellipsis if that is not all of it."""
+    if text_width(text, height) <= width:
+        return text
+    fitting = (text[:k].rstrip() + "\N{HORIZONTAL ELLIPSIS}" for k in range(len(text) - 1, 0, -1))
+    return next((cut for cut in fitting if text_width(cut, height) <= width), "\N{HORIZONTAL ELLIPSIS}")
+
+
+def line_sample(surface: Surface, place: Rect, colour: Color, ground: Color, height: int) -> None:
+    """Draw a sample of a line in the charts on their ground, in the middle of a place. height: of the text, px."""
+    sample = Rect(place.x, place.centery - height // 2, place.width, height)
+    surface.fill(ground, sample)
+    width = max(3, height // 4)
+    surface.fill(colour, (sample.x, sample.centery - width // 2, sample.width, width))
+
+
 def wrapped(text: str, width: int, height: int, indent: str = "") -> list[str]:
     """Break a text into lines of about a width, px; all but the first are indented."""
     letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))

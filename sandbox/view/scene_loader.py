@@ -26,7 +26,7 @@ class SceneLoader:
         begin: Callable[[Scene, Sequence[str] | None], None],
         notice: Notice,
     ) -> None:
-        self._engines = engines
+        self.engines = engines
         self._begin = begin
         self._notice = notice
         self.picker: ScenePicker | None = None  # while it is open
@@ -63,7 +63,7 @@ class SceneLoader:
 
     def _run(self, scene: Scene) -> None:
         try:
-            self._begin(scene, self._engines)
+            self._begin(scene, self.engines)
         except Refused as refusal:
             self._begin(scene, None)
             self._notice.show(str(refusal), Kind.ERROR)

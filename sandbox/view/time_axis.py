@@ -40,6 +40,10 @@ class TimeAxis:
         start, seconds = self.shown
         return start + min(max((x - plot.x) / plot.width, 0.0), 1.0) * seconds
 
+    def show_as(self, other: "TimeAxis") -> None:
+        """Show the same part of the time as another axis."""
+        self._zoom, self._seconds = other._zoom, other._seconds
+
     def zoom(self, time: float, factor: float) -> None:
         """Make the axis longer or shorter by a factor, with a time (s) in its place; at most all is shown."""
         start, seconds = self.shown

@@ -22,6 +22,7 @@ from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import PRESSES, caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
+from sandbox.view.engines_page import EnginesPage
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
 from sandbox.view.inspector import Inspector
@@ -29,6 +30,7 @@ from sandbox.view.instrument_menu import InstrumentMenu
 from sandbox.view.key_repeat import KeyRepeat
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
+from sandbox.view.line_up import LineUp
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.palette import FRAME
@@ -90,6 +92,7 @@ class Window:
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout, self._inspects)
         self.instruments = InstrumentMenu(lambda: self.view.charts, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
+        self.line_up = LineUp(self.playback, self.notice, self.use_engines)
         self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
@@ -154,6 +157,7 @@ class Window:
     def _pages(self) -> dict[Panel, Page]:
         return {
             Panel.WHY: self.why,
+            Panel.ENGINES: EnginesPage(self.line_up),
             Panel.INSPECTOR: Inspector(self.playback, self.editor, self.mouse, self.notice),
         }
 
@@ -232,12 +236,13 @@ class Window:
         if "article" not in session.names:
             self.notice.show("article does not run here, so impulse cannot replace it")
             return
-        names = list(dict.fromkeys("impulse" if name == "article" else name for name in session.names))
+        self.use_engines(list(dict.fromkeys("impulse" if name == "article" else name for name in session.names)))
+
+    def use_engines(self, names: Sequence[str]) -> None:
+        """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
         self.mouse.release()
-        view = SessionView(self.scene, names, session.given())
-        view.session.go_on_from(session.step)
-        self.playback.play(view)
-        self.playback.settle()
+        if self.playback.use_engines(names):
+            self.scenes.engines = names
 
     def run(self) -> None:
         """Show the window until it is closed."""

@@ -386,7 +386,7 @@ def test_an_edit_without_room_in_engines_that_run_in_place_of_others_is_dropped_
     there, in_place = Session(late, ["pymunk"], inputs), Session(late, ["exact"], inputs)
     run(there, 80)
     assert there.inputs == inputs
-    in_place.go_on_from(80)
+    in_place.go_on_from(there)
     with pytest.raises(SandboxError, match="exact: ball 1 would overlap ball 0 by"):
         in_place.catch_up()
     in_place.catch_up()

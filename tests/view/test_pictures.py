@@ -73,8 +73,16 @@ def why_window() -> Window:
     return window
 
 
+def two_pymunks() -> Window:
+    """With the panel of engines."""
+    window = window_of("newtons-cradle", ["pymunk(iterations=30, substeps=4)", "pymunk"], 240)
+    press(window, "e")
+    return window
+
+
 PICTURES: Final[dict[str, Callable[[], Window]]] = {
     "toolbar.png": default_window,
+    "engines.png": two_pymunks,
     "inspector.png": inspector,
     "instruments.png": gas,
     "why.png": why_window,

@@ -1,0 +1,174 @@
+"""The page of engines: by mouse alone and by keyboard alone, each pane in its own colour."""
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from pygame import Color, Rect
+from window_driver import THREE_BALLS, button, click, colours, mouse, press, run
+
+from sandbox.engines.colours import colours_of
+from sandbox.view.controls import Panel
+from sandbox.view.line_up import FULL
+from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.heading import Heading
+from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.text_button import TextButton
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+TUNED = "pymunk(iterations=30, substeps=4)"
+
+
+@pytest.fixture
+def window(memory_screen: None) -> Window:
+    """Open the page beside two panes, of Pymunk and Pymunk with settings, after some steps."""
+    window = Window(scene_of(*THREE_BALLS), ["pymunk", TUNED])
+    window.screen = pygame.display.set_mode((1024, 640))
+    press(window, "e")
+    run(window, 20)
+    return window
+
+
+def placed(window: Window) -> list[tuple[Widget, Rect]]:
+    return window.panel.placed(window.layout.panel, window.layout.text_height)
+
+
+def find(window: Window, name: str, kind: type[Widget] = Widget) -> tuple[Widget, Rect]:
+    """Return the last widget of the page with a text or name, and its place."""
+    return next(
+        (widget, place)
+        for widget, place in reversed(placed(window))
+        if isinstance(widget, kind) and name in (getattr(widget, "text", ""), getattr(widget, "name", ""))
+    )
+
+
+def push(window: Window, name: str, kind: type[Widget] = Widget) -> None:
+    click(window, find(window, name, kind)[1].center)
+
+
+def listed(window: Window) -> list[str]:
+    """Return the engines on the page, after checking that they run."""
+    texts = [widget.text for widget, _ in placed(window) if isinstance(widget, Heading)]
+    assert texts == window.view.session.names == [pane.name for pane in window.view.panes]
+    return texts
+
+
+def test_the_button_and_the_key_open_and_close_the_page() -> None:
+    window = Window(scene_of(*THREE_BALLS), None)
+    assert window.panel.open is None
+    click(window, button(window, Panel.ENGINES))
+    assert window.panel.open is Panel.ENGINES
+    assert listed(window) == ["pymunk", "impulse"]
+    press(window, "e")
+    assert window.panel.open is None
+
+
+def test_panes_are_moved_exchanged_removed_and_added_by_the_mouse(window: Window) -> None:
+    push(window, "down")
+    assert listed(window) == [TUNED, "pymunk"]
+    push(window, "exchange")
+    push(window, "exact", TextButton)  # to add, which is the lower of the two
+    assert listed(window) == [TUNED, "pymunk", "exact"]
+    push(window, TUNED, Heading)
+    push(window, "exchange")
+    place = next(place for widget, place in placed(window) if getattr(widget, "text", "") == "impulse")
+    click(window, place.center)
+    assert listed(window) == ["impulse", "pymunk", "exact"]
+    push(window, "remove")
+    assert listed(window) == ["pymunk", "exact"]
+    push(window, "pymunk(substeps=4)")
+    assert listed(window) == ["pymunk", "exact", "pymunk(substeps=4)"]
+    assert window.view.moment.step == 20
+
+
+def test_a_slider_shows_the_value_in_force_and_chooses_when_it_is_let_go(memory_screen: None) -> None:
+    scene = scene_of(*THREE_BALLS, more="[pymunk]\ndamping = 0.9")
+    window = Window(scene, ["pymunk", "pymunk(iterations=30)"])
+    press(window, "e")
+    values = {widget.name: widget.value() for widget, _ in placed(window) if isinstance(widget, Slider)}
+    assert values["damping"] == 0.9
+    assert (values["iterations"], values["substeps"], values["persistence"]) == (10, 1, 3)
+    view = window.view
+    slider, place = find(window, "substeps")
+    mouse(window, pygame.MOUSEBUTTONDOWN, place.center)
+    for x in range(place.centerx, place.right, 5):
+        mouse(window, pygame.MOUSEMOTION, (x, place.centery))
+    assert window.view is view
+    mouse(window, pygame.MOUSEBUTTONUP, (place.right, place.centery), held=False)
+    assert isinstance(slider, Slider)
+    assert listed(window)[0] == f"pymunk(substeps={slider.values[-1]})"
+    slider, place = find(window, "substeps")
+    click(window, (place.x + 1, place.centery))
+    assert listed(window) == ["pymunk", "pymunk(iterations=30)"]
+
+
+def test_the_keyboard_stays_on_a_button_and_a_slider_while_they_work(window: Window) -> None:
+    push(window, "pymunk", Heading)  # folds it
+    assert not any(isinstance(widget, Slider) for widget, _ in placed(window))
+    press(window, "Tab", shift=True)
+    while window.widgets.focus is not find(window, TUNED)[0]:
+        press(window, "Tab", shift=True)
+    press(window, "Enter", "Tab", "Enter")
+    assert listed(window) == [TUNED, "pymunk"]
+    up, _ = find(window, "up")
+    assert window.widgets.focus is up
+    while window.widgets.focus is not find(window, "iterations")[0]:
+        press(window, "Tab")
+    press(window, "Right", "Right")
+    assert listed(window) == ["pymunk(iterations=100, substeps=4)", "pymunk"]
+
+
+def test_any_engine_can_be_typed(window: Window) -> None:
+    push(window, "or type one", Field)
+    press(window, *"pymunk(damping=0.5)", "Enter")
+    assert listed(window) == ["pymunk", TUNED, "pymunk(damping=0.5)"]
+    press(window, *"pymnk", "Enter")
+    assert "did you mean pymunk?" in window.status
+    assert len(listed(window)) == 3
+
+
+def test_what_cannot_be_done_is_grey_and_says_why(window: Window) -> None:
+    def why(name: str) -> str:
+        widget, _ = find(window, name, TextButton)
+        assert isinstance(widget, TextButton)
+        return widget.refusal()
+
+    assert "a second radius" in why("article")
+    push(window, "article", TextButton)
+    assert listed(window) == ["pymunk", TUNED]
+    assert why("up") == "it is the first pane"
+    assert why("down") == why("remove") == ""
+    push(window, "remove")
+    push(window, TUNED, Heading)
+    assert "the last engine stays" in why("remove")
+    for _ in range(5):
+        window.line_up.add(window.line_up.choices[0].spec)
+    assert why("exact") == FULL
+
+
+def test_each_pane_has_the_colour_of_its_lines_in_the_charts(window: Window) -> None:
+    window.draw()
+    names = listed(window)
+    lines = {name: tuple(Color(colour))[:3] for name, colour in colours_of(names).items()}
+    assert len(set(lines.values())) == 2
+    for pane, name in enumerate(names):
+        _, heading = find(window, name, Heading)
+        for place in (heading, window.layout.title(pane)):
+            seen = colours(window.screen.subsurface(place))
+            assert lines[name] in seen
+            assert lines[names[1 - pane]] not in seen
+    drawn = colours(window.screen.subsurface(window.layout.strip))
+    assert set(lines.values()) <= drawn
+
+
+def test_a_narrow_pane_cuts_a_long_name_and_keeps_the_energy(window: Window) -> None:
+    window.screen = pygame.display.set_mode((640, 480))
+    title, pane, seen = window.layout.title(1), window.view.panes[1], []
+    for share in (1.1, 1.2):  # as wide as each other
+        pane.energy = pane.work + share * pane.energy_at_start
+        window.draw()
+        seen.append(pygame.surfarray.array3d(window.screen.subsurface(title)))
+    changed = (seen[0] != seen[1]).any(axis=(1, 2))
+    assert np.flatnonzero(changed).min() > title.width // 3

@@ -1,0 +1,253 @@
+"""The engines of the panes are changed while the scene runs: the run stays the same, to the bit."""
+
+from pathlib import Path
+
+import numpy as np
+import pygame
+import pytest
+from conftest import scene_of
+from window_driver import given, mouse, point, press, run, shown, step
+
+from sandbox.run.edits import DeleteBall, SetGravity, SetRate
+from sandbox.run.trajectory import simulate
+from sandbox.scene.files import load
+from sandbox.view.line_up import MAX_PANES
+from sandbox.view.window import Window
+
+pytestmark = pytest.mark.usefixtures("memory_screen")
+MINE = """
+from sandbox.errors import Refused
+from sandbox.state import State
+
+class Still:
+    def __init__(self, scene, initial):
+        if scene.gravity[1]:
+            raise Refused("Still: gravity would move its balls; use impulse")
+        self.initial, self.steps, self.rate = initial, 0, scene.rate
+
+    def step(self):
+        self.steps += 1
+
+    def state(self):
+        start = self.initial
+        return State(self.steps / self.rate, start.position.copy(), start.velocity.copy(), start.angle.copy(),
+                     start.spin.copy())
+
+    def kick(self, ball, dv):
+        pass
+"""
+
+
+def names(window: Window) -> list[str]:
+    """Return the engines, after checking that panes and session agree."""
+    assert [pane.name for pane in window.view.panes] == window.view.session.names
+    return window.view.session.names
+
+
+def check_replay(window: Window) -> None:
+    """Check that every pane shows the bytes of a run of its own with the same inputs."""
+    for pane in window.view.panes:
+        replay = simulate(window.scene, pane.name, steps=step(window), inputs=given(window))
+        balls = list(window.view.moment.balls)
+        for what in ("position", "velocity", "angle", "spin"):
+            assert getattr(replay, what)[-1, balls].tobytes() == getattr(pane.state, what).tobytes(), pane.name
+
+
+def everything(window: Window) -> tuple[object, ...]:
+    session = window.view.session
+    return names(window), [*session.inputs], session.step, session.end, shown(window), window.scenes.engines
+
+
+@pytest.fixture
+def used(window: Window) -> Window:
+    """Throw a ball, edit gravity and rate, delete a ball."""
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    for k in range(10):
+        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 9 * k, 100 + 7 * k))
+        run(window, 1)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, 510, 170))
+    window.editor.set_gravity(300.0)
+    run(window, 10)
+    window.playback.give(SetRate(step=step(window), rate=120))
+    run(window, 30)
+    window.playback.give(DeleteBall(step=step(window), ball=0))
+    run(window, 10)
+    return window
+
+
+def test_engines_added_exchanged_moved_and_removed_run_as_if_they_had_from_the_start(used: Window) -> None:
+    line_up, here = used.line_up, step(used)
+    line_up.add("pymunk(substeps=4)")
+    assert names(used) == ["pymunk", "impulse", "pymunk(substeps=4)"]
+    check_replay(used)
+    line_up.exchange(1, "exact")
+    line_up.move(2, -2)
+    assert names(used) == ["pymunk(substeps=4)", "pymunk", "exact"]
+    check_replay(used)
+    line_up.remove(1)
+    line_up.move(0, 1)
+    assert names(used) == ["exact", "pymunk(substeps=4)"]
+    assert step(used) == here == used.view.session.end
+    check_replay(used)
+    run(used, 20)
+    check_replay(used)
+
+
+def test_a_setting_changes_the_engine_of_its_pane_and_no_other(window: Window) -> None:
+    run(window, 90)
+    before = shown(window)
+    window.line_up.add(window.line_up.choices[0].spec)
+    assert names(window) == ["pymunk", "impulse", "pymunk(substeps=4)"]
+    window.line_up.tune(2, "substeps", 1)
+    assert "pymunk runs already" in window.status
+    window.line_up.tune(2, "iterations", 1)
+    window.line_up.tune(2, "substeps", 1)
+    assert names(window) == ["pymunk", "impulse", "pymunk(iterations=1)"]
+    assert shown(window)[:4] == before
+    check_replay(window)
+
+
+def test_later_steps_inputs_to_come_and_redo_stay(used: Window) -> None:
+    session = used.view.session
+    used.playback.undo()  # the ball that was deleted
+    used.playback.seek(25)
+    inputs, end = [*session.inputs], session.end
+    used.line_up.add("exact")
+    session = used.view.session
+    assert (session.inputs, session.step, session.end) == (inputs, 25, end)
+    check_replay(used)
+    assert used.view.charts.samples.times[-1] == pytest.approx(session.step_at(0) + used.view.session.lockstep.time)
+    used.playback.redo()
+    assert len(used.view.moment.balls) == 2
+    check_replay(used)
+
+
+def test_the_selected_ball_and_the_part_of_time_shown_stay(window: Window) -> None:
+    press(window, "p", ".", ".")
+    run(window, 120)
+    window.view.charts.axis.zoom(1.0, 0.1)
+    zoomed = window.view.charts.axis.shown
+    window.line_up.add("exact")
+    assert window.editor.selected == 1
+    assert window.view.charts.axis.shown == zoomed
+
+
+def test_a_drag_ends_where_the_engines_change(window: Window) -> None:
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
+    run(window, 5)
+    window.line_up.add("exact")
+    assert [one.do for one in given(window)] == ["grab", "release"]
+    assert window.view.session.held is None
+    check_replay(window)
+
+
+@pytest.mark.parametrize(
+    ("spec", "reason"),
+    [
+        ("article", "article: a second radius and a second mass are not part of the article's rule"),
+        ("pymunk", "pymunk runs already, in another pane"),
+        ("pymunk(iterations=10)", "pymunk runs already, in another pane"),
+        ("pymnk", "did you mean pymunk?"),
+        ("pymunk(substep=2)", "did you mean substeps?"),
+        ("exact(substeps=2)", "exact takes no settings"),
+        ("mine.py:Other", "has no class or function 'Other'"),
+        ("nothing.py:Mine", "nothing.py"),
+        ("mine.py:Still", "Still: gravity would move its balls"),
+        ("", "no engine ''"),
+    ],
+)
+def test_an_engine_that_is_refused_changes_nothing(used: Window, spec: str, reason: str, working_folder: Path) -> None:
+    (working_folder / "mine.py").write_text(MINE)
+    before = everything(used)
+    used.line_up.add(spec)
+    assert reason in used.notice.text
+    assert everything(used) == before
+    check_replay(used)
+    run(used, 5)
+    check_replay(used)
+
+
+def test_an_edit_to_come_that_an_engine_refuses_changes_nothing() -> None:
+    window = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]"), ["pymunk"])
+    run(window, 40)
+    window.playback.give(SetGravity(step=40, gravity=(0.0, 90.0)))
+    run(window, 10)
+    window.playback.seek(8)
+    before = everything(window)
+    window.line_up.add("article")
+    assert "article: gravity is not part of the article's rule" in window.notice.text
+    assert everything(window) == before
+    [article] = [choice for choice in window.line_up.choices if choice.spec == "article"]
+    assert "gravity" in article.refusal
+
+
+def test_what_a_new_engine_refuses_is_not_redone() -> None:
+    window = Window(scene_of("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]"), ["pymunk"])
+    run(window, 20)
+    window.playback.give(SetGravity(step=20, gravity=(0.0, 90.0)))
+    run(window, 5)
+    window.playback.undo()
+    window.line_up.add("article")
+    assert names(window) == ["pymunk", "article"]
+    run(window, 7)
+    press(window, "y")
+    assert "article: gravity" in window.notice.text
+    assert (step(window), given(window)) == (27, [])
+    check_replay(window)
+    press(window, "y")
+    assert "there is nothing to redo" in window.notice.text
+
+
+def test_the_last_pane_stays_and_there_is_a_most(window: Window) -> None:
+    for _ in range(MAX_PANES):
+        window.line_up.add(window.line_up.choices[0].spec)
+    assert len(names(window)) == MAX_PANES
+    assert "panes are the most" in window.notice.text
+    while len(names(window)) > 1:
+        window.line_up.remove(0)
+    window.line_up.remove(0)
+    assert "the last engine stays" in window.notice.text
+    assert len(names(window)) == 1
+
+
+def test_an_engine_in_a_file_can_be_added_removed_and_added_again(window: Window, working_folder: Path) -> None:
+    (working_folder / "mine.py").write_text(MINE)
+    run(window, 12)
+    window.line_up.add(" mine.py:Still ")
+    assert names(window)[-1] == "mine.py:Still"
+    check_replay(window)
+    assert window.line_up.choices[-1].refusal == "mine.py:Still runs already"
+    window.line_up.remove(2)
+    assert [(one.spec, one.refusal) for one in window.line_up.choices][-1] == ("mine.py:Still", "")
+
+
+def test_every_engine_can_be_chosen_or_says_why_not(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.engines.find_spec", lambda _: None)  # of the library that an extra needs
+    choices = {choice.spec: choice.refusal for choice in window.line_up.choices}
+    assert list(choices) == ["pymunk(substeps=4)", "article", "impulse", "exact", "box2d"]
+    assert "a second radius" in choices["article"]
+    assert choices["impulse"] == "impulse runs already"
+    assert "pyb2d3, which is not installed" in choices["box2d"]
+    assert choices["exact"] == choices["pymunk(substeps=4)"] == ""
+
+
+def test_the_chosen_engines_run_after_a_restart_in_other_scenes_and_in_the_saved_command(window: Window) -> None:
+    window.line_up.exchange(0, "pymunk(iterations=30, substeps=4)")
+    press(window, "r")
+    wanted = ["pymunk(iterations=30, substeps=4)", "impulse"]
+    assert names(window) == wanted
+    press(window, "j")
+    assert "--engines 'pymunk(iterations=30, substeps=4),impulse'" in window.notice.text
+    window.scenes.try_to_run(load("oblique"))
+    assert names(window) == wanted
+
+
+def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    run(window, 100)
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)
+    lines: list[str] = []
+    monkeypatch.setattr(pygame.display, "flip", lambda: lines.append(window.status))
+    window.line_up.add("exact")
+    assert len(lines) == 9
+    assert "catching up: 90 steps to go" in lines[0]
+    assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
