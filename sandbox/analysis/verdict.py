@@ -14,7 +14,7 @@ from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import TUNED
+from sandbox.engines import TUNED, settings_in
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
@@ -491,12 +491,18 @@ def _error(row: TheoryRow) -> float:
 
 def _remedies(comparison: Comparison) -> str:
     """Say which settings of Pymunk to change."""
-    run = _others(comparison).get(TUNED)
-    if run is None:
-        return ""
+    tuned: dict[str, list[str]] = {}  # remedies -> the engines that they are for
+    for name, run in _others(comparison).items():
+        if settings_in(name)[0] == TUNED and (remedies := _remedies_of(run)):
+            tuned.setdefault(remedies, []).append(name)
+    sentences = [f"For {' and '.join(names)}, {remedies}." for remedies, names in tuned.items()]
+    return " ".join([*sentences, "--advise tries that and more."]) if sentences else ""
+
+
+def _remedies_of(run: Run) -> str:
+    """Name the settings that an engine's errors call for, if any do."""
     first = run.figures.first_difference
     cause = _explained(run) if _energy_error(run) > NEGLIGIBLE_ENERGY else None
     causes = ([cause] if cause else []) + ([first.cause] if first and not first.in_reference else [])
     causes += [Cause.MISSED] if run.missed else []
-    remedies = dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES)
-    return f"For {TUNED}, {'; '.join(remedies)}. --advise tries that and more." if remedies else ""
+    return "; ".join(dict.fromkeys(REMEDIES[cause] for cause in causes if cause in REMEDIES))

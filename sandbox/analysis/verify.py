@@ -38,13 +38,15 @@ class Result:
     """How an engine did in a scene.
 
     scores: one for each expectation, if it ran to their end; message: why it refused the scene, broke or was not run;
-    details: the traceback of an engine that broke, empty if the message says all.
+    details: the traceback of an engine that broke, empty if the message says all; time: s, when one that is not built
+    in broke, None otherwise.
     """
 
     outcome: Outcome
     scores: tuple[Score, ...] = ()
     message: str = ""
     details: str = ""
+    time: float | None = None
 
     @property
     def judged(self) -> list[Score]:
@@ -204,7 +206,7 @@ def _result(scene: Scene, engine: str) -> Result:
     except Refused as refusal:
         return Result(Outcome.REFUSED, message=str(refusal))
     except EngineError as error:
-        return Result(Outcome.BROKE, message=str(error), details=error.details)
+        return Result(Outcome.BROKE, message=str(error), details=error.details, time=error.time)
     except SandboxError as error:
         return Result(Outcome.BROKE, message=str(error))
     except Exception as error:  # whatever an engine raises ends its own column only

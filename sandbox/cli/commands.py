@@ -5,7 +5,8 @@ Slow imports happen inside the commands that need them.
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from sandbox.cli.options import (
     Engines,
     EnginesToCompare,
     EnginesToScore,
+    EngineToTrace,
     Inputs,
     JsonFile,
     JunitFile,
@@ -36,7 +38,6 @@ from sandbox.cli.options import (
     Seeds,
     Settings,
     SizeOption,
-    complete_engine,
     complete_scene,
     settings_by_key,
 )
@@ -220,11 +221,13 @@ def compare(
         "--junit": junit,
     }
     check_outputs(outputs, [scene, inputs])
+    _check_dialect(csv_dialect, is_used=bool(csv_file or series), add="add --csv FILE or --series FILE")
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
-    comparison = compare_with_bar(chosen, engines, against, replayed)
-    trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
+    with _printed_beside(outputs.values()):
+        comparison = compare_with_bar(chosen, engines, against, replayed)
+        trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
     if json_file:
         _write(json_text(comparison.as_json() | advice_as_json(trials)), json_file)
     if csv_file:
@@ -237,13 +240,29 @@ def compare(
         from sandbox.report.comparison import page
 
         _write(page(comparison, trials), report)
-    if not {*outputs.values()} & {*STANDARD_OUTPUT}:
+    if not _has_document(outputs.values()):
         print_comparison(comparison, console())
         print_advice(trials)
     checks = list(comparison.check_limits(**limits))
     if junit:
         _write(limits_as_junit(chosen.name, checks), junit)
     _exit_of(comparison, [check.exceeded for check in checks if check.exceeded])
+
+
+def _has_document(files: Iterable[str | None]) -> bool:
+    """Return whether one of some outputs is standard output."""
+    return not {*files}.isdisjoint(STANDARD_OUTPUT)
+
+
+def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[object]:
+    """While engines run, send what their own code prints to standard error, if an output is standard output."""
+    return redirect_stdout(sys.stderr) if _has_document(files) else nullcontext()
+
+
+def _check_dialect(dialect: CsvDialect, *, is_used: bool, add: str) -> None:
+    """Raise SandboxError if CSV is to be written in a dialect, and none is written. add: what to do instead."""
+    if dialect != CsvDialect.DECIMAL_POINT and not is_used:
+        raise SandboxError(f"--csv-dialect {dialect}: no CSV is written; {add}")
 
 
 def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
@@ -259,7 +278,7 @@ def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
 @app.command()
 def trace(
     scene: SceneArgument,
-    engine: Annotated[str, typer.Option(help="The engine that runs it.", autocompletion=complete_engine)],
+    engine: EngineToTrace,
     seconds: Seconds = None,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
     seed: Seed = None,
@@ -275,10 +294,13 @@ def trace(
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
     trace_writer(out, csv_dialect)  # rejects an unknown ending before anything runs
+    is_csv = out in STANDARD_OUTPUT or Path(out).suffix == ".csv"
+    _check_dialect(csv_dialect, is_used=is_csv, add="write the trace to a .csv file")
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
-    trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
+    with _printed_beside([out]):
+        trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
     write_trace(trajectory, out, csv_dialect)
 
 
@@ -309,17 +331,19 @@ def verify(
     show_compiling()
     scored = scenes_to_score(scenes or None)
     names = engines or list(registry())
-    rows = score_engines(scored, names)
-    printed = not {json_file, junit} & {*STANDARD_OUTPUT}
+    with _printed_beside([json_file, junit]):
+        rows = score_engines(scored, names)
+    printed = not _has_document([json_file, junit])
     scoreboard = Scoreboard([scene.name for scene in scored], names, console()) if printed else None
     board = {}
-    for scene, row in rows:
-        board[scene] = row
-        if scoreboard:
-            scoreboard.print_row(scene, row)
-        for result in row.values():
-            if result.details:
-                print(result.details, end="", file=sys.stderr)
+    with _printed_beside([json_file, junit]):
+        for scene, row in rows:
+            board[scene] = row
+            if scoreboard:
+                scoreboard.print_row(scene, row)
+            for result in row.values():
+                if result.details:
+                    print(result.details, end="", file=sys.stderr)
     if json_file:
         _write(json_text(as_json(board)), json_file)
     if junit:
@@ -366,14 +390,15 @@ def sweep(
         check_scheduler(scheduler)
     show_compiling()
     chosen = load(scene).changed(**({} if seconds is None else {"seconds": seconds}))
-    planned = plan(
-        chosen,
-        seeds or [chosen.seed],
-        rates or [chosen.rate],
-        engines or default_engines(chosen),
-        settings_by_key(set_ or ()),
-        against=against,
-    )
+    with _printed_beside([out, report]):
+        planned = plan(
+            chosen,
+            seeds or [chosen.seed],
+            rates or [chosen.rate],
+            engines or default_engines(chosen),
+            settings_by_key(set_ or ()),
+            against=against,
+        )
     with open_journal(planned, out) as kept:
         failures = sweep_with_bar(planned, kept, workers or core_count(), scheduler)
         rows = in_order(planned, kept.rows)

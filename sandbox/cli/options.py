@@ -71,6 +71,13 @@ def parse_engines(text: str) -> Sequence[str]:
     return parse_names(text)
 
 
+def parse_engine(text: str) -> str:
+    """Parse "pymunk": an engine, which must not be empty."""
+    if not text.strip():
+        raise OptionError(f"{text!r}: must name an engine, as in pymunk")
+    return text
+
+
 def parse_layers(text: str) -> Sequence[Layer]:
     """Parse "charts,trails"; an empty text shows none."""
     names = parse_names(text) if text else []
@@ -181,8 +188,16 @@ Parts = Annotated[
 Against = Annotated[
     str | None,
     typer.Option(
+        metavar="ENGINE",
+        parser=parse_engine,
         help="Engine that the others are measured against. Default: exact, or else the last.",
         autocompletion=complete_engine,
+    ),
+]
+EngineToTrace = Annotated[
+    str,
+    typer.Option(
+        metavar="ENGINE", parser=parse_engine, help="The engine that runs it.", autocompletion=complete_engine
     ),
 ]
 Seed = Annotated[int | None, typer.Option(help="Seed, instead of the scene's.")]

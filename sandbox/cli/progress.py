@@ -98,14 +98,18 @@ def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str
     """Run the jobs of a sweep that have no row yet, and print each failure; return the number of failures."""
     from sandbox.sweeps import missing, run
 
-    failures, bar = 0, _runs_bar()
+    failures, details, bar = 0, "", _runs_bar()
     with displayed(bar):
         runs = bar.add_task("runs", total=len(sweep.jobs), completed=len(sweep.jobs) - len(missing(sweep, kept)))
         for outcome in run(sweep, kept, workers=workers, scheduler=scheduler):
             bar.advance(runs)
             if outcome.failure:
                 failures += 1
-                print(f"{outcome.job}: {outcome.failure}", file=sys.stderr)
+                if outcome.details != details:  # the same traceback once, and not for each seed
+                    print(details := outcome.details, end="", file=sys.stderr)
+                when = "" if outcome.time is None else f" at {outcome.time:.3f} s"
+                what = outcome.failure.removeprefix(f"{outcome.job.engine}: ")
+                print(f"{outcome.job}{when}: {what}", file=sys.stderr)
     if failures:
         print(f"{failures} of {len(sweep.jobs)} rows are missing; the same command tries again", file=sys.stderr)
     return failures

@@ -208,7 +208,8 @@ def print_misses(board: Board, terminal: Console) -> None:
                 continue
             first, *others = result.lines
             more = f" ({len(others)} more)" if others else ""
-            terminal.print(f"\n{scene}, {engine}{more}: {first}")
+            when = "" if result.time is None else f" at {result.time:.3f} s"
+            terminal.print(f"\n{scene}, {engine}{more}{when}: {first.removeprefix(f'{engine}: ')}")
 
 
 def print_tally(board: Board, terminal: Console) -> None:

@@ -58,6 +58,8 @@ def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -
     refuse_unsupported(contents)
     if odd := other_moments(contents):
         raise SandboxError(odd)
+    if contents.circles:  # what a scene refuses is refused at once
+        scene_of(contents, motion_of(contents.circles), size=size, rate=RATE, title=title)
     return Watched(space, size, title)
 
 

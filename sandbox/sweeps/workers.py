@@ -7,9 +7,10 @@ ever if one dies while it sends a result; so does a future of Dask's Executor if
 import multiprocessing
 import os
 import socket
+import sys
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
@@ -18,7 +19,7 @@ from threading import Thread
 from typing import Any, Final, cast
 from urllib.parse import urlsplit
 
-from sandbox.errors import SandboxError
+from sandbox.errors import EngineError, SandboxError
 from sandbox.scene.model import Scene
 from sandbox.signals import sigint_blocked, signals_deferred
 from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
@@ -34,17 +35,24 @@ def core_count() -> int:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The row of a job, or why the job failed."""
+    """The row of a job, or why the job failed.
+
+    time: s, when an engine that is not built in failed, None otherwise; details: its own traceback.
+    """
 
     job: Job
     row: Row | None = None
     failure: str = ""
+    time: float | None = None
+    details: str = ""
 
 
 def attempt(scene: Scene, against: str, job: Job, shared: Shared | None = None) -> Outcome:
     """Run a job as `run_job` does. An exception costs its row, not the sweep."""
     try:
         return Outcome(job, run_job(scene, against, job, shared))
+    except EngineError as error:
+        return Outcome(job, failure=str(error), time=error.time, details=error.details)
     except SandboxError as error:
         return Outcome(job, failure=str(error))
     except Exception as error:
@@ -160,9 +168,9 @@ class Worker:
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed."""
+    """Run jobs until the other end of the connection is closed. What engines print goes to standard error."""
     runner = _JobRunner(scene, against)
-    with suppress(EOFError, OSError):
+    with redirect_stdout(sys.stderr), suppress(EOFError, OSError):
         while True:
             connection.send(runner.run(connection.recv()))
 
