@@ -291,6 +291,6 @@ def _varying(clock: Clock) -> str:
     shortest, longest = clock.lengths
     return (
         f"dt varied from {shortest:.4g} to {longest:.4g} s: in longer steps, contacts are found later and gravity is "
-        "integrated more coarsely; where dt changes, Pymunk multiplies the impulses of lasting contacts by the ratio, "
+        "integrated more coarsely; where dt grows, Pymunk multiplies the impulses of lasting contacts by the ratio, "
         "which can add energy; and runs with other dt differ. A constant dt, such as 1/60, avoids all three"
     )

@@ -185,6 +185,17 @@ def test_balls_that_fly_through_each_other_within_a_step_have_a_remedy() -> None
     assert "For pymunk, a higher rate, or more substeps, finds contacts sooner." in verdict(comparison)
 
 
+def test_remedies_are_named_for_each_pymunk_with_its_settings() -> None:
+    scene = load("oblique")
+    comparison = compare(scene, ["pymunk(substeps=2)", "pymunk", "exact"])
+    assert (
+        "For pymunk(substeps=2) and pymunk, a higher rate, or more substeps, finds contacts sooner. --advise tries "
+        "that and more."
+    ) in verdict(comparison)
+    alone = compare(scene, ["pymunk(substeps=2)", "exact"])
+    assert "For pymunk(substeps=2), a higher rate" in verdict(alone)
+
+
 def test_a_tie_names_the_ball_with_two_contacts() -> None:
     """Ball 0 hits a row of touching balls: ball 1 is hit, and hits ball 2, at the same time."""
     row = "radius = 10\nelasticity = 0.7\npositions = [[100, 150], [200, 150], [220, 150], [240, 150]]"

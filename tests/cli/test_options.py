@@ -46,6 +46,17 @@ def test_options_are_parsed() -> None:
         ),
         (("compare", "article", "--engines", "a,,\x1b"), "--engines a,,\N{REPLACEMENT CHARACTER}: has a comma"),
         (("compare", "article", "--engines", ""), "--engines '': must name an engine, as in pymunk"),
+        (("compare", "article", "--against", ""), "--against '': must name an engine, as in pymunk"),
+        (("sweep", "article", "--against", " "), "--against ' ': must name an engine, as in pymunk"),
+        (("trace", "article", "--engine", ""), "--engine '': must name an engine, as in pymunk"),
+        (
+            ("compare", "article", "--csv-dialect", "decimal-comma"),
+            "--csv-dialect decimal-comma: no CSV is written; add --csv FILE or --series FILE",
+        ),
+        (
+            ("trace", "article", "--engine", "exact", "--out", "f.npz", "--csv-dialect", "decimal-comma"),
+            "--csv-dialect decimal-comma: no CSV is written; write the trace to a .csv file",
+        ),
         (("run", "article", "--engines", ","), "--engines ',': must name an engine, as in pymunk"),
         (("sweep", "article", "--rates", "0"), "--rates '0': must be whole numbers from 1 on, separated by commas"),
         (("sweep", "article", "--rates", "60,-5"), "--rates '60,-5': must be whole numbers from 1 on"),

@@ -1,5 +1,7 @@
 """Engines of one's own: in files, as classes, as functions; and what is said where they break the contract."""
 
+import json
+import math
 from pathlib import Path
 from textwrap import dedent
 from typing import Any, Final
@@ -21,6 +23,7 @@ from sandbox.run.inputs import Grab
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.state import CONTACT, Contacts, Floats, State
 
@@ -372,9 +375,74 @@ def test_a_sweep_loses_the_rows_of_an_engine_that_fails(working_folder: Path, co
     arguments = ("--engines", "mine.py:step,impulse", "--seconds", "0.1", "--workers", "1", "--out", "rows.csv")
     code, _, err = command("sweep", "head-on", *arguments)
     assert code == 1
-    assert err.startswith("seed 0, rate 60, mine.py:step: mine.py:step: raised ZeroDivisionError: division by zero\n")
+    traceback, message, missing = err.partition("seed 0")
+    assert traceback.startswith("Traceback")
+    assert "1 / 0" in traceback
+    raised = "raised ZeroDivisionError: division by zero"
+    assert message + missing == (
+        f"seed 0, rate 60, mine.py:step at 0.017 s: {raised}\n1 of 2 rows are missing; the same command tries again\n"
+    )
     rows = (working_folder / "rows.csv").read_text().splitlines()
     assert [row.split(",")[3] for row in rows] == ["engine", "impulse"]
+
+
+def test_a_traceback_is_printed_once_for_all_rows_of_a_sweep(working_folder: Path, command: Command) -> None:
+    (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
+    arguments = ("--engines", "mine.py:step", "--seconds", "0.1", "--seeds", "0:3", "--out", "rows.csv")
+    _, _, err = command("sweep", "head-on", *arguments, "--workers", "1")
+    assert err.count("Traceback") == 1
+    assert err.count(" at 0.017 s: raised ZeroDivisionError: division by zero\n") == 3
+
+
+def test_verify_says_when_an_engine_broke_and_names_it_once(working_folder: Path, command: Command) -> None:
+    text = "def step(position, velocity, dt, scene):\n    position += velocity * dt\n    assert position[0, 0] < 301"
+    (working_folder / "mine.py").write_text(text)
+    code, out, err = command("verify", "head-on", "--engines", "mine.py:step")
+    begin, speed = (one[0, 0] for one in (spawn(load("head-on")).position, spawn(load("head-on")).velocity))
+    broke = math.ceil((301 - begin) / speed * 60) / 60  # s, after the step that leads to 301 px or beyond
+    assert code == 1
+    assert " ".join(out.split("\n\n")[1].split()) == f"head-on, mine.py:step at {broke:.3f} s: raised AssertionError"
+    assert err.count("Traceback") == 1
+
+
+PRINTS = """print("loading")
+
+
+def step(position, velocity, dt, scene):
+    print("step")
+    position += velocity * dt
+"""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "head-on", "--seconds", "0.1", "--engines", "mine.py:step,exact", "--json", "-"),
+        ("compare", "head-on", "--seconds", "0.1", "--engines", "mine.py:step,exact", "--csv", "-"),
+        ("trace", "head-on", "--seconds", "0.1", "--engine", "mine.py:step"),
+        ("verify", "head-on", "--engines", "mine.py:step", "--json", "-"),
+        ("sweep", "head-on", "--seconds", "0.1", "--engines", "mine.py:step,exact", "--workers", "1"),
+    ],
+    ids=lambda arguments: f"{arguments[0]}-{arguments[-2]}",
+)
+def test_what_an_engine_prints_is_not_in_a_document(
+    working_folder: Path, command: Command, arguments: tuple[str, ...]
+) -> None:
+    (working_folder / "mine.py").write_text(PRINTS)
+    code, out, err = command(*arguments)
+    assert code == int(arguments[0] == "verify")  # a loop without contacts misses the expectations
+    assert not {"loading", "step"} & {*out.splitlines()}
+    assert "loading" in err.splitlines()
+    if arguments[0] != "sweep":  # whose worker writes to another standard error
+        assert "step" in err.splitlines()
+    if "--json" in arguments:
+        json.loads(out)
+
+
+def test_without_a_document_engines_print_to_standard_output(working_folder: Path, command: Command) -> None:
+    (working_folder / "mine.py").write_text(PRINTS)
+    _, out, _ = command("compare", "head-on", "--seconds", "0.1", "--engines", "mine.py:step,exact")
+    assert out.startswith("loading\nstep\n")
 
 
 def test_an_engine_that_fails_in_a_session_stops_and_the_others_go_on() -> None:

@@ -6,6 +6,7 @@ import runpy
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pymunk
@@ -431,6 +432,18 @@ def test_a_space_with_what_a_scene_cannot_have_is_refused_at_once() -> None:
     first(space).moment = 20
     with pytest.raises(SandboxError, match=r"moments m r²/2; in this Space, ball 0 20 instead of 50$"):
         watch(space)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [({"size": 5}, "size must be a list in brackets, got 5"), ({"title": 5}, "title must be text in quotes, got 5")],
+    ids=["size", "title"],
+)
+def test_what_a_scene_cannot_have_is_refused_at_once(arguments: dict[str, Any], message: str) -> None:
+    space = box()
+    add_ball(space, 60, 150)
+    with pytest.raises(SandboxError, match=f"^{message}$"):
+        watch(space, **arguments)
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
