@@ -18,6 +18,7 @@
   }));
   const reference = panes[data.against];
   const last = reference.path.length / (2 * balls) - 1;
+  const times = data.times ?? Array.from({ length: last + 1 }, (_, at) => at * data.frame); // of the frames
   const framesPerSecond = Math.round(1 / data.frame);
 
   const [play, scrubber, speed, ghosts, trails] = ["play", "scrubber", "speed", "ghosts", "trails"].map(element);
@@ -122,7 +123,7 @@
   const isChosen = (pane) =>
     chosen &&
     (pane === reference || pane.name === chosen.dataset.engine) &&
-    Math.abs(frame * data.frame - chosen.dataset.time) <= 1;
+    Math.abs(times[frame] - chosen.dataset.time) <= 1;
 
   function drawRings(context, pane, thick) {
     context.lineWidth = thick;
@@ -146,7 +147,7 @@
 
   function show(wanted) {
     frame = Math.min(Math.max(wanted, 0), last);
-    const time = frame * data.frame;
+    const time = times[frame];
     scrubber.value = frame;
     element("time").value = `${time.toFixed(3)} s`;
     scrubber.setAttribute("aria-valuetext", element("time").value);
@@ -166,19 +167,26 @@
     );
   }
 
-  const frameAt = (time) => Math.ceil(time / data.frame - 1e-6); // the first frame at or after a time
+  const slight = 1e-6 * data.frame;
+
+  // The first frame at or after a time, or else the last.
+  function frameAt(time) {
+    const found = times.findIndex((one) => one >= time - slight);
+    return found < 0 ? last : found;
+  }
 
   function setPlaying(value) {
     playing = value;
     play.textContent = playing ? "Pause" : "Play";
     if (!playing) return;
-    let time = (frame < last ? frame : 0) * data.frame;
+    let time = frame < last ? times[frame] : 0;
+    let next = frame < last ? frame : 0;
     let before = null;
     const tick = (now) => {
       if (!playing) return;
       if (before !== null) time += ((now - before) / 1000) * speed.value;
       before = now;
-      const next = Math.floor(time / data.frame + 1e-6);
+      while (next < last && times[next + 1] <= time + slight) next++;
       if (next !== frame) show(next);
       if (frame < last) requestAnimationFrame(tick);
       else setPlaying(false);
@@ -264,7 +272,7 @@
         for (const figure of Bokeh.documents[0].roots()) {
           const found = figure.center.filter((renderer) => renderer.name === "cursor");
           cursors.push(...found);
-          if (found.length) figure.on_event("tap", (event) => seek(Math.round(event.x / data.frame)));
+          if (found.length) figure.on_event("tap", (event) => seek(frameAt(event.x - data.frame / 2)));
         }
         show(frame);
       });

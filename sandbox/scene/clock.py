@@ -37,8 +37,8 @@ class Clock:
         clock, each = cls(rates[0]), np.array(rates, float)
         clock._steps = np.flatnonzero(np.diff(each, prepend=np.nan))
         clock._rates = each[clock._steps]
-        lengths = np.diff(clock._steps) / clock._rates[:-1]
-        clock._times = np.cumsum(np.append(0.0, lengths))
+        lengths = np.diff(clock._steps) / clock._rates[:-1].astype(np.longdouble)
+        clock._times = np.cumsum(np.append(0.0, lengths)).astype(float)  # rounded once, and not in every step
         return clock
 
     def change(self, step: int, rate: float) -> None:
@@ -98,12 +98,12 @@ class Clock:
         """Return the step nearest to a time in s."""
         return round(self.steps(time))
 
-    def steps_containing(self, times: ArrayLike) -> Integers:
+    def steps_containing(self, times: Floats | float) -> Integers:
         """Return the step in which each time (s) lies: the first that ends no sooner, counted from 1."""
         span = np.maximum(np.searchsorted(self._times, times, side="left") - 1, 0)
-        begin, rate = self._times[span], self._rates[span]
-        step = np.ceil((times - begin) * rate - ROUNDING).astype(np.int64)
-        found: Integers = np.maximum(self._steps[span] + step + (times > begin + step / rate), 1)
+        since = np.ceil((times - self._times[span]) * self._rates[span] - ROUNDING).astype(np.int64)
+        step = self._steps[span] + since
+        found: Integers = np.maximum(step + (times > self.times(step)), 1)
         return found
 
     def length(self, time: float) -> float:
