@@ -147,7 +147,7 @@ class Desktop:
         if not layout.toolbar[number].width:
             header = max(k for k in range(number) if isinstance(widgets[k], GroupHeader))
             self.xdo("mousemove", "--window", self.window, *layout.toolbar[header].center, "click", 1)
-            model.toolbar.by_hand[Group[str(widgets[header].name).upper()]] = True
+            model.toolbar.by_hand[Group.EDIT] = True
         place = self.layout.toolbar[number]
         pad = place.height // 3
         x = place.x + pad + round(share * (place.width - 2 * pad))
