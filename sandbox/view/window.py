@@ -18,7 +18,7 @@ from sandbox.signals import signals_deferred
 from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import PRESSES, caption, draw_status
+from sandbox.view.compiling import caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
@@ -364,10 +364,10 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done; presses meanwhile are dropped."""
+        """Draw the window while engines run again and nothing else can be done."""
         self.draw()
         pygame.display.flip()
-        pygame.event.clear(PRESSES)  # or all of them would be done at once at the end
+        pygame.event.pump()
 
     @property
     def layout(self) -> Layout:
