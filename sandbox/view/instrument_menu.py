@@ -38,6 +38,8 @@ class InstrumentMenu:
 
     def on_event(self, event: Event) -> bool:
         """Handle an event. Return whether the menu uses it."""
+        if self.open_at is not None and not self._corner(self.open_at):  # the charts were hidden meanwhile
+            self.open_at = None
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             return self._press(event.pos)
         if self.open_at is None:

@@ -19,7 +19,7 @@ from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import PRESSES, caption, draw_status
+from sandbox.view.compiling import caption, draw_status
 from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.engines_page import EnginesPage
@@ -392,10 +392,10 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done; presses meanwhile are dropped."""
+        """Draw the window while engines run again and nothing else can be done."""
         self.draw()
         pygame.display.flip()
-        pygame.event.clear(PRESSES)  # or all of them would be done at once at the end
+        pygame.event.pump()
 
     @property
     def layout(self) -> Layout:

@@ -93,6 +93,12 @@ def test_a_key_shows_charts_that_are_hidden(window: Window) -> None:
 
 
 @pytest.mark.usefixtures("memory_screen")
+def test_a_list_closes_with_its_charts(window: Window) -> None:
+    press(window, "1", "h", "h")
+    assert window.instruments.open_at is None
+
+
+@pytest.mark.usefixtures("memory_screen")
 def test_the_mouse_scrubs_charts_over_time_only() -> None:
     window = Window(scene_of(GAS), ["impulse"])
     window.view.charts.show((Instrument.SPEEDS, Instrument.PRESSURE))

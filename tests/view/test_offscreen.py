@@ -68,7 +68,7 @@ def centre(frame: np.ndarray, place: pygame.Rect, colour: str) -> tuple[float, f
 
 
 def check_frame(frame: np.ndarray, scene: Scene, step: int) -> None:
-    layout = Layout(SIZE, scene.arena.size, 2, charts=3)
+    layout = Layout(SIZE, scene.arena.size, 2, charts=2)
     for pane, engine in enumerate(("pymunk", "article")):
         position = simulate(scene, engine, steps=step).position[-1]
         for ball, colour in enumerate(COLOURS):

@@ -196,13 +196,3 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     press(window, ".", "Delete")
     assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
     window.draw()
-
-
-def test_keys_pressed_while_engines_run_again_are_dropped(window: Window) -> None:
-    pygame.event.clear()
-    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_RIGHT, unicode="", mod=0))
-    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
-    window.show_progress()
-    left = {event.type for event in pygame.event.get()}
-    assert pygame.KEYDOWN not in left
-    assert pygame.WINDOWFOCUSLOST in left
