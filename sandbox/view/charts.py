@@ -12,13 +12,13 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale, Span, round_up
 from sandbox.session.monitor import Marks
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.palette import chart_background, palette
-from sandbox.view.primitives import card, lettering, round_up, text_width
-from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
+from sandbox.view.primitives import card, lettering, text_width
 
 MAX_FIRST_SECONDS: Final = 60.0  # on the axis of time at the start of a run
 MIN_SECONDS: Final = 0.1  # on the axis of time, however far one zooms in

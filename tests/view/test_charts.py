@@ -11,6 +11,7 @@ from pygame import Color, Rect, Surface
 from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
+from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.engines.colours import colours_of
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -18,7 +19,6 @@ from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import State, no_contacts
 from sandbox.view.charts import Charts, spread
-from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 900, 300)
