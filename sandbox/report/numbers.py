@@ -8,8 +8,9 @@ LARGEST: Final = Decimal("1e15")  # that is written without a power of ten
 SMALLEST: Final = Decimal("1e-4")
 WHOLE: Final = 1e4  # from which on no decimals are written
 SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+LONG: Final = re.compile(r"(?<![\w.,])\d{4,}(?![\w.,])")  # a whole number without separators
 # Python's exponents have a sign and two digits; what follows "=" is a setting in an engine's name.
-EXPONENT: Final = re.compile(r"(?<![\w=.])(-?\d(?:\.\d+)?)e([+-]\d\d+)(?!\w)")
+EXPONENT: Final = re.compile(r"(?<![\w=.])(?<![\w=.]-)(-?\d(?:\.\d+)?)e([+-]\d\d+)(?!\w)")
 
 
 def readable(text: str) -> str:
@@ -47,5 +48,5 @@ def share(value: float, whole: float) -> str:
 
 
 def minus(text: str) -> str:
-    """Write a cell's numbers with the sign for minus."""
-    return readable(text).replace("-", "\N{MINUS SIGN}")
+    """Write a cell's numbers, with the sign for minus."""
+    return LONG.sub(lambda found: f"{int(found[0]):,}", readable(text)).replace("-", "\N{MINUS SIGN}")

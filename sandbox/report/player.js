@@ -159,7 +159,7 @@
 
   function showReadings(pane) {
     const [gap, energy, contacts] = pane.readings.subarray(3 * frame, 3 * frame + 3);
-    const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts} contact${contacts === 1 ? "" : "s"}`];
+    const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts.toLocaleString("en")} contact${contacts === 1 ? "" : "s"}`];
     if (pane !== reference) texts.unshift(`gap ${gap === 0 || gap >= 0.001 ? Number(gap.toPrecision(3)).toLocaleString("en") : "< 0.001"} px`);
     pane.reading.replaceChildren(
       ...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
