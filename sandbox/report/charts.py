@@ -38,7 +38,7 @@ GRID: Final = "#e3e3e3"
 GROUND: Final = "#fefefe"  # inside markers
 TRUST: Final = "#777777"  # where the reference's paths stop meaning anything
 EXACT, EXACT_ON_DARK = (colours_of(["exact"], dark=dark)["exact"] for dark in (False, True))
-DARK: Final = {INK: "#e8eaed", GRID: "#343a41", GROUND: "#0d1013", TRUST: "#9aa0a6", EXACT: EXACT_ON_DARK}
+DARK: Final = {INK: "#e8eaed", GRID: "#343a41", GROUND: "#0b0e11", TRUST: "#9aa0a6", EXACT: EXACT_ON_DARK}
 """What replaces each colour of the charts where the reader prefers a dark page; the engines' others stay."""
 FONT: Final = "system-ui, sans-serif"
 THEME: Final = Theme(

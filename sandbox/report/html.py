@@ -11,7 +11,6 @@ from typing import Any, Final
 
 from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from sandbox.analysis.glossary import words_in
 from sandbox.engines.about import About, about
@@ -48,14 +47,13 @@ def render(
     environment.filters |= {"number": number, "share": share, "minus": minus, "readable": readable}
     document, roots = as_document(charts)
     known = {"charts": charts, "in_notebook": in_notebook, "versions": _versions()} | values
-    sections = Markup(environment.get_template(template).render(known))
     ours = {name: _text(name) for name in ("charts.js", *scripts)}
     run = ({} if in_notebook else {"bokeh": bokeh_script()}) | ours
     return environment.get_template("base.html").render(
         known,
-        sections=sections,
+        sections=environment.get_template(template).render(known),
         engines=_described(engines),
-        glossary=words_in(sections.striptags()),
+        words_in=words_in,
         policy=_policy([bokeh_script(), *ours.values()]),
         style=_text("page.css"),
         scripts=run.values(),
