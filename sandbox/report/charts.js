@@ -62,6 +62,6 @@ const charts = (() => {
     addEventListener("message", receiveLibrary);
     requestLibrary();
   }
-  draw();
+  addEventListener("DOMContentLoaded", draw); // once all scripts have asked for the figures
   return { onDrawn: (call) => drawn.push(call) };
 })();
