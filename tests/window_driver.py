@@ -8,9 +8,10 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.run.inputs import Input
-from sandbox.view.controls import Action
+from sandbox.view.controls import Action, Panel
 from sandbox.view.layers import Layer
-from sandbox.view.toolbar import Button, Slider
+from sandbox.view.widgets.button import Button
+from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
 THREE_BALLS: Final = (
@@ -64,7 +65,7 @@ def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
     return round(right), round(down)
 
 
-def button(window: Window, action: Action | Layer) -> tuple[int, int]:
+def button(window: Window, action: Action | Layer | Panel) -> tuple[int, int]:
     """Return the middle of a control's button."""
     for widget, place in zip(window.toolbar.widgets, window.layout.toolbar, strict=True):
         if isinstance(widget, Button) and widget.control.action == action:

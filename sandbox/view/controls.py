@@ -57,17 +57,25 @@ class Action(Enum):
     ESCAPE = auto()
 
 
+class Panel(Enum):
+    """A page that the side panel can show."""
+
+    WHY = auto()
+    ENGINES = auto()
+    INSPECTOR = auto()
+
+
 @dataclass(frozen=True)
 class Control:
-    """An action, or a layer to show or hide, with its keys; on the toolbar too if it has an icon.
+    """An action, or a layer or a page of the side panel to show or hide, with its keys.
 
-    key_names: as the help spells them. keys: pygame key codes, pressed with Shift if `shift`, else without. typed:
-    characters, whatever key types them on a keyboard. icon_on: the icon while the control is on, if it differs.
-    repeats: while its key is held.
+    icon: its button's, if it is on the toolbar; icon_on: while the control is on, if it differs. key_names: as the help
+    spells them. keys: pygame key codes, pressed with Shift if `shift`, else without. typed: characters, whatever key
+    types them on a keyboard. repeats: while its key is held.
     """
 
     group: Group
-    action: Action | Layer
+    action: Action | Layer | Panel
     key_names: str
     does: str
     keys: tuple[int, ...] = ()

@@ -13,6 +13,8 @@ from sandbox.scene.fields import Vector
 GAP: Final = 8  # px between panes and round them
 CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
 CHARTS_SHARE: Final = 0.27  # of the window's height, for the charts
+PANEL_LETTERS: Final = 22  # the side panel's width, in heights of the text,
+PANEL_SHARE: Final = 0.42  # or in that of the window, if it is less
 MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
 MAX_ZOOM: Final = 50.0
 ScreenPoint = tuple[int, int]
@@ -44,11 +46,13 @@ def _inside(centre: Vector, zoom: float) -> Vector:
 
 @dataclass(frozen=True)
 class Layout:
-    """A window with one pane per engine, each a title over an arena; the toolbar above, charts and status line below.
+    """A window with one pane per engine, each a title over an arena.
+
+    The toolbar is above them, charts and status line below, and a panel may be at the right.
 
     window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
     in heights of the toolbar, in groups. charts: how many; they are left out if there is no room for them.
-    lens: what the panes show of the arena.
+    lens: what the panes show of the arena. has_panel: whether the side panel is open.
     """
 
     window: tuple[int, int]
@@ -57,6 +61,7 @@ class Layout:
     tools: tuple[tuple[float, ...], ...] = ()
     charts: int = 0
     lens: Lens = Lens()
+    has_panel: bool = False
 
     @cached_property
     def text_height(self) -> int:
@@ -93,12 +98,18 @@ class Layout:
         return self.toolbar[-1].bottom if self.toolbar else 0
 
     @cached_property
+    def panel(self) -> Rect:
+        """The place of the side panel, beside panes and charts; its width is 0 if it is closed."""
+        width = round(min(PANEL_LETTERS * self.text_height, PANEL_SHARE * self.window[0])) if self.has_panel else 0
+        return Rect(self.window[0] - width, self.top, width, self.status.y - self.top)
+
+    @cached_property
     def strip(self) -> Rect:
         """The place of the charts, above the status line; its height is 0 if none are shown or there is no room."""
         height = round(CHARTS_SHARE * self.window[1])
         if not self.charts or height < self.charts * 2.2 * self.text_height + self.line_height:
             height = 0
-        return Rect(GAP, self.status.y - height, max(1, self.window[0] - 2 * GAP), height)
+        return Rect(GAP, self.status.y - height, max(1, self.panel.x - 2 * GAP), height)
 
     @cached_property
     def bar(self) -> Rect:
@@ -133,7 +144,7 @@ class Layout:
     def _room(self, columns: int) -> Vector:
         """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
-        width = (self.window[0] - GAP) / columns - GAP
+        width = (self.panel.x - GAP) / columns - GAP
         height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height
         return max(width, 1.0), max(height, 1.0)
 
@@ -157,7 +168,7 @@ class Layout:
     def frame(self) -> list[Rect]:
         """What the toolbar's rows, the arenas and the charts leave of the window."""
         left = [Rect(0, self.top, self.window[0], self.window[1] - self.top)]
-        for covered in (*self.arenas, self.strip):
+        for covered in (*self.arenas, self.strip, self.panel):
             left = [part for rect in left for part in _without(rect, covered)]
         return left
 

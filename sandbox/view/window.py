@@ -5,7 +5,6 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import Final
 
@@ -20,7 +19,7 @@ from sandbox.view.about_card import AboutCard
 from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import caption, draw_status
-from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
+from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
@@ -36,9 +35,14 @@ from sandbox.view.recorder import Recorder
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
 from sandbox.view.session_view import SessionView
+from sandbox.view.side_panel import Page, SidePanel
 from sandbox.view.status_line import draw_status_line
 from sandbox.view.time_bar import draw_time_bar
-from sandbox.view.toolbar import ARROWS, ENTER, Button, Slider, Toolbar, Widget
+from sandbox.view.toolbar import Toolbar
+from sandbox.view.widgets.button import Button
+from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.slider import Slider
+from sandbox.view.widgets.widget import ARROWS, ENTER, Widget
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
@@ -87,7 +91,9 @@ class Window:
         self.key_repeat = KeyRepeat()
         self.showing = {Layer.CHARTS}
         self.help_open = False
-        self.toolbar = Toolbar(self._widgets())
+        self.widgets = WidgetGroup()
+        self.toolbar = Toolbar(self._tools(), self.widgets)
+        self.panel = SidePanel(self._pages(), self.widgets)
         self.actions = self._actions()
         pygame.display.init()
         pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
@@ -100,44 +106,40 @@ class Window:
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
 
-    def _widgets(self) -> list[Widget]:
+    def _tools(self) -> dict[Group, list[Widget]]:
+        """Return the toolbar's widgets, by group: buttons, then sliders."""
+        tools: dict[Group, list[Widget]] = {group: [] for group in Group}
+        for control in CONTROLS:
+            if control.icon:
+                tools[control.group].append(Button(control, self.do, self.is_on))
         playback, editor = self.playback, self.editor
-        speed = Slider(
-            Group.TIME, "speed", "how fast time passes", SPEEDS, lambda: playback.speed, playback.set_speed, " x"
+        tools[Group.TIME].append(
+            Slider("speed", "how fast time passes", SPEEDS, lambda: playback.speed, playback.set_speed, " x")
         )
-        edits = [
-            Slider(
-                Group.EDIT,
+        edit = partial(Slider, at_once=False, remedy=self.use_impulse, remedy_tip=REMEDY)
+        tools[Group.EDIT] += [
+            edit(
                 "elasticity",
                 "elasticity of every pair",
                 ELASTICITIES,
                 editor.elasticity,
                 editor.set_elasticity,
-                at_once=False,
                 refusal=partial(editor.refusal, ANOTHER_ELASTICITY),
-                remedy=self.use_impulse,
-                remedy_tip=REMEDY,
             ),
-            Slider(
-                Group.EDIT,
+            edit(
                 "gravity",
                 "gravity downwards, px/s²",
                 GRAVITIES,
                 editor.gravity,
                 editor.set_gravity,
-                at_once=False,
                 refusal=partial(editor.refusal, ANOTHER_GRAVITY),
-                remedy=self.use_impulse,
-                remedy_tip=REMEDY,
             ),
-            Slider(Group.EDIT, "rate", "steps per second", RATES, editor.rate, editor.set_rate, at_once=False),
+            edit("rate", "steps per second", RATES, editor.rate, editor.set_rate),
         ]
-        sliders = [speed, *edits]
-        widgets: list[Widget] = []
-        for group, controls in groupby(CONTROLS, key=lambda control: control.group):
-            widgets += [Button(control, self.do, self.is_on) for control in controls if control.icon]
-            widgets += [slider for slider in sliders if slider.group == group]
-        return widgets
+        return tools
+
+    def _pages(self) -> dict[Panel, Page]:
+        return {}
 
     def _actions(self) -> dict[Action, Callable[[], None]]:
         playback, scenes, editor, mouse = self.playback, self.scenes, self.editor, self.mouse
@@ -270,15 +272,17 @@ class Window:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
                 self.about.close()
-            if not self.toolbar.on_event(event, self.layout.toolbar):
+            if event.type == pygame.MOUSEWHEEL and self._is_over_panel:
+                self.panel.scroll(event.y)
+            elif not self.widgets.on_event(event, self._placed):
                 self.mouse.on_event(event)
 
     def _repeats(self, event: Event) -> bool:
         """Return whether a key is repeated while it is held."""
         if self.scenes.picker:
             return event.key not in (*ENTER, pygame.K_ESCAPE)
-        if self.toolbar.focus is not None and event.key in ARROWS:
-            return True
+        if self.widgets.is_typed_into or (self.widgets.focus and event.key in ARROWS):
+            return event.key not in (*ENTER, pygame.K_ESCAPE)
         control = control_of(event)
         return control is not None and control.repeats
 
@@ -288,17 +292,21 @@ class Window:
         control = control_of(event)
         if self.scenes.picker:
             self.scenes.picker.on_event(event)
-        elif not self.toolbar.on_event(event, self.layout.toolbar) and control:
+        elif self.widgets.on_event(event, self._placed):
+            self.panel.show_focus(self.layout.panel, self.layout.text_height)
+        elif control:
             if control.action is not Action.ESCAPE:
                 self.notice.go_stale()
             self.do(control)
 
     def do(self, control: Control) -> None:
-        """Do a control's action, or show or hide its layer."""
+        """Do a control's action, or show or hide its layer or its page of the side panel."""
         if control.group == Group.EDIT:
             self.playback.settle()  # an edit applies to the balls at the current step
         if isinstance(control.action, Layer):
             self.showing ^= {control.action}
+        elif isinstance(control.action, Panel):
+            self.panel.toggle(control.action)
         else:
             self.actions[control.action]()
 
@@ -311,7 +319,13 @@ class Window:
             Action.FULL_SCREEN: self._window_size is not None,
             Action.HELP: self.help_open,
         }
-        return control.action in self.showing if isinstance(control.action, Layer) else on.get(control.action, False)
+        match control.action:
+            case Layer():
+                return control.action in self.showing
+            case Panel():
+                return control.action is self.panel.open
+            case action:
+                return on.get(action, False)
 
     def _toggle_full_screen(self) -> None:
         desktop = pygame.display.get_desktop_sizes()[0]
@@ -328,6 +342,8 @@ class Window:
         if self.scenes.error or self.mouse.adding or self.help_open:
             self.scenes.error, self.mouse.adding = "", False
             self.help_open = self.about.asked_for = False
+        elif self.panel.open:
+            self.panel.close()
         elif self.notice.text == QUIT_HINT:
             self.running = False
         else:
@@ -349,10 +365,25 @@ class Window:
 
     def layout_in(self, size: tuple[int, int]) -> Layout:
         """Return the layout that the window would have in some size, px."""
-        charts = self.view.chart_count(self.showing)
         return layout_of(
-            size, self.scene.arena.size, len(self.view.panes), self.toolbar.widths, charts, self.mouse.lens
+            size,
+            self.scene.arena.size,
+            len(self.view.panes),
+            self.toolbar.widths,
+            self.view.chart_count(self.showing),
+            self.mouse.lens,
+            self.panel.open is not None,
         )
+
+    @property
+    def _placed(self) -> list[Placed]:
+        """All widgets with their places."""
+        layout = self.layout
+        return self.toolbar.placed(layout.toolbar) + self.panel.placed(layout.panel, layout.text_height)
+
+    @property
+    def _is_over_panel(self) -> bool:
+        return self.mouse.point is not None and self.layout.panel.collidepoint(self.mouse.point)
 
     def draw(self) -> None:
         """Draw everything."""
@@ -369,7 +400,7 @@ class Window:
         self._outdated = False
 
     def _show_cursor(self) -> None:
-        over_panes = not self.scenes.picker and self.toolbar.over is None
+        over_panes = not self.scenes.picker and self.widgets.over is None
         cursor = self.mouse.cursor if over_panes else pygame.SYSTEM_CURSOR_ARROW
         if cursor != self._cursor:
             self._cursor = cursor
@@ -394,7 +425,8 @@ class Window:
         )
         if self._compilation and self._compilation.is_running:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
-        self.toolbar.draw(surface, layout.toolbar)
+        self.toolbar.draw(surface, layout.toolbar, layout.text_height)
+        self.panel.draw(surface, layout.panel, layout.text_height)
         self._draw_ball_card(surface, layout)
         if self.mouse.point:
             self.view.draw_title_card(surface, layout, self.mouse.point)
@@ -408,7 +440,7 @@ class Window:
             self.scenes.picker.fit(surface.get_rect(), layout.text_height)
             self.scenes.picker.draw(surface)
         elif not self.mouse.holds:
-            self.toolbar.draw_tip(surface, layout.toolbar, layout.text_height)
+            self.widgets.draw_tip(surface, self._placed, layout.text_height)
 
     def _draw_ball_card(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse, or else of one that a key selected."""

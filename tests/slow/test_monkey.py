@@ -265,7 +265,7 @@ class Monkey(RuleBasedStateMachine):
     @invariant()
     def nothing_is_held_while_the_button_is_up(self) -> None:
         if 1 not in self.down:
-            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.toolbar.held) == (
+            assert (self.window.mouse.holds, self.window.mouse.scrubbing, self.window.widgets.held) == (
                 False,
                 False,
                 None,

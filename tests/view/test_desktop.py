@@ -25,7 +25,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.view.layout import Layout
-from sandbox.view.toolbar import Slider
+from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
 SCENE = """
@@ -229,7 +229,14 @@ def test_a_drag_far_outside_the_window_keeps_the_ball_in_the_arena_and_releases_
         desktop.move(x, y)
         time.sleep(0.1)
     desktop.xdo("mousemove", 1599, 0)  # the far corner of the screen
-    time.sleep(1)
+    corners = [desktop.point(772, 28, pane) for pane in range(2)]
+
+    def is_there() -> bool:
+        picture = desktop.picture()
+        return all(picture.get_at(corner) == pygame.Color("#d55e00") for corner in corners)
+
+    desktop.wait_for(is_there)
+    time.sleep(0.3)  # in which it comes to rest
     desktop.xdo("mouseup", 1)
     time.sleep(0.3)
     inputs = desktop.quit()

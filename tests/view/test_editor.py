@@ -28,7 +28,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.view.controls import Action
 from sandbox.view.palette import ACCENT
-from sandbox.view.toolbar import Slider
+from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -161,7 +161,7 @@ def test_a_slider_whose_every_value_is_refused_is_grey_says_why_and_offers_impul
         knob, place = slider(window, name)
         assert knob.tip.startswith(f"article: {why}")
         assert "press I" in knob.tip
-        window.toolbar.focus = window.toolbar.widgets.index(knob)
+        window.widgets.focus = knob
         press(window, "Right")
     assert not slider(window, "rate")[0].refusal()
     assert given(window) == []

@@ -159,7 +159,7 @@ def test_an_arrow_that_leaves_its_pane_is_not_clipped(window: Window) -> None:
 
 def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
     tips: list[str] = []
-    monkeypatch.setattr("sandbox.view.toolbar.card", lambda _, lines, *__: tips.append(lines[0][0]))
+    monkeypatch.setattr("sandbox.view.widgets.group.card", lambda _, lines, *__: tips.append(lines[0][0]))
     press(window, "p")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
     mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))

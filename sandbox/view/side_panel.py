@@ -1,0 +1,137 @@
+"""The side panel: one page of widgets beside the panes, or nothing."""
+
+from collections.abc import Mapping, Sequence
+from typing import Final, Protocol
+
+from pygame import Rect, Surface
+
+from sandbox.view.controls import Panel
+from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.text_button import TextButton
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
+
+SCROLLED_LINES: Final = 4  # by a notch of the wheel
+
+
+class Page(Protocol):
+    """What the side panel shows. A widget that stays keeps the keyboard and what is typed into it."""
+
+    @property
+    def title(self) -> str:
+        """Its name, in the panel's first line."""
+
+    def rows(self) -> Sequence[Sequence[Widget]]:
+        """Return the rows of its widgets, from the top, as they are now."""
+
+
+class SidePanel:
+    """Shows one of some pages, or none; the wheel and the keyboard scroll it.
+
+    group: knows which widgets mouse and keyboard are on.
+    """
+
+    def __init__(self, pages: Mapping[Panel, Page], group: WidgetGroup) -> None:
+        self._pages = pages
+        self._group = group
+        self._close = TextButton("close", self.close, "close this panel", width=1.0)
+        self._title = Words("", width=4.0)
+        self._scrolled = 0.0  # heights of the text
+        self._drawn = Surface((0, 0))
+        self._drawn_as: object = None  # the places and looks in that picture
+        self.open: Panel | None = None
+
+    def toggle(self, panel: Panel) -> None:
+        """Show a page, or nothing if it is shown already."""
+        self.open = None if self.open is panel else panel
+        self._scrolled = 0.0
+
+    def close(self) -> None:
+        """Show nothing."""
+        self.open = None
+
+    def scroll(self, notches: int) -> None:
+        """Scroll by notches of the wheel, upwards if positive."""
+        self._scrolled -= notches * SCROLLED_LINES
+
+    def show_focus(self, place: Rect, text_height: int) -> None:
+        """Scroll to the widget that the keyboard is on."""
+        body = self._body(place, text_height)
+        for widget, where in self.placed(place, text_height):
+            if widget is self._group.focus and widget is not self._close:
+                below, above = where.bottom - body.bottom, body.y - where.y
+                if below > 0 or above > 0:
+                    self._scrolled += (below if below > 0 else -above) / text_height
+
+    def placed(self, place: Rect, text_height: int) -> list[Placed]:
+        """Return its widgets with their places, of which some may be scrolled out of the panel. place: the panel's."""
+        if self.open is None:
+            return []
+        page = self._pages[self.open]
+        self._title.text = page.title
+        body = self._body(place, text_height)
+        rows, height = _stacked(page.rows(), body.width, text_height)
+        lines = max(0, height - body.height) / text_height
+        self._scrolled = min(max(self._scrolled, 0), lines)
+        y = body.y - round(self._scrolled * text_height)
+        head, _ = _stacked([[self._title, self._close]], body.width, text_height)
+        top = place.y + text_height // 4
+        return [
+            *((widget, where.move(body.x, top)) for widget, where in head),
+            *((widget, where.move(body.x, y)) for widget, where in rows),
+        ]
+
+    @staticmethod
+    def _body(place: Rect, text_height: int) -> Rect:
+        """Return where its rows are, below its title."""
+        pad, head = text_height // 2, round(2.4 * text_height)
+        return Rect(place.x + pad, place.y + head, place.width - 2 * pad, max(1, place.height - head - pad))
+
+    def draw(self, surface: Surface, place: Rect, text_height: int) -> None:
+        """Draw the page; again only if a widget of it looks different."""
+        placed = self.placed(place, text_height)
+        if not placed:
+            return
+        wanted = [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed], tuple(place)
+        if wanted != self._drawn_as:
+            self._drawn, self._drawn_as = Surface(place.size), wanted
+            self._draw_page(place, text_height, placed)
+        surface.blit(self._drawn, place)
+
+    def _draw_page(self, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
+        self._drawn.fill(FRAME)
+        body = self._body(place, text_height).move(-place.x, -place.y)
+        for widget, where in placed:
+            in_head = widget in (self._title, self._close)
+            self._drawn.set_clip(None if in_head else body)
+            at = where.move(-place.x, -place.y)
+            if in_head or at.colliderect(body):
+                widget.draw(self._drawn, at, text_height, hot=self._group.is_hot(widget))
+        self._drawn.set_clip(None)
+        self._draw_scroll_bar(body, placed[-1][1].bottom - place.y + round(self._scrolled * text_height), text_height)
+
+    def _draw_scroll_bar(self, body: Rect, bottom: int, text_height: int) -> None:
+        """Draw which part of the page is seen. bottom: of the page if it were not scrolled, px of the panel."""
+        height = bottom - body.y
+        if height > body.height:
+            share, above = body.height / height, self._scrolled * text_height / height
+            bar = Rect(body.right + 2, body.y + above * body.height, max(2, text_height // 5), share * body.height)
+            self._drawn.fill(FAINT, bar)
+
+
+def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> tuple[list[Placed], int]:
+    """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
+    gap = max(2, text_height // 6)
+    placed: list[Placed] = []
+    y = 0
+    for row in rows:
+        room, whole = width - gap * (len(row) - 1), sum(widget.width for widget in row)
+        widths = [round(room * widget.width / whole) for widget in row]
+        height = max(widget.height(w, text_height) for widget, w in zip(row, widths, strict=True))
+        x = 0
+        for widget, w in zip(row, widths, strict=True):
+            placed.append((widget, Rect(x, y, w, height)))
+            x += w + gap
+        y += height + gap
+    return placed, y

@@ -1,0 +1,111 @@
+"""Widgets that share the mouse and the keyboard."""
+
+from collections.abc import Sequence
+
+import pygame
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.primitives import card
+from sandbox.view.widgets.widget import Widget
+
+Placed = tuple[Widget, Rect]
+
+
+class WidgetGroup:
+    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on."""
+
+    def __init__(self) -> None:
+        self.over: Widget | None = None
+        self.held: Widget | None = None
+        self.focus: Widget | None = None
+
+    @property
+    def is_typed_into(self) -> bool:
+        """Whether keys are typed into a widget."""
+        return self.focus is not None and self.focus.takes_text
+
+    def is_hot(self, widget: Widget) -> bool:
+        """Return whether the mouse or the keyboard is on a widget."""
+        return widget is self.over or widget is self.focus
+
+    def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
+        """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
+        self._forget_all_but(placed)
+        if event.type == pygame.KEYDOWN:
+            return self._on_key(event, placed)
+        if event.type == pygame.MOUSEMOTION:
+            self.over = widget_at(event.pos, placed)
+            self._drag(event.pos[0], placed)
+            return self.held is not None
+        if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
+            self.held = pressed = widget_at(event.pos, placed)
+            self._move_focus(pressed if pressed and pressed.takes_text else None)
+            if pressed:
+                pressed.press(_place_of(pressed, placed), event.pos[0])
+            return pressed is not None
+        if event.type == pygame.WINDOWLEAVE:
+            self.over = None
+        if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
+            held, self.held = self.held, None
+            if held:
+                held.release()
+        return False
+
+    def _forget_all_but(self, placed: Sequence[Placed]) -> None:
+        """Forget widgets that are no longer shown."""
+        shown = [widget for widget, _ in placed]
+        if self.focus is not None and not _contains(shown, self.focus):
+            self._move_focus(None)
+        if self.over is not None and not _contains(shown, self.over):
+            self.over = None
+        if self.held is not None and not _contains(shown, self.held):
+            self.held = None
+
+    def _drag(self, x: int, placed: Sequence[Placed]) -> None:
+        if self.held is not None and self.held.follows_mouse:
+            self.held.press(_place_of(self.held, placed), x)
+
+    def _move_focus(self, widget: Widget | None) -> None:
+        if self.focus is not None and self.focus is not widget:
+            self.focus.leave()
+        self.focus = widget
+
+    def _on_key(self, event: Event, placed: Sequence[Placed]) -> bool:
+        if self.focus is not None and self.focus.key(event):
+            return True
+        if event.key == pygame.K_TAB:
+            self._move_focus(
+                self._next([w for w, _ in placed if w.takes_keys], back=bool(event.mod & pygame.KMOD_SHIFT))
+            )
+            return True
+        if self.focus is not None and event.key == pygame.K_ESCAPE:
+            self._move_focus(None)
+            return True
+        return False
+
+    def _next(self, widgets: Sequence[Widget], *, back: bool) -> Widget:
+        if self.focus is None:
+            return widgets[-1 if back else 0]
+        here = next(k for k, widget in enumerate(widgets) if widget is self.focus)
+        return widgets[(here + (-1 if back else 1)) % len(widgets)]
+
+    def draw_tip(self, surface: Surface, placed: Sequence[Placed], text_height: int) -> None:
+        """Draw the tip of the widget that the mouse or the keyboard is on, but not over what is typed."""
+        hot = None if self.is_typed_into else self.over or self.focus
+        if hot and hot.tip and _contains([widget for widget, _ in placed], hot):
+            lines = [[line] for line in hot.tip.splitlines()]
+            card(surface, lines, _place_of(hot, placed).bottomleft, text_height, surface.get_rect())
+
+
+def widget_at(point: tuple[int, int], placed: Sequence[Placed]) -> Widget | None:
+    """Return the widget at a point of the screen."""
+    return next((widget for widget, place in placed if place.collidepoint(point)), None)
+
+
+def _contains(widgets: Sequence[Widget], one: Widget) -> bool:
+    return any(widget is one for widget in widgets)
+
+
+def _place_of(one: Widget, placed: Sequence[Placed]) -> Rect:
+    return next(place for widget, place in placed if widget is one)

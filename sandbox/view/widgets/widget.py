@@ -1,0 +1,64 @@
+"""What every widget can do."""
+
+from typing import Final
+
+import pygame
+from pygame import Color, Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.palette import INK
+
+ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
+ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
+
+
+class Widget:
+    """Something that shows a state and can be pressed. It is given its place at each call, since windows change.
+
+    width: in heights of the toolbar; in a row of the side panel, relative to its neighbours. takes_keys: the keyboard
+    can be on it. takes_text: it is typed into once it has been pressed. follows_mouse: it is pressed again at each
+    move of the mouse that holds it.
+    """
+
+    width: float = 1.0
+    takes_keys = True
+    takes_text = False
+    follows_mouse = False
+
+    @property
+    def tip(self) -> str:
+        """The text below it while the mouse or the keyboard is on it; none by default."""
+        return ""
+
+    @property
+    def look(self) -> object:
+        """What is drawn; something else if the widget must be drawn again."""
+        raise NotImplementedError
+
+    def height(self, width: int, text_height: int) -> int:
+        """Return the height that it needs in the side panel, px. width, text_height: px."""
+        return round(1.75 * text_height)
+
+    def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
+        """Draw it. hot: the mouse or the keyboard is on it."""
+        raise NotImplementedError
+
+    def press(self, place: Rect, x: int) -> None:
+        """Handle the mouse going down on it, or moving since then, at x (px of the window)."""
+
+    def release(self) -> None:
+        """Handle the mouse button going up."""
+
+    def key(self, event: Event) -> bool:
+        """Handle a key. Return whether the widget uses it."""
+        return False
+
+    def leave(self) -> None:
+        """Handle that the keyboard goes elsewhere."""
+
+
+def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
+    """Draw what a widget stands on, with a frame while the mouse or the keyboard is on it."""
+    pygame.draw.rect(surface, colour, place, border_radius=text_height // 3)
+    if hot:
+        pygame.draw.rect(surface, INK, place, max(1, text_height // 9), border_radius=text_height // 3)

@@ -1,0 +1,185 @@
+"""The side panel shows a page of widgets beside the panes, by mouse alone and by keyboard alone."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+import pygame
+import pytest
+from pygame import Rect, Surface
+from pygame.event import Event
+
+from sandbox.view.controls import Panel
+from sandbox.view.layout import Layout
+from sandbox.view.palette import ACCENT
+from sandbox.view.side_panel import SidePanel
+from sandbox.view.widgets.bar import Bar
+from sandbox.view.widgets.field import Field
+from sandbox.view.widgets.group import WidgetGroup
+from sandbox.view.widgets.text_button import TextButton
+from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
+
+PLACE = Rect(600, 40, 320, 300)
+TEXT_HEIGHT = 16
+
+
+class Notes:
+    """A page with a field, a button, a bar, and as many paragraphs as wanted."""
+
+    title = "notes"
+
+    def __init__(self, paragraphs: int) -> None:
+        self.mass, self.done = "1.5", list[str]()
+        self.field = Field("mass", lambda: self.mass, self.set_mass, "of the ball", "kg")
+        self.button = TextButton("double", lambda: self.done.append("double"), refusal=lambda: self.refusal)
+        self.bar = Bar("friction", "-20 %", -0.5, ACCENT)
+        self.words = [Words(f"paragraph {k}", do=partial(self.done.append, f"{k}")) for k in range(paragraphs)]
+        self.refusal = ""
+
+    def set_mass(self, text: str) -> None:
+        self.mass = text
+
+    def rows(self) -> Sequence[Sequence[Widget]]:
+        return [[self.field, self.button], [self.bar], *([words] for words in self.words)]
+
+
+class Desk:
+    """A panel that shows a page."""
+
+    def __init__(self, paragraphs: int = 3) -> None:
+        self.page = Notes(paragraphs)
+        self.group = WidgetGroup()
+        self.panel = SidePanel({Panel.WHY: self.page}, self.group)
+        self.panel.toggle(Panel.WHY)
+
+    def place_of(self, widget: Widget) -> Rect:
+        return next(place for one, place in self.panel.placed(PLACE, TEXT_HEIGHT) if one is widget)
+
+    def send(self, event: Event) -> bool:
+        used = self.group.on_event(event, self.panel.placed(PLACE, TEXT_HEIGHT))
+        self.panel.show_focus(PLACE, TEXT_HEIGHT)
+        return used
+
+    def click(self, widget: Widget) -> None:
+        for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
+            self.send(Event(what, pos=self.place_of(widget).center, button=1))
+
+    def type(self, text: str) -> None:
+        codes = {"\r": pygame.K_RETURN, "\t": pygame.K_TAB, "\x1b": pygame.K_ESCAPE, "\b": pygame.K_BACKSPACE}
+        for letter in text:
+            self.send(Event(pygame.KEYDOWN, key=codes.get(letter, ord(letter)), unicode=letter, mod=0))
+
+    def drawn(self) -> Surface:
+        surface = Surface((960, 400))
+        self.panel.draw(surface, PLACE, TEXT_HEIGHT)
+        return surface
+
+
+def test_an_open_panel_takes_its_place_from_panes_and_charts_and_nothing_else() -> None:
+    closed, opened = (
+        Layout((1024, 640), (800, 600), 2, ((1.0, 5.0),), 2, has_panel=is_open) for is_open in (False, True)
+    )
+    assert not closed.panel.width
+    assert opened.toolbar == closed.toolbar
+    assert opened.status == closed.status
+    for place in (*opened.arenas, *(opened.title(pane) for pane in range(2)), opened.strip):
+        assert place.right <= opened.panel.x
+    assert opened.panel.right == 1024
+    assert (opened.panel.top, opened.panel.bottom) == (opened.top, opened.status.top)
+
+
+def test_a_page_that_is_asked_for_twice_is_closed() -> None:
+    desk = Desk()
+    desk.panel.toggle(Panel.WHY)
+    assert desk.panel.placed(PLACE, TEXT_HEIGHT) == []
+    assert not pygame.surfarray.array3d(desk.drawn()).any()
+
+
+def test_widgets_stand_in_their_rows_inside_the_panel_and_do_not_overlap() -> None:
+    desk = Desk()
+    field, button, bar = map(desk.place_of, (desk.page.field, desk.page.button, desk.page.bar))
+    assert (field.y, field.height, field.width) == (button.y, button.height, button.width)
+    places = [place for _, place in desk.panel.placed(PLACE, TEXT_HEIGHT)]
+    assert all(PLACE.contains(place) for place in places)
+    assert all(len(place.collidelistall(places)) == 1 for place in places)
+    assert bar.width == button.right - field.x
+
+
+def test_a_field_is_typed_into_and_enter_or_tab_chooses() -> None:
+    desk = Desk()
+    desk.click(desk.page.field)
+    desk.type("2.5p")  # and the window does not pause
+    assert desk.page.mass == "1.5"
+    desk.type("\b\r")
+    assert desk.page.mass == "2.5"
+    desk.type("7\t")
+    assert desk.page.mass == "7"
+    assert desk.group.focus is desk.page.button
+
+
+@pytest.mark.parametrize("how", ["Esc", "a click elsewhere"])
+def test_what_was_typed_is_given_up(how: str) -> None:
+    desk = Desk()
+    desk.click(desk.page.field)
+    desk.type("99")
+    if how == "Esc":
+        desk.type("\x1b")
+    else:
+        desk.send(Event(pygame.MOUSEBUTTONDOWN, pos=(10, 10), button=1))
+    assert (desk.page.mass, desk.page.field.typed) == ("1.5", None)
+
+
+def test_a_button_that_is_refused_does_nothing_and_says_why() -> None:
+    desk = Desk()
+    desk.click(desk.page.button)
+    desk.page.refusal = "nothing to double"
+    desk.click(desk.page.button)
+    assert desk.page.done == ["double"]
+    assert desk.page.button.tip == "nothing to double"
+
+
+def test_the_keyboard_reaches_every_paragraph_and_scrolls_to_it() -> None:
+    desk = Desk(paragraphs=30)
+    body = Rect(PLACE.x, PLACE.y + 2 * TEXT_HEIGHT, PLACE.width, PLACE.height - 2 * TEXT_HEIGHT)
+    assert not body.contains(desk.place_of(desk.page.words[-1]))
+    desk.type("\t" * (3 + 30) + "\r")  # close, field, button, paragraphs
+    assert desk.page.done == ["29"]
+    assert body.contains(desk.place_of(desk.page.words[-1]))
+    desk.type("\t\t\t\t\r")
+    assert desk.page.done == ["29", "0"]
+    assert body.contains(desk.place_of(desk.page.words[0]))
+
+
+def test_the_wheel_scrolls_no_further_than_the_page() -> None:
+    desk = Desk(paragraphs=30)
+    first = desk.place_of(desk.page.field)
+    for notches, last_bottom in ((1, None), (-1000, PLACE.bottom)):
+        desk.panel.scroll(notches)
+        if last_bottom:
+            assert desk.place_of(desk.page.words[-1]).bottom == pytest.approx(last_bottom, abs=TEXT_HEIGHT)
+        else:
+            assert desk.place_of(desk.page.field) == first
+    desk.panel.scroll(1000)
+    assert desk.place_of(desk.page.field) == first
+
+
+def test_what_is_scrolled_away_is_neither_drawn_nor_pressed_over_the_title() -> None:
+    desk = Desk(paragraphs=30)
+    desk.panel.scroll(-3)
+    desk.drawn()
+    above = [(w, p) for w, p in desk.panel.placed(PLACE, TEXT_HEIGHT) if p.bottom < PLACE.y + 2 * TEXT_HEIGHT][2:]
+    assert above
+    assert not pygame.surfarray.array3d(desk.drawn())[:, : PLACE.y].any()
+    desk.send(Event(pygame.MOUSEBUTTONDOWN, pos=(PLACE.x + 20, PLACE.y + 10), button=1))
+    assert desk.page.done == []
+
+
+def test_a_loss_is_a_bar_to_the_left_of_the_middle() -> None:
+    desk = Desk()
+    pixels = pygame.surfarray.array3d(desk.drawn())
+    columns = np.nonzero((pixels == ACCENT[:3]).all(axis=2))[0]
+    bar = desk.place_of(desk.page.bar)
+    width = bar.width - TEXT_HEIGHT
+    assert columns.max() == pytest.approx(bar.centerx, abs=2)
+    assert np.ptp(columns) == pytest.approx(width / 4, abs=2)
