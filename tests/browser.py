@@ -26,7 +26,8 @@ KEYS = {" ": ("Space", 32), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("Arro
     "Home": ("Home", 36), "End": ("End", 35), "Tab": ("Tab", 9), "d": ("KeyD", 68), "g": ("KeyG", 71)
 }  # fmt: skip
 
-READY = "document.readyState === 'complete' && globalThis.Bokeh?.documents[0]?.is_idle"
+DRAWN = "[...document.querySelectorAll('.chart')].every((chart) => chart.firstElementChild?.shadowRoot)"
+READY = f"document.readyState === 'complete' && globalThis.Bokeh?.documents[0]?.is_idle && {DRAWN}"
 
 
 class Browser:
@@ -150,6 +151,11 @@ class Browser:
         at = {"x": left + x * width, "y": top + y * height, "button": "left", "clickCount": 1}
         self.call("Input.dispatchMouseEvent", type="mousePressed", **at)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", **at)
+
+    def prefer(self, scheme: str, medium: str = "") -> None:
+        """Emulate a reader who prefers light or dark pages, on the screen or, for the medium "print", on paper."""
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.call("Emulation.setEmulatedMedia", media=medium, features=features)
 
     def picture(self, path: Path) -> None:
         """Save a picture of the whole page."""

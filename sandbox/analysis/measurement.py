@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sandbox.analysis.attribution import Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
 from sandbox.analysis.expectations import Score, overlap_in, score
@@ -23,6 +24,7 @@ from sandbox.scene.model import Expect, Scene
 from sandbox.state import PUSH, Bools, Contacts, Floats, Integers, State, States
 
 OF_REPORTS: Final = (Cause.UNTOLD, Cause.VELOCITY, Cause.LATE, Cause.EARLY)  # of an engine whose balls are all in place
+MAX_IMPACTS: Final = 500  # contacts of which a run keeps velocities before and after
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
 
@@ -73,10 +75,11 @@ class Run:
     centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
-    mean anything; contacts: in order of time; differences: from the reference, until the
-    two are apart; missed: passages without a reported contact; escape: the balls that left the arena, None if none did;
-    unjudged: why its contacts cannot be judged one by one, None if they can;
-    scores: for the scene's expectations that fall into the run; theory: figures of a gas, measured and expected; path:
+    mean anything; contacts: in order of time; impacts: what the ledger found about the first MAX_IMPACTS of them, none
+    if they cannot be judged one by one; differences: from the reference, until the two are apart; missed: passages
+    without a reported contact; escape: the balls that left the arena, None if none did; unjudged: why its contacts
+    cannot be judged one by one, None if they can; scores: for the scene's expectations that fall into the run;
+    theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
 
@@ -91,6 +94,7 @@ class Run:
     gap_of_ball: Floats
     apart: float | None
     contacts: Contacts
+    impacts: Findings
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
     escape: Escape | None
@@ -295,6 +299,7 @@ class Measurement:
             gap_of_ball=self._gap_of_ball,
             apart=apart,
             contacts=contacts,
+            impacts=record.findings[: MAX_IMPACTS if record.unjudged is None else 0].copy(),
             differences=differing,
             missed=tuple(sorted(record.missed)),
             escape=self._escape(),

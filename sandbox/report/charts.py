@@ -1,95 +1,120 @@
 """The report's charts: each engine over time, under one cursor, and the ledger."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import fill
 from typing import Any, Final
 
 import numpy as np
 from bokeh.document import Document
-from bokeh.models import BasicTicker, FactorRange, Range1d
-from bokeh.models.annotations import Label, Legend, LegendItem, Span
+from bokeh.models import BasicTicker, FactorRange, FixedTicker, NumeralTickFormatter, Range1d
+from bokeh.models.annotations import Span
+from bokeh.models.text import BaseText
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from bokeh.transform import dodge
 
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.scales import MIN_GAP, BothSigns, Logarithmic, Scale
 from sandbox.analysis.series import contacts_by, energies, thinned
 from sandbox.engines.colours import colours_of
 from sandbox.quantity import length
+from sandbox.report.numbers import minus
 from sandbox.state import Floats
 
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
 LABEL_LETTERS: Final = 20  # in a line of a bar's label: leaves room for the bars on a telephone
 MIN_BAR: Final = 1e-3  # fraction of the longest bar; causes with shorter bars are in the table only
-LINE_DASHES: Final = ("solid", "dashed", "dotdash", "dotted", "dashdot", "solid")
-MARKERS: Final = ("circle", "square", "triangle", "diamond", "inverted_triangle", "star")
+MARKERS: Final = {  # Bokeh's markers, and the letters that stand for them in a legend
+    "circle": "○", "square": "□", "triangle": "△", "diamond": "◇", "inverted_triangle": "▽", "star": "☆"
+}  # fmt: skip
+OF_REFERENCE: Final = ("x", "\N{MULTIPLICATION SIGN}")
+BAR: Final = "■"
 HATCHES: Final = ("blank", "right_diagonal_line", "dot", "horizontal_line", "cross", "left_diagonal_line")
-BLACK: Final = "#222222"
+MAX_TICKS: Final = 9  # on an axis of powers of ten
+INK: Final = "#222222"
+GRID: Final = "#e3e3e3"
+GROUND: Final = "#fefefe"  # inside markers
+TRUST: Final = "#777777"  # where the reference's paths stop meaning anything
+EXACT, EXACT_ON_DARK = (colours_of(["exact"], dark=dark)["exact"] for dark in (False, True))
+DARK: Final = {INK: "#e8eaed", GRID: "#343a41", GROUND: "#0b0e11", TRUST: "#9aa0a6", EXACT: EXACT_ON_DARK}
+"""What replaces each colour of the charts where the reader prefers a dark page; the engines' others stay."""
 FONT: Final = "system-ui, sans-serif"
 THEME: Final = Theme(
     json={
         "attrs": {
-            "Plot": {"outline_line_color": None, "sizing_mode": "stretch_width", "background_fill_alpha": 0},
+            "Plot": {
+                "outline_line_color": None,
+                "sizing_mode": "stretch_width",
+                "background_fill_alpha": 0,
+                "border_fill_alpha": 0,
+            },
             "Axis": {
                 "axis_label_text_font": FONT,
                 "axis_label_text_font_size": "16px",
                 "axis_label_text_font_style": "normal",
-                "axis_label_text_color": BLACK,
+                "axis_label_text_color": INK,
+                "axis_line_color": INK,
                 "major_label_text_font": FONT,
                 "major_label_text_font_size": "16px",
-                "major_label_text_color": BLACK,
+                "major_label_text_color": INK,
+                "major_tick_line_color": INK,
                 "minor_tick_line_color": None,
             },
-            "Grid": {"grid_line_color": "#e3e3e3"},
-            "Legend": {
-                "label_text_font": FONT,
-                "label_text_font_size": "16px",
-                "label_text_color": BLACK,
-                "orientation": "horizontal",
-                "border_line_color": None,
-                "background_fill_alpha": 0,
-                "padding": 0,
-                "margin": 4,
-                "spacing": 16,
-                "glyph_width": 44,
-            },
-            "Label": {"text_font": FONT, "text_font_size": "16px", "text_color": BLACK},
+            "Grid": {"grid_line_color": GRID},
         }
     }
 )
 
 
 @dataclass(frozen=True)
+class Entry:
+    """An entry of a legend. light, dark: the symbol's colour on light and on dark pages."""
+
+    name: str
+    symbol: str
+    light: str
+    dark: str
+
+
+@dataclass(frozen=True)
 class Chart:
-    """A figure with its title, caption and alternative text."""
+    """A figure with its title, caption, legend and alternative text."""
 
     name: str
     title: str
     about: str
     alt: str
+    legend: tuple[Entry, ...]
     figure: figure
 
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. No two share a dash and a marker."""
+    """How an engine's lines and bars are drawn. No two share a marker, so that nobody needs colours."""
 
     color: str
-    dash: str
     marker: str
+    symbol: str
     hatch: str
 
 
 def styles_of(names: Sequence[str], reference: str | None = None) -> dict[str, Style]:
-    """Return each engine's style, distinct in dash, marker and hatch as well as in colour."""
+    """Return each engine's style, distinct in marker and hatch as well as in colour."""
     colours, others = colours_of(names), [name for name in names if name != reference]
-    styles = {reference: Style(colours[reference], "solid", "x", "blank")} if reference else {}
+    styles = {reference: Style(colours[reference], *OF_REFERENCE, "blank")} if reference else {}
     for index, name in enumerate(others):
-        styles[name] = Style(colours[name], *(kind[index % len(kind)] for kind in (LINE_DASHES, MARKERS, HATCHES)))
+        marker, symbol = [*MARKERS.items()][index % len(MARKERS)]
+        styles[name] = Style(colours[name], marker, symbol, HATCHES[index % len(HATCHES)])
     return {name: styles[name] for name in names}
+
+
+def legend_of(styles: Mapping[str, Style], symbol: str | None = None) -> tuple[Entry, ...]:
+    """Return a legend. symbol: instead of the markers."""
+    dark = colours_of(styles, dark=True)
+    return tuple(Entry(name, symbol or style.symbol, style.color, dark[name]) for name, style in styles.items())
 
 
 def charts(comparison: Comparison) -> list[Chart]:
@@ -131,35 +156,45 @@ def _styles(comparison: Comparison) -> dict[str, Style]:
 
 def _gap(comparison: Comparison) -> Chart:
     series = {name: run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
-    positive = np.concatenate([values[values > 0] for values in series.values()])
-    low, high = (positive.min(), positive.max()) if len(positive) else (1e-15, 1.0)
-    plot = _figure(comparison, "px", y_axis_type="log", y_range=Range1d(start=float(low) / 3, end=float(high) * 3))
-    # A log axis has no 0, so a line begins at the first gap.
-    _draw(plot, comparison, {name: np.where(values > 0, values, np.nan) for name, values in series.items()})
+    plot = _figure(comparison, "px")
+    scale_axis(plot, Logarithmic(), series.values())
+    _draw(plot, comparison, {name: Logarithmic().position(values) for name, values in series.items()})
     _mark_first_differences(plot, comparison)
-    trust = comparison.trust
-    if trust.until is not None:
-        late = trust.until > comparison.time[-1] / 2
-        label = Label(x=trust.until, y=6, y_units="screen", text=trust.ends_by)
-        label.text_align, label.x_offset = ("right", -6) if late else ("left", 6)
-        plot.add_layout(label)
-    return Chart(
-        "gap",
-        "Gap",
-        f"The largest distance of a ball from its position in {comparison.against}, on a log scale. A line starts at "
-        "the first gap; a large marker is the first contact that differs; after the dashed line only statistics are "
-        "meaningful.",
-        _ends("Largest gap at the end", series, "px"),
-        plot,
+    about = (
+        f"The largest distance of a ball from its position in {comparison.against}, in powers of ten; less than "
+        f"{MIN_GAP:g} px is drawn there. A large marker is the first contact that differs.{_trust(comparison)}"
     )
+    alt = _ends("Largest gap at the end", series, "px")
+    return Chart("gap", "Gap", about, alt, _legend(comparison, series), plot)
 
 
 def _energy(comparison: Comparison) -> Chart:
+    """Draw how each engine's energy differs from the reference's; if there is no other, or none at first, itself."""
+    runs, against = comparison.runs, comparison.against
+    if not runs[against].energy[0]:
+        return _energy_itself(comparison)
+    others = {name: 100 * run.energy_gap for name, run in runs.items() if name != against}
+    series = others or {against: 100 * (runs[against].energy / runs[against].energy[0] - 1)}
+    compared = against if others else "the start"
+    plot = _figure(comparison, "% of the start")
+    scale_axis(plot, BothSigns(), series.values())
+    _draw(plot, comparison, {name: BothSigns().position(values) for name, values in series.items()})
+    about = (
+        f"How much more energy than {compared}, or less, there is, as a percentage of the start, in "
+        "powers of ten both ways. A line ends where contacts that lose energy can no longer be compared."
+    )
+    known = {name: values[np.isfinite(values)] for name, values in series.items()}
+    alt = _ends(f"Difference from {compared} at the end", known, "%")
+    return Chart("energy", "Energy", about, alt, _legend(comparison, series), plot)
+
+
+def _energy_itself(comparison: Comparison) -> Chart:
     series, unit = energies(comparison)
-    plot = _figure(comparison, "% of the start" if unit == "%" else unit, y_range=_from_zero(series))
+    plot = _figure(comparison, unit, y_range=_from_zero(series))
     _draw(plot, comparison, series)
     about = "Kinetic and potential energy together. Elastic balls keep all of it."
-    return Chart("energy", "Energy", about, _ends("Energy at the end", series, unit), plot)
+    alt = _ends("Energy at the end", series, unit)
+    return Chart("energy", "Energy", about, alt, _legend(comparison, series), plot)
 
 
 def _momentum(comparison: Comparison) -> Chart:
@@ -169,7 +204,8 @@ def _momentum(comparison: Comparison) -> Chart:
     about = (
         "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
     )
-    return Chart("momentum", "Momentum", about, _ends("Momentum at the end", series, "kg px/s"), plot)
+    alt = _ends("Momentum at the end", series, "kg px/s")
+    return Chart("momentum", "Momentum", about, alt, _legend(comparison, series), plot)
 
 
 def _contacts(comparison: Comparison) -> Chart:
@@ -177,62 +213,75 @@ def _contacts(comparison: Comparison) -> Chart:
     plot = _figure(comparison, "so far", y_range=_from_zero(series))
     _draw(plot, comparison, series)
     about = "Contacts of balls with each other and with walls, so far. Balls that stick count again in every step."
-    return Chart("contacts", "Contacts", about, _ends("All contacts", series, ""), plot)
+    alt = _ends("All contacts", series, "")
+    return Chart("contacts", "Contacts", about, alt, _legend(comparison, series), plot)
+
+
+def _trust(comparison: Comparison) -> str:
+    until = comparison.trusted_until
+    ends_by = comparison.trust.ends_by
+    return "" if until is None else f" After the dashed line ({ends_by}, {until:.2f} s) only statistics are meaningful."
 
 
 def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
     """Return an empty chart over time, with the end of the reference's trust and the cursor that the player moves."""
     end = float(comparison.time[-1]) or 1.0
     plot = figure(
-        height=300,
+        height=270,
         x_range=Range1d(start=0, end=end, bounds=(0, end)),
         x_axis_label="time, s",
         y_axis_label=unit,
-        tools="xbox_zoom,reset",
+        tools="xbox_zoom",
+        toolbar_location=None,
         **options,
     )
-    plot.toolbar.logo = None
+    plot.axis.formatter = NumeralTickFormatter(format="0,0.[00000]")
     until = comparison.trusted_until
     if until is not None:
-        plot.add_layout(Span(location=until, dimension="height", line_dash="dashed", line_color="#777777"))
+        plot.add_layout(Span(location=until, dimension="height", line_dash="dashed", line_color=TRUST))
     # On the overlay level, moving the cursor does not redraw the lines.
-    plot.add_layout(
-        Span(name="cursor", location=0, dimension="height", line_color=BLACK, line_width=2, level="overlay")
-    )
+    plot.add_layout(Span(name="cursor", location=0, dimension="height", line_color=INK, line_width=2, level="overlay"))
     return plot
 
 
+def scale_axis(plot: figure, scale: Scale, values: Iterable[Floats]) -> None:
+    """Let a chart's vertical axis show positions on a scale, with numbers at the most important of its ticks."""
+    known = np.concatenate([one[np.isfinite(one)] for one in values])
+    low, high = scale.span(float(known.min(initial=np.inf)), float(known.max(initial=-np.inf)))
+    ticks: dict[float | str, str | BaseText] = {}
+    shown: list[float] = []
+    for at, text in scale.ticks((low, high)):
+        if all(abs(at - other) >= (high - low) / MAX_TICKS for other in shown):
+            shown.append(at)
+            ticks[at] = minus(text)
+    plot.y_range = Range1d(start=low, end=high + 0.03 * (high - low))
+    plot.yaxis[0].ticker = plot.ygrid[0].ticker = FixedTicker(ticks=shown)
+    plot.yaxis[0].major_label_overrides = ticks
+
+
 def _draw(plot: figure, comparison: Comparison, series: dict[str, Floats]) -> None:
-    """Draw a line for each engine, the reference's below the others, and a legend above the chart."""
-    items = {}
+    """Draw a line for each engine, the reference's below the others."""
     styles = _styles(comparison)
     for name in sorted(series, key=lambda name: name != comparison.against):
         style, values = styles[name], series[name].astype(np.float32)
         kept = thinned(np.nan_to_num(values))
         marked = _marker_positions(len(values), list(styles).index(name), len(styles))
         time = comparison.time.astype(np.float32)
-        line = plot.line(time[kept], values[kept], line_color=style.color, line_dash=style.dash, line_width=2.5)
-        markers = plot.scatter(
+        plot.line(time[kept], values[kept], line_color=style.color, line_width=2.5)
+        plot.scatter(
             time[marked],
             values[marked],
             marker=style.marker,
             size=10,
             line_color=style.color,
             line_width=2,
-            fill_color="white",
+            fill_color=GROUND,
         )
-        items[name] = _legend_item(name, line, markers)
-    _add_legend(plot, [items[name] for name in series])
 
 
-def _add_legend(plot: figure, items: list[LegendItem]) -> None:
-    legend = Legend()
-    legend.items = items
-    plot.add_layout(legend, "above")
-
-
-def _legend_item(name: str, *renderers: Any) -> LegendItem:
-    return LegendItem(label=name, renderers=list(renderers))
+def _legend(comparison: Comparison, series: Iterable[str]) -> tuple[Entry, ...]:
+    styles = _styles(comparison)
+    return legend_of({name: styles[name] for name in series})
 
 
 def _marker_positions(steps: int, index: int, count: int) -> np.ndarray[Any, np.dtype[np.intp]]:
@@ -249,16 +298,8 @@ def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
             continue
         time = run.differences[0].time
         step = min(math.ceil(comparison.scene.clock.steps(time) - 1e-9), len(run.gap_max) - 1)
-        if run.gap_max[step] > 0:
-            plot.scatter(
-                [time],
-                [run.gap_max[step]],
-                marker=style.marker,
-                size=22,
-                line_color=style.color,
-                line_width=3,
-                fill_alpha=0,
-            )
+        gap = float(Logarithmic().position(run.gap_max[step]))
+        plot.scatter([time], [gap], marker=style.marker, size=22, line_color=style.color, line_width=3, fill_alpha=0)
 
 
 def _from_zero(series: dict[str, Floats]) -> Range1d:
@@ -268,7 +309,7 @@ def _from_zero(series: dict[str, Floats]) -> Range1d:
 
 
 def _ends(what: str, series: dict[str, Floats], unit: str) -> str:
-    ends = ", ".join(f"{name} {values[-1]:.4g} {unit}".rstrip() for name, values in series.items())
+    ends = ", ".join(f"{name} {minus(f'{values[-1]:.4g}')} {unit}".rstrip() for name, values in series.items())
     return f"{what}: {ends}."
 
 
@@ -283,33 +324,31 @@ def _ledger(comparison: Comparison) -> Chart:
     axis = "energy, % of start" if unit == "%" else unit
     labels = [fill(cause.label, LABEL_LETTERS) for cause in causes]
     rows = FactorRange(factors=labels[::-1])
-    height = 90 + len(causes) * max(40, 22 * len(styles))
+    height = 60 + len(causes) * max(40, 22 * len(styles))
     plot = figure(height=height, y_range=rows, x_axis_label=axis, tools="", toolbar_location=None)
     plot.xaxis[0].ticker = BasicTicker(desired_num_ticks=3)  # more would overlap on a telephone
+    plot.xaxis[0].formatter = NumeralTickFormatter(format="0,0.[00000]")
     thickness = 0.8 / len(styles)
-    items = []
     for index, (name, style) in enumerate(styles.items()):
-        bars = plot.hbar(
+        plot.hbar(
             y=dodge("cause", (len(styles) - 1 - 2 * index) / 2 * thickness, range=rows),
             right="energy",
             height=0.85 * thickness,
             source={"cause": labels, "energy": [energy[name].get(cause, 0.0) for cause in causes]},
             fill_color=style.color,
             fill_alpha=0.75,
-            line_color=BLACK,
+            line_color=INK,
             hatch_pattern=style.hatch,
-            hatch_color=BLACK,
+            hatch_color=INK,
             hatch_alpha=0.6,
         )
-        items.append(_legend_item(name, bars))
-    plot.add_layout(Span(location=0, dimension="height", line_color=BLACK))
-    _add_legend(plot, items)
+    plot.add_layout(Span(location=0, dimension="height", line_color=INK))
     alt = "Change of energy by cause, as in the table below."
     about = (
         "How much each cause changed an engine's energy; an engine's bars add up to its whole gain or loss. Causes "
         "below a thousandth of the longest bar are in the table only."
     )
-    return Chart("ledger", "Energy by cause", about, alt, plot)
+    return Chart("ledger", "Energy by cause", about, alt, legend_of(styles, BAR), plot)
 
 
 def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:

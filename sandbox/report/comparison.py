@@ -1,39 +1,36 @@
 """A comparison -> one self-contained HTML page: no network, no server, no other file."""
 
-import base64
-import hashlib
-import json
-import platform
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
-from bokeh.resources import Resources
-from jinja2 import Environment, StrictUndefined
 from numpy.typing import NDArray
 
 from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.measurement import MAX_IMPACTS, Run
 from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
-from sandbox.report.charts import as_document, charts
+from sandbox.engines import TUNED
+from sandbox.report.charts import charts
+from sandbox.report.html import render
+from sandbox.report.impacts import impacts
+from sandbox.report.numbers import number
+from sandbox.report.packing import packed
+from sandbox.report.sources import equals_its_text, scene_file, seconds_text
 from sandbox.scene.fields import rgb
-from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
 MAX_NOTEBOOK_PATHS_BYTES: Final = 240_000  # in a notebook, whose cells stay under 1 MB
+MAX_NOTEBOOK_IMPACTS: Final = 100  # contacts of each engine in the table of before and after, in a notebook
 MAX_NUMBERED: Final = 20  # balls that have their numbers drawn on them
 MAX_TRAILED: Final = 200  # balls for which trails are on at first
 MAX_PACKED: Final = 65_535  # of a coordinate in 16 bits
-PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
 KINDS: Final = {
     Kind.OUTCOME: "other outcome",
     Kind.MISSING: "missing",
@@ -61,50 +58,41 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
     """
     scene = comparison.scene
     every = thinning(comparison, MAX_NOTEBOOK_PATHS_BYTES if in_notebook else MAX_PATHS_BYTES)
-    drawn = charts(comparison)
-    document, roots = as_document(drawn)
-    scripts = {"bokeh": bokeh_script(), "player": _text("player.js")}
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": _number, "share": _share, "minus": _minus}
-    return environment.from_string(_text("page.html")).render(
+    listed = MAX_NOTEBOOK_IMPACTS if in_notebook else MAX_IMPACTS
+    return render(
+        "comparison.html",
+        charts(comparison),
+        ["player.js", "impacts.js"],
+        comparison.runs,
+        in_notebook=in_notebook,
         title=scene.title or scene.name,
         scene=scene,
         settings=_settings(comparison),
         comparison=comparison,
         others={name: run for name, run in comparison.runs.items() if name != comparison.against},
         ledgers={name: run for name, run in comparison.runs.items() if run.figures.ledger},
-        figures=[(label, values) for label, *values in key_figures(comparison)],
+        figures=[["", *comparison.runs], *key_figures(comparison)],
         mark=mark_words(comparison),
         verdict=verdict(comparison),
         trials=list(advice_rows(trials)) if trials else [],
         recommendation=recommend(trials) if trials else "",
-        theory={name: run.theory for name, run in comparison.runs.items() if run.theory},
-        charts=drawn,
+        theory=list(_theory_rows(comparison)),
         kinds=KINDS,
         keys=KEYS,
         missed=Cause.MISSED,
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
         outcome=_outcome,
-        command=_command(comparison) if _equals_its_text(scene) else None,
+        listed=listed,
+        judged=[name for name, run in comparison.runs.items() if len(run.impacts)],
+        command=_command(comparison) if equals_its_text(scene) else None,
+        tuned=TUNED in comparison.runs and comparison.against != TUNED,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
         inputs="\n".join(given.model_dump_json() for given in comparison.inputs),
-        versions=_versions(),
         trailed=len(scene.bodies) <= MAX_TRAILED,
         frames=_about_frames(comparison, every),
-        policy=_policy(scripts.values()),
-        style=_text("page.css"),
-        scripts=scripts,
-        in_notebook=in_notebook,
-        data=_json(_data(comparison, every)),
-        document=_json({"document": document, "roots": roots}),
+        data=_data(comparison, every) | {"impacts": impacts(comparison, listed)},
     )
-
-
-def bokeh_script() -> str:
-    """Return the library that draws the charts, without what they do not need."""
-    script: str = Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0]
-    return script
 
 
 def thinning(comparison: Comparison, max_bytes: int) -> int:
@@ -117,22 +105,6 @@ def fixed_point(scene: Scene) -> tuple[float, float]:
     """Return how coordinates are packed: px per unit, and px of margin around the arena, for balls that left it."""
     margin = 2 * float(scene.bodies.radius.max())
     return (max(scene.arena.size) + 2 * margin) / MAX_PACKED, margin
-
-
-def _text(name: str) -> str:
-    return files("sandbox.report").joinpath(name).read_text(encoding="utf-8")
-
-
-def _policy(scripts: Iterable[str]) -> str:
-    """Return the page's Content-Security-Policy: no network, and no script but these, whatever a scene contains."""
-    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
-    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
-    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:"
-
-
-def _json(value: object) -> str:
-    """Return JSON that cannot close the script element that contains it."""
-    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
 # Data of the player
@@ -157,26 +129,22 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
         "energy": unit_of_energy,
         "engines": [
             {
-                "path": _base64(_packed(run.path[::every], unit, margin)),
-                "readings": _base64(_readings(comparison, run, energy[name])[:: comparison.stride * every]),
+                "path": packed(_fixed(run.path[::every], unit, margin)),
+                "readings": packed(_readings(comparison, run, energy[name])[:: comparison.stride * every]),
             }
             for name, run in comparison.runs.items()
         ],
     }
 
 
-def _packed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
-    packed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_PACKED).astype("<u2")
-    return packed
+def _fixed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.uint16]:
+    fixed: NDArray[np.uint16] = np.clip(np.rint((path + margin) / unit), 0, MAX_PACKED).astype("<u2")
+    return fixed
 
 
 def _readings(comparison: Comparison, run: Run, energy: Floats) -> NDArray[np.float32]:
     """Return the readings below a pane, (steps + 1, 3): gap (px), energy, contacts so far."""
     return np.column_stack([run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
-
-
-def _base64(values: NDArray[Any]) -> str:
-    return base64.b64encode(values.tobytes()).decode()
 
 
 def _hex(color: str) -> str:
@@ -189,7 +157,7 @@ def _hex(color: str) -> str:
 def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
     replayed = " Recorded inputs were replayed into all engines." if comparison.inputs else ""
-    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {_seconds(scene.seconds)} s"
+    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {seconds_text(scene.seconds)} s"
     return f"{run} {scene.clock}, {reference_words(comparison)}.{replayed}"
 
 
@@ -209,35 +177,21 @@ def _command(comparison: Comparison) -> str:
         "--against": comparison.against,
         "--seed": str(scene.seed),
         "--rate": str(scene.rate),
-        "--seconds": _seconds(scene.seconds),
+        "--seconds": seconds_text(scene.seconds),
     } | ({"--inputs": "inputs.jsonl"} if comparison.inputs else {})
     words = (word for option in options.items() for word in option)
-    file = f"{scene.name}.toml"
-    return shlex.join(["sandbox", "compare", f"./{file}" if file.startswith("-") else file, *words])
+    return shlex.join(["sandbox", "compare", scene_file(scene), *words])
 
 
-def _equals_its_text(scene: Scene) -> bool:
-    """Return whether a scene equals its text, apart from seed, rate and seconds, which the command sets."""
-    if not scene.source:
-        return False
-    read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)
-    return read.model_dump() == scene.model_dump()
-
-
-def _versions() -> Mapping[str, str]:
-    return {"python": platform.python_version()} | dict(_installed())
-
-
-def _installed() -> Iterator[tuple[str, str]]:
-    for package in PACKAGES:
-        try:
-            yield package, version(package)
-        except PackageNotFoundError:  # an extra
-            continue
-
-
-def _seconds(seconds: float) -> str:
-    return repr(float(seconds)).removesuffix(".0")
+def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:
+    """Yield the rows of a table of the gas: the labels, then each figure with what theory expects."""
+    theory = {name: run.theory for name, run in comparison.runs.items() if run.theory}
+    if theory:
+        yield ["measured (expected)", *theory]
+    for of_engines in zip(*theory.values(), strict=True):
+        row = of_engines[0]
+        label = f"{row.figure} ({row.because})"
+        yield [label, *(f"{number(one.measured)} ({number(one.expected)})" for one in of_engines)]
 
 
 def _outcome(before: Velocities | None, after: Velocities | None) -> list[str]:
@@ -248,19 +202,4 @@ def _outcome(before: Velocities | None, after: Velocities | None) -> list[str]:
 
 
 def _vector(velocity: tuple[float, float]) -> str:
-    return "({}, {})".format(*map(_number, velocity))
-
-
-def _number(value: float) -> str:
-    return _minus(f"{value:,.4g}" if abs(value) < 1e4 else f"{value:,.0f}")
-
-
-def _share(value: float, whole: float) -> str:
-    """Format an energy as a percentage of the start, or in its unit if that was 0."""
-    if not value:
-        return "0"
-    return _minus(f"{100 * value / whole:+.4g} %") if whole else f"{_number(value)} kg px²/s²"
-
-
-def _minus(number: str) -> str:
-    return number.replace("-", "\N{MINUS SIGN}")
+    return "({}, {})".format(*map(number, velocity))

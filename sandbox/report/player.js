@@ -160,8 +160,8 @@
 
   function showReadings(pane) {
     const [gap, energy, contacts] = pane.readings.subarray(3 * frame, 3 * frame + 3);
-    const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts} contact${contacts === 1 ? "" : "s"}`];
-    if (pane !== reference) texts.unshift(`gap ${gap === 0 || gap >= 0.1 ? gap.toFixed(1) : gap.toExponential(0)} px`);
+    const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts.toLocaleString("en")} contact${contacts === 1 ? "" : "s"}`];
+    if (pane !== reference) texts.unshift(`gap ${gap === 0 || gap >= 0.001 ? Number(gap.toPrecision(3)).toLocaleString("en") : "< 0.001"} px`);
     pane.reading.replaceChildren(
       ...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
     );
@@ -263,38 +263,16 @@
   scrubber.max = last;
   new ResizeObserver(fit).observe(element("panes"));
 
-  function drawCharts() {
-    const charts = read("document");
-    Bokeh.set_log_level("warn");
-    Bokeh.embed
-      .embed_items({ charts: charts.document }, [{ docid: "charts", roots: charts.roots, root_ids: Object.keys(charts.roots) }])
-      .then(() => {
-        for (const figure of Bokeh.documents[0].roots()) {
-          const found = figure.center.filter((renderer) => renderer.name === "cursor");
-          cursors.push(...found);
-          if (found.length) figure.on_event("tap", (event) => seek(frameAt(event.x - data.frame / 2)));
-        }
-        show(frame);
-      });
-  }
-
-  // In a notebook, one output has the library for all. The page's policy lets no other script run.
-  function receiveLibrary(event) {
-    if (globalThis.Bokeh || event.source !== parent) return;
-    document.body.append(Object.assign(document.createElement("script"), { textContent: event.data }));
-    element("waiting").remove();
-    drawCharts();
-  }
-
-  function requestLibrary() {
-    if (globalThis.Bokeh) return;
-    parent.postMessage("sandbox: send Bokeh", "*");
-    setTimeout(requestLibrary, 500); // the other output may come later
-  }
-
-  if (globalThis.Bokeh) drawCharts();
-  else {
-    addEventListener("message", receiveLibrary);
-    requestLibrary();
-  }
+  charts.onDrawn((figures) => {
+    cursors.length = 0;
+    for (const figure of figures) {
+      const found = figure.center.filter((renderer) => renderer.name === "cursor");
+      cursors.push(...found);
+      if (!found.length) continue;
+      figure.on_event("tap", (event) => seek(frameAt(event.x - data.frame / 2)));
+      figure.on_event("doubletap", () => figure.x_range.setv({ start: 0, end: times[last] }));
+    }
+    show(frame);
+  });
+  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((details) => (details.open = true)));
 })();

@@ -1,162 +1,215 @@
-"""A sweep's rows -> one HTML page that needs no network: each engine's figures, and their spread over the seeds."""
+"""A sweep's rows -> one HTML page that needs no network: a verdict, figures, charts over the rates."""
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from html import escape
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from statistics import median
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from bokeh.embed import file_html
-from bokeh.layouts import column
-from bokeh.models import ColumnDataSource, FactorRange, FixedTicker, Range1d
-from bokeh.models.annotations import Whisker
-from bokeh.models.ui import UIElement
-from bokeh.models.widgets import Div
+from bokeh.models import ColumnDataSource, FixedTicker, NumeralTickFormatter, Range1d
+from bokeh.models.annotations import TeeHead, Whisker
 from bokeh.plotting import figure
-from bokeh.resources import INLINE
 
-from sandbox.report.charts import Style, styles_of
-from sandbox.scene.fields import PALETTE
-from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep
+from sandbox.analysis.scales import MIN_GAP, Logarithmic
+from sandbox.report.charts import GROUND, INK, Chart, Style, legend_of, scale_axis, styles_of
+from sandbox.report.html import render
+from sandbox.report.sources import equals_its_text, scene_file, seconds_text
+from sandbox.state import Floats
+from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep, settings_of
+from sandbox.sweeps.summary import Group, engine_of, grouped, known, summary, summary_rows
+from sandbox.text import counted
 
-WIDTH: Final = 1150  # px
-CHART_OPTIONS: Final[dict[str, Any]] = {"width": WIDTH, "height": 420, "toolbar_location": None}
-RATE_OFFSET: Final = 1.03  # factor on the rate axis between one engine and the next, so that they do not overlap
-
-Groups = dict[str, list[float]]  # engine and rate -> a value for each seed
+HEIGHT: Final = 300  # px, of a chart
+OFFSET: Final = 1.03  # factor on the rate between one engine and the next, so that they do not overlap
+TICK_DISTANCE: Final = 0.15  # of the axis, between two rates that are written there
+MIN_SPEEDS: Final = 20 * SPEED_CLASSES  # of an engine: of fewer, the noise would be larger than what the chart shows
 
 
 def page(sweep: Sweep, rows: Sequence[Row]) -> str:
-    """Return the page. Charts without data are left out."""
-    style: dict[str, str | None] = {"overflow-wrap": "anywhere", "font-size": "16px"}
-    # TeX in a title could link to a script.
-    heading = Div(text=_heading(sweep, rows), disable_math=True, width=WIDTH, styles=style)
-    return file_html(column(heading, *_charts(rows)), INLINE, title=f"{sweep.scene.name}: a sweep")
-
-
-def _heading(sweep: Sweep, rows: Sequence[Row]) -> str:
-    seeds, rates = {job.seed for job in sweep.jobs}, {job.rate for job in sweep.jobs}
-    title = escape(sweep.scene.title or sweep.scene.name)
-    return (
-        f"<h1>{title}</h1><p>{len(rows):,} of {len(sweep.jobs):,} runs of {sweep.scene.seconds:g} s: "
-        f"{len(seeds):,} seeds, {escape(', '.join(map(str, sorted(rates))))} steps per second, "
-        f"against {escape(sweep.against)}.</p>"
+    """Return the page. Charts without data, or with too few to mean anything, are left out."""
+    scene = sweep.scene
+    return render(
+        "sweep.html",
+        list(_charts(sweep, rows)),
+        [],
+        dict.fromkeys(job.engine for job in sweep.jobs) | {sweep.against: None},
+        title=scene.title or scene.name,
+        scene=scene,
+        summary=summary(sweep, rows),
+        settings=_settings(sweep),
+        table=list(summary_rows(rows)),
+        command=_command(sweep) if equals_its_text(scene) else None,
+        python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
     )
 
 
-def _charts(rows: Sequence[Row]) -> Iterator[UIElement]:
-    if any(row.get("gap_rms") for row in rows):
-        yield _error_by_rate(rows)
-    for title, name, log in (
-        ("First difference, s", "first_difference.time", False),
-        ("Horizon, s", "horizon", False),
-        ("Largest change of energy, as a fraction", "energy_drift", True),
-    ):
-        groups = _grouped(rows, name, positive=log)
-        if groups:
-            yield _spread(title, groups, log=log)
-    if any(row["speeds"] for row in rows):
-        yield _speeds(rows)
+def _settings(sweep: Sweep) -> str:
+    seeds, rates = (sorted({job[field] for job in sweep.jobs}) for field in (0, 1))
+    at = ", ".join(f"{rate:,}" for rate in rates)
+    return (
+        f"{counted(len(sweep.scene.bodies), 'ball')} for {seconds_text(sweep.scene.seconds)} s, with "
+        f"{counted(len(seeds), 'seed')} and {at} steps per second, measured against {sweep.against}."
+    )
 
 
-def _name(row: Row) -> str:
-    return f"{row['engine']} {row['settings']}".rstrip()
+def _command(sweep: Sweep) -> str | None:
+    """Return the command that repeats the sweep; None if no command has such seeds."""
+    jobs, scene = sweep.jobs, sweep.scene
+    seeds = sorted({job.seed for job in jobs})
+    if any(after != before + 1 for before, after in pairwise(seeds)):
+        return None
+    values: dict[str, dict[str, None]] = {}
+    for job in jobs:
+        for key, value in settings_of(job).items():
+            values.setdefault(key, {})[str(value)] = None
+    words = ["sandbox", "sweep", scene_file(scene), "--seeds", f"{seeds[0]}:{seeds[-1] + 1}"]
+    words += ["--rates", ",".join(map(str, sorted({job.rate for job in jobs})))]
+    words += ["--engines", ",".join(dict.fromkeys(job.engine for job in jobs))]
+    for key, chosen in values.items():
+        words += ["--set", f"{key}={','.join(chosen)}"]
+    words += ["--against", sweep.against, "--seconds", seconds_text(scene.seconds)]
+    return shlex.join([*words, "--out", "sweep.csv", "--report", "sweep.html"])
 
 
-def _grouped(rows: Sequence[Row], value: str, *, positive: bool) -> Groups:
-    """Collect the seeds' values for each engine and rate. positive: only positive ones, for a logarithmic axis."""
-    groups: Groups = defaultdict(list)
-    names = list(dict.fromkeys(map(_name, rows)))
-    for row in sorted(rows, key=lambda row: (names.index(_name(row)), row["rate"])):
-        if row.get(value) is not None and (row[value] > 0 or not positive):
-            groups[f"{_name(row)} at {row['rate']}"].append(row[value])
-    return groups
+def _charts(sweep: Sweep, rows: Sequence[Row]) -> Iterator[Chart]:
+    others = [row for row in rows if row["engine"] != sweep.against]
+    least = f"less than {MIN_GAP:g}"
+    if known(others, "gap_rms"):
+        about = f"RMS distance from {sweep.against} over the whole run, in powers of ten; {least} px is drawn there."
+        yield _by_rate("gap", "Gap", about, "px", others, lambda of_group: known(of_group, "gap_rms"), logarithmic=True)
+    if known(others, "first_difference.time"):
+        about = f"When the first contact or flight is not as in {sweep.against}."
+        yield _by_rate("difference", "First difference", about, "s", others, _times)
+    if known(others, "energy_error"):
+        about = (
+            f"The largest difference from the energy of {sweep.against} at one time, as a percentage of the start, in "
+            f"powers of ten; {least} % is drawn there."
+        )
+        yield _by_rate("energy", "Energy error", about, "%", others, _energy_errors, logarithmic=True)
+    counts = {name: total for name, total in _speed_counts(rows).items() if total.sum() >= MIN_SPEEDS}
+    if counts:
+        yield _speeds(counts, _styles(rows))
+
+
+def _times(rows: Sequence[Row]) -> list[float]:
+    return known(rows, "first_difference.time")
+
+
+def _energy_errors(rows: Sequence[Row]) -> list[float]:
+    return [100 * error for error in known(rows, "energy_error")]
 
 
 def _styles(rows: Sequence[Row]) -> dict[str, Style]:
-    return styles_of(list(dict.fromkeys(map(_name, rows))))
+    return styles_of(list(dict.fromkeys(map(engine_of, rows))))
 
 
-def _error_by_rate(rows: Sequence[Row]) -> Any:
-    """Draw each engine's median gap against the rate, with its range over the seeds."""
-    gaps = [row["gap_rms"] for row in rows if row["gap_rms"] > 0]
-    chart = figure(
-        title="Gap to the reference, RMS: median and range over the seeds",
-        x_axis_label="steps per second",
-        y_axis_label="px",
+def _by_rate(
+    name: str,
+    title: str,
+    about: str,
+    unit: str,
+    rows: Sequence[Row],
+    values_of: Callable[[Sequence[Row]], list[float]],
+    *,
+    logarithmic: bool = False,
+) -> Chart:
+    """Draw each engine's median against the rate, with the range over the seeds. unit: of the values."""
+    values = {group: np.array(found) for group, of_group in grouped(rows).items() if (found := values_of(of_group))}
+    rates = sorted({group.rate for group in values})
+    styles = {
+        engine: style for engine, style in _styles(rows).items() if any(group.engine == engine for group in values)
+    }
+    ends = rates[0] / OFFSET**2, rates[-1] * OFFSET ** (len(styles) + 1)
+    plot = figure(
+        height=HEIGHT,
         x_axis_type="log",
-        y_axis_type="log",
-        y_range=Range1d(min(gaps) / 2, max(gaps) * 2),
-        **CHART_OPTIONS,
+        x_range=Range1d(start=ends[0], end=ends[1]),
+        x_axis_label="steps per second",
+        y_axis_label=unit,
+        tools="",
+        toolbar_location=None,
     )
-    for index, (name, style) in enumerate(_styles(rows).items()):
-        of_engine = [row for row in rows if _name(row) == name and row["gap_rms"] > 0]
-        by_rate = {rate: [row["gap_rms"] for row in of_engine if row["rate"] == rate] for rate in _rates(of_engine)}
-        if by_rate:
-            at = [rate * RATE_OFFSET**index for rate in by_rate]
-            middle = [median(values) for values in by_rate.values()]
-            chart.line(at, middle, color=style.color, line_dash=style.dash, legend_label=name, line_width=2.5)
-            chart.scatter(at, middle, color=style.color, marker=style.marker, legend_label=name, size=10)
-            _add_range(chart, at, list(by_rate.values()), style.color)
-    chart.xaxis.ticker = FixedTicker(ticks=_rates(rows))
-    return _legible(chart)
+    plot.xaxis.ticker = FixedTicker(ticks=_spaced(rates, ends))
+    plot.axis.formatter = NumeralTickFormatter(format="0,0.[00000]")
+    if logarithmic:
+        scale_axis(plot, Logarithmic(), values.values())
+        values = {group: Logarithmic().position(found) for group, found in values.items()}
+    else:
+        plot.y_range = Range1d(start=0, end=1.08 * max(float(found.max()) for found in values.values()) or 1.0)
+    for index, (engine, style) in enumerate(styles.items()):
+        _draw(plot, {group: found for group, found in values.items() if group.engine == engine}, style, OFFSET**index)
+    what = f"{about} Median and range over the seeds."
+    return Chart(name, title, what, f"{title} by rate, as in the table above.", legend_of(styles), plot)
 
 
-def _rates(rows: Sequence[Row]) -> list[int]:
-    return sorted({row["rate"] for row in rows})
-
-
-def _spread(title: str, groups: Groups, *, log: bool) -> Any:
-    """Draw a point for each seed, and each group's median and range."""
-    chart = figure(
-        title=title, x_range=FactorRange(factors=list(groups)), y_axis_type="log" if log else "linear", **CHART_OPTIONS
+def _draw(plot: figure, values: dict[Group, Floats], style: Style, offset: float) -> None:
+    """Draw one engine: its medians with a line, and a whisker at each."""
+    at = [group.rate * offset for group in values]
+    middle = [median(found.tolist()) for found in values.values()]
+    ends = {
+        "at": at,
+        "low": [found.min() for found in values.values()],
+        "high": [found.max() for found in values.values()],
+    }
+    heads = [TeeHead(line_color=style.color, size=10) for _ in range(2)]
+    plot.add_layout(
+        Whisker(
+            source=ColumnDataSource(ends),
+            base="at",
+            lower="low",
+            upper="high",
+            line_color=style.color,
+            lower_head=heads[0],
+            upper_head=heads[1],
+        )
     )
-    for name, values in groups.items():
-        chart.scatter([name] * len(values), values, color=PALETTE[0], alpha=0.3, size=5)
-        chart.scatter([name], [median(values)], color=PALETTE[3], marker="dash", size=40, line_width=3)
-        _add_range(chart, [name], [values], PALETTE[3])
-    chart.xaxis.major_label_orientation = 0.6
-    return _legible(chart)
+    plot.line(at, middle, line_color=style.color, line_width=2.5)
+    plot.scatter(at, middle, marker=style.marker, size=10, line_color=style.color, line_width=2, fill_color=GROUND)
 
 
-def _add_range(chart: Any, at: Sequence[object], values: Sequence[Sequence[float]], colour: str) -> None:
-    ends = {"at": at, "low": list(map(min, values)), "high": list(map(max, values))}
-    source = ColumnDataSource(ends)
-    chart.add_layout(Whisker(source=source, base="at", lower="low", upper="high", line_color=colour))
+def _spaced(rates: Sequence[int], ends: tuple[float, float]) -> list[int]:
+    """Return the rates whose numbers do not overlap on an axis of powers, the first and as many others as fit."""
+    low, high = np.log(ends)
+    shown: list[int] = []
+    for rate in rates:
+        if not shown or np.log(rate / shown[-1]) >= TICK_DISTANCE * (high - low):
+            shown.append(rate)
+    return shown
 
 
-def _speeds(rows: Sequence[Row]) -> Any:
+def _speed_counts(rows: Sequence[Row]) -> dict[str, Floats]:
+    """Return the number of final speeds in each class, of each engine over its seeds: (SPEED_CLASSES,)."""
+    counts: dict[str, Floats] = {}
+    for row in rows:
+        if row.get("speeds"):
+            counts[engine_of(row)] = counts.get(engine_of(row), np.zeros(SPEED_CLASSES)) + row["speeds"]
+    return counts
+
+
+def _speeds(counts: dict[str, Floats], styles: dict[str, Style]) -> Chart:
     """Draw the number of final speeds in each class, relative to the number that their law expects: 1 if it holds."""
-    chart = figure(
-        title="Speeds at the end, compared with the law for as many balls of the same energy",
+    plot = figure(
+        height=HEIGHT,
+        x_range=Range1d(start=0, end=1),
         x_axis_label="fraction of balls that are slower, by the law",
-        y_axis_label="balls found / expected",
-        **CHART_OPTIONS,
+        y_axis_label="found / expected",
+        tools="",
+        toolbar_location=None,
     )
     middles = (np.arange(SPEED_CLASSES) + 0.5) / SPEED_CLASSES
-    for name, style in _styles(rows).items():
-        counts = np.sum([row["speeds"] for row in rows if _name(row) == name and row["speeds"]], axis=0)
-        if np.sum(counts):
-            shares = counts * SPEED_CLASSES / np.sum(counts)
-            chart.step(
-                middles,
-                shares,
-                mode="center",
-                color=style.color,
-                line_dash=style.dash,
-                line_width=2.5,
-                legend_label=name,
-            )
-    chart.line([0, 1], [1, 1], color="black")
-    return _legible(chart)
-
-
-def _legible(chart: Any) -> Any:
-    """Set a chart's text large enough for a projector."""
-    chart.title.text_font_size = "18px"
-    chart.axis.axis_label_text_font_size = chart.axis.major_label_text_font_size = "15px"
-    if chart.legend:
-        chart.legend.label_text_font_size = "15px"
-        chart.add_layout(chart.legend[0], "right")
-    return chart
+    for name, total in counts.items():
+        style, shares = styles[name], total * SPEED_CLASSES / total.sum()
+        plot.line(middles, shares, line_color=style.color, line_width=2.5)
+        plot.scatter(
+            middles, shares, marker=style.marker, size=8, line_color=style.color, line_width=2, fill_color=GROUND
+        )
+    plot.line([0, 1], [1, 1], line_color=INK)
+    about = (
+        "Balls found in each class of speeds, divided by the number that the law for as many balls of the same energy "
+    )
+    about += "expects. All are 1 if it holds, "
+    fewest = min(total.sum() for total in counts.values()) / SPEED_CLASSES
+    about += f"give or take {100 / np.sqrt(fewest):.0f} % by chance."
+    alt = "Final speeds compared with their law."
+    return Chart("speeds", "Speeds at the end", about, alt, legend_of({name: styles[name] for name in counts}), plot)

@@ -127,14 +127,15 @@ def _tunings(engine: str, settings: Mapping[str, Sequence[Value]]) -> list[str]:
     return [format_settings(dict(zip(keys, choice, strict=True))) for choice in choices]
 
 
-def _settings_of(job: Job) -> dict[str, Value]:
+def settings_of(job: Job) -> dict[str, Value]:
+    """Return the settings of a job: of Pymunk and keys of the scene."""
     return parse_settings(job.settings, job.settings) if job.settings else {}
 
 
 def scene_of_job(scene: Scene, job: Job) -> Scene:
     """Return the scene that a job runs. Raises SandboxError for an invalid setting, rate or seed."""
     tuning: dict[str, Value] = {}
-    for key, value in _settings_of(job).items():
+    for key, value in settings_of(job).items():
         if key in OF_PYMUNK:
             tuning[key] = value
         else:
@@ -145,7 +146,7 @@ def scene_of_job(scene: Scene, job: Job) -> Scene:
 
 def reference_job(against: str, job: Job) -> Job:
     """Return the job of the reference that a job is measured against; jobs for which it is the same can share it."""
-    settings = {key: value for key, value in _settings_of(job).items() if key not in OF_PYMUNK}
+    settings = {key: value for key, value in settings_of(job).items() if key not in OF_PYMUNK}
     return job._replace(engine=against, settings=format_settings(settings) if against in UNTUNED else job.settings)
 
 

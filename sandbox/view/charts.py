@@ -10,6 +10,7 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.analysis.scales import Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks
@@ -20,8 +21,7 @@ from sandbox.view.chart_places import ChartPlaces, chart_places, small, spread
 from sandbox.view.instruments import LAW, Instrument, TimeChart, default_instruments, time_charts
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.palette import chart_background, palette
-from sandbox.view.primitives import card, lettering, round_up, shortened, text_width
-from sandbox.view.scales import Span
+from sandbox.view.primitives import card, lettering, shortened, text_width
 from sandbox.view.speed_chart import SPEED_TITLE, SpeedChart
 from sandbox.view.time_axis import TimeAxis
 

@@ -9,10 +9,10 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.gas import why_no_gas
+from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale
 from sandbox.scene.model import Scene
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
-from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale
 
 LAW: Final = "theory"  # name of a law's line
 CONTACT_SECONDS: Final = 1.0  # s, over which contacts are counted

@@ -8,12 +8,13 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.analysis.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 from sandbox.view.layers import Layer
 from sandbox.view.palette import contrast, palette
-from sandbox.view.primitives import arrow, lettering, round_up
+from sandbox.view.primitives import arrow, lettering
 from sandbox.view.recent import CONTACT_SECONDS, RecentContacts, Trail
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long

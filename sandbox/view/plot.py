@@ -10,14 +10,14 @@ import numpy as np
 from pygame import Rect
 
 from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.scales import MIN_GAP, round_up
 from sandbox.analysis.series import energies, thinned
 from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.state import Floats
 from sandbox.view.canvas import TEXT_HEIGHT, Canvas, PngCanvas, SvgCanvas
 from sandbox.view.palette import palette
-from sandbox.view.primitives import round_up, text_width
-from sandbox.view.scales import MIN_GAP
+from sandbox.view.primitives import text_width
 
 CANVASES: Final[Mapping[str, Callable[[tuple[int, int]], Canvas]]] = {".png": PngCanvas, ".svg": SvgCanvas}
 CHART: Final = (720, 220)  # width and height of a chart without its axes

@@ -182,12 +182,6 @@ def label(surface: Surface, text: str, near: Point, height: int, within: Rect, c
     surface.blit(line, line.get_rect(center=place.center))
 
 
-def round_up(size: float) -> float:
-    """Return the least of 1, 2, 5, 10, 20, 50, ... that is not less than a size."""
-    power = 10.0 ** np.floor(np.log10(size))
-    return float(next(power * step for step in (1, 2, 5, 10) if power * step >= size * (1 - 1e-9)))
-
-
 def panel(surface: Surface, place: Rect) -> None:
     """Draw the background of something that lies over everything else."""
     pygame.draw.rect(surface, FRAME, place, border_radius=6)

@@ -9,12 +9,13 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.analysis.gas import expected_counts, speed_law, why_lawless
+from sandbox.analysis.scales import round_up
 from sandbox.quantity import length
 from sandbox.session.history import Moment
 from sandbox.state import Floats
 from sandbox.view.instruments import LAW
 from sandbox.view.palette import Palette
-from sandbox.view.primitives import lettering, round_up
+from sandbox.view.primitives import lettering
 
 MIN_BALLS: Final = 50  # fewer make no histogram
 MIN_BINS: Final = 8

@@ -302,7 +302,7 @@ def test_the_report_has_the_advice() -> None:
     trials = [trial({}), trial({"substeps": 4}, apart=3.0)]
     text = page(comparison, trials)
     assert "<p>substeps=4: the paths agree until 3.00 s instead of until 1.00 s.</p>" in text
-    assert '<tr><th scope="row">substeps=4</th><td>until 3.00 s</td>' in text
+    assert '<tr><th scope="row">substeps=4</th><td data-label="paths agree">until 3.00 s</td>' in text
     assert 'id="advice"' not in page(comparison)
 
 

@@ -5,7 +5,6 @@ import io
 import json
 import multiprocessing
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -23,7 +22,6 @@ from sandbox.analysis.reference import SHIFTED_TWINS
 from sandbox.cli.options import parse_setting, settings_by_key
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
-from sandbox.report.sweep import page
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import State
@@ -612,27 +610,6 @@ def test_an_error_is_one_message_before_anything_runs(
     assert (code, out) == (2, "")
     assert error.startswith(message)
     assert error.count("\n") == 1
-
-
-# What it shows
-
-
-def test_the_report_has_a_chart_for_each_known_value_and_escapes_text_of_scenes() -> None:
-    balls = "count = 3\nradius = 5\ninside = [[0, 0], [300, 300]]\nspeed = 200"
-    scene = scene_of(balls, more='seconds = 0.5\ntitle = "</script><img src=x>"')
-    sweep = plan(scene, range(2), [60, 120], ["impulse"])
-    whole = [run_job(sweep.scene, sweep.against, job) for job in sweep.jobs]
-    rows = [{key: value for key, value in row.items() if not key.startswith("first_difference")} for row in whole]
-    plain = page(sweep, rows)
-    assert "<img src=x>" not in plain
-    assert "&amp;lt;img src=x&amp;gt;" in plain  # once for the page, once as text of the heading
-    assert "First difference" not in plain
-    assert "Speeds at the end" in plain
-    assert "Largest change of energy" in plain
-    assert not re.search(r"<(script|link)[^>]* (src|href)=", plain)
-    known = page(sweep, [row | {"first_difference.time": 0.1 * k, "horizon": 1.0 + k} for k, row in enumerate(rows)])
-    assert "First difference" in known
-    assert "Horizon, s" in known
 
 
 def test_a_scene_is_not_changed_by_its_sweep() -> None:

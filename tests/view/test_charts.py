@@ -11,6 +11,7 @@ from pygame import Color, Rect, Surface
 from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
+from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.engines.colours import colours_of
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -20,7 +21,6 @@ from sandbox.state import State, no_contacts
 from sandbox.view.chart_places import spread
 from sandbox.view.charts import Charts
 from sandbox.view.instruments import Instrument
-from sandbox.view.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 900, 300)

@@ -7,8 +7,9 @@ import pytest
 from pygame import Surface
 from window_driver import pixels
 
+from sandbox.analysis.scales import round_up
 from sandbox.state import Bools, Floats
-from sandbox.view.primitives import capsule, round_up
+from sandbox.view.primitives import capsule
 
 
 @pytest.mark.parametrize(("size", "up"), [(1, 1), (1.1, 2), (3, 5), (7, 10), (0.03, 0.05), (400, 500), (2e-7, 2e-7)])

@@ -6,13 +6,18 @@ from typing import Final, Protocol
 import numpy as np
 
 from sandbox.state import Floats
-from sandbox.view.primitives import round_up
 
 Span = tuple[float, float]  # the lowest and the highest position on an axis
 
 MIN_GAP: Final = 1e-3  # px, the lowest value of a logarithmic axis; what is less is drawn there
 NEAR_ZERO: Final = 1e-3  # up to which an axis with both signs is linear; then it has powers of ten
 LEAST_END: Final = 1e-2  # of such an axis, in both directions
+
+
+def round_up(size: float) -> float:
+    """Return the least of 1, 2, 5, 10, 20, 50, ... that is not less than a size."""
+    power = 10.0 ** np.floor(np.log10(size))
+    return float(next(power * step for step in (1, 2, 5, 10) if power * step >= size * (1 - 1e-9)))
 
 
 class Scale(Protocol):

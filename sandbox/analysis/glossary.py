@@ -1,0 +1,65 @@
+"""The words of comparisons, for readers who do not know them. The documents have the same glossary."""
+
+import re
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+
+class Word(NamedTuple):
+    """A word: what it means, and the beginnings of words by which texts use it, as a pattern."""
+
+    meaning: str
+    used: str
+
+
+GLOSSARY: Final[Mapping[str, Word]] = {
+    "Apart": Word(
+        "Two engines are apart from the time when a ball is more than its own radius from the reference's copy.",
+        "apart|radius off",
+    ),
+    "Approach speed": Word("The speed at which two balls near each other along the normal, v_n.", "v_n|approach"),
+    "Cause": Word("Why an engine changed energy, momentum or a position.", "cause"),
+    "Contact": Word(
+        "One resolved collision of two balls, or of a ball and a wall. A solver that works in time steps may report "
+        "one touch of two balls as several contacts, one in each step.",
+        "contact",
+    ),
+    "Depth": Word("How far two overlap when the contact is found, in px.", "deep|depth|overlap"),
+    "Escape": Word("A ball's centre leaves the arena.", "escape|outside the arena"),
+    "Expectation": Word("What must be true at a time by a law; `[[expect]]` in a scene.", "expectation"),
+    "First difference": Word("The first contact, or flight, that is not as in the reference.", "first difference"),
+    "Gap": Word("The distance between an engine's copy of a ball and the reference's, in px.", "gap"),
+    "Horizon": Word("The time from which chaos makes paths meaningless.", "horizon"),
+    "Impulse": Word("What a contact adds to one ball's momentum and takes from the other's, in kg px/s.", "impulse"),
+    "Ledger": Word(
+        "The list of all changes of energy, momentum and position, by cause. Its lines add up.",
+        "ledger",
+    ),
+    "Normal": Word("The unit vector from the first ball of a contact to the second, or to the wall.", "normal"),
+    "Reference": Word(
+        "The engine that the others are measured against; `exact` wherever it can run the scene.", "reference"
+    ),
+    "Restitution": Word(
+        "The ratio of the speed of parting to the approach speed, e. It is the elasticity of the pair.",
+        "restitution|elasticit",
+    ),
+    "RMS": Word("The root of the mean of the squares: an average in which large values count most.", "RMS"),
+    "Tunnelling": Word(
+        "A ball passes through a wall or another ball between two steps, without a contact.",
+        "tunnel|contact missed|passages",
+    ),
+    "Twin": Word(
+        "A copy of the reference that starts some units in the last place elsewhere, numbers its balls in reverse "
+        "order, or has half the hop, to find until when the reference means anything.",
+        "twin",
+    ),
+    "Undecided": Word("Contacts are simultaneous, and no law says which comes first.", "undecided"),
+    "Unresolved": Word("From then on, the paths depend on how the reference treats a heap.", "unresolved"),
+}
+
+
+def words_in(text: str) -> dict[str, str]:
+    """Return the words of the glossary that a text uses, with their meanings."""
+    return {
+        word: meaning for word, (meaning, used) in GLOSSARY.items() if re.search(rf"\b(?:{used})", text, re.IGNORECASE)
+    }

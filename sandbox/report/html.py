@@ -1,0 +1,100 @@
+"""What all pages share: one file of HTML with its style, its scripts and its charts, and nothing from a network."""
+
+import base64
+import hashlib
+import json
+import platform
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import Any, Final
+
+from bokeh.resources import Resources
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from sandbox.analysis.glossary import words_in
+from sandbox.engines.about import About, about
+from sandbox.report.charts import DARK, Chart, as_document
+from sandbox.report.numbers import minus, number, readable, share
+
+PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
+
+
+def render(
+    template: str,
+    charts: Sequence[Chart],
+    scripts: Sequence[str],
+    engines: Iterable[str],
+    *,
+    in_notebook: bool = False,
+    data: object = None,
+    **values: Any,
+) -> str:
+    """Return a page.
+
+    template: the name of the file for its sections; charts: drawn where a section has an element of their name;
+    scripts: the names of files that run after that for the charts; engines: their names, which are explained; data:
+    for the scripts, as JSON; in_notebook: for a frame in a notebook, without Bokeh's script, for which it asks its
+    parent; values: of the template.
+    """
+    environment = Environment(
+        loader=PackageLoader("sandbox.report", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"number": number, "share": share, "minus": minus, "readable": readable}
+    document, roots = as_document(charts)
+    known = {"charts": charts, "in_notebook": in_notebook, "versions": _versions()} | values
+    ours = {name: _text(name) for name in ("charts.js", *scripts)}
+    run = ({} if in_notebook else {"bokeh": bokeh_script()}) | ours
+    return environment.get_template("base.html").render(
+        known,
+        sections=environment.get_template(template).render(known),
+        engines=_described(engines),
+        words_in=words_in,
+        policy=_policy([bokeh_script(), *ours.values()]),
+        style=_text("page.css"),
+        scripts=run.values(),
+        data=_json(data),
+        document=_json({"document": document, "roots": roots, "dark": DARK}),
+    )
+
+
+def bokeh_script() -> str:
+    """Return the library that draws the charts, without what they do not need."""
+    script: str = Resources(mode="inline", components=["bokeh"], minified=True).js_raw[0]
+    return script
+
+
+def _described(names: Iterable[str]) -> dict[str, About]:
+    return {name: about(name) for name in names}
+
+
+def _text(name: str) -> str:
+    return files("sandbox.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _policy(scripts: Iterable[str]) -> str:
+    """Return the page's Content-Security-Policy: no network, and no script but these, whatever a scene contains."""
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:"
+
+
+def _json(value: object) -> str:
+    """Return JSON that cannot close the script element that contains it."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _versions() -> Mapping[str, str]:
+    return {"python": platform.python_version()} | dict(_installed())
+
+
+def _installed() -> Iterator[tuple[str, str]]:
+    for package in PACKAGES:
+        try:
+            yield package, version(package)
+        except PackageNotFoundError:  # an extra
+            continue

@@ -1,0 +1,37 @@
+"""The contacts of each engine with the motion of their balls before and after, for the page's table."""
+
+from typing import Any
+
+import numpy as np
+
+from sandbox.analysis.comparison import Comparison
+from sandbox.analysis.measurement import Run
+from sandbox.report.packing import packed
+
+
+def impacts(comparison: Comparison, most: int) -> dict[str, Any]:
+    """Return what the table needs: each ball's mass and moment of inertia, the walls' names, and contacts by engine."""
+    scene = comparison.scene
+    return {
+        "mass": scene.bodies.mass.tolist(),
+        "moment": scene.bodies.moment.tolist(),
+        "walls": [scene.wall_name(number) for number in range(scene.wall_numbers.stop)],
+        "engines": {name: _of_run(run, most) for name, run in comparison.runs.items() if len(run.impacts)},
+    }
+
+
+def _of_run(run: Run, most: int) -> dict[str, Any]:
+    """Return the first contacts of an engine.
+
+    contacts: (k, 3), time (s) and the numbers of the bodies; motion: (k, 2, 2, 3), of both bodies before and after,
+    velocity (px/s) and spin (rad/s). A wall's are zeros.
+    """
+    impacts = run.impacts[:most]
+    contacts = run.contacts[: len(impacts)]
+    numbers = np.column_stack([contacts["time"], contacts["first"], contacts["second"]])
+    motion = np.zeros((len(impacts), 2, 2, 3))
+    for index, when in enumerate(("before", "after")):
+        motion[:, :, index, :2] = impacts[when]
+        motion[:, :, index, 2] = impacts[f"spin_{when}"]
+    motion[contacts["second"] < 0, 1] = 0.0
+    return {"all": len(run.contacts), "contacts": packed(numbers.astype("<f8")), "motion": packed(motion.astype("<f4"))}
