@@ -6,10 +6,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from sandbox.analysis.difference import Record
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
+from sandbox.analysis.record import Record
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
 from sandbox.engines import Engines, default_engines, named
 from sandbox.errors import EngineError, SandboxError, suggestion

@@ -9,16 +9,13 @@ the engine's own run, the reference's is searched. Without one there either, the
 """
 
 import math
-from bisect import bisect_left, bisect_right
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS, Findings
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     BY_STATES,
@@ -28,20 +25,21 @@ from sandbox.analysis.explain import (
     UNCONVERGED,
     WRONG_REFERENCE,
     explain,
-    explain_damping,
-    explain_flight,
-    explain_gravity,
     explain_passage,
     explain_start,
 )
-from sandbox.analysis.ledger import (
-    DAMPED,
-    PUSHED_OUT,
-    PUT_ELSEWHERE,
-    SPIN_CHANGED,
-    VELOCITY_CHANGED,
-    Flights,
-    steps_containing,
+from sandbox.analysis.findings import MAX_TRACE_STEPS
+from sandbox.analysis.ledger import steps_containing
+from sandbox.analysis.matching import match_contacts
+from sandbox.analysis.record import (
+    INSIGNIFICANT,
+    Error,
+    Reason,
+    Record,
+    errors_in_flight,
+    errors_of_contacts,
+    influence,
+    significant,
 )
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
@@ -52,18 +50,8 @@ from sandbox.state import Bools, Contacts, Floats, Integers, State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
-
 SINGLE_PRECISION: Final = 4 * float(np.finfo(np.float32).eps)  # of a position: what some operations in float32 round
-INSIGNIFICANT: Final = 1e-3  # of the largest difference, or error: a smaller one is not the first
 GRAVITYS_PART: Final = 0.1  # of a difference; earlier bounces, each off by less than counts, have added the rest
-_OF_POSITIONS: Final = (Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT)
-_IN_FLIGHT: Final = {
-    VELOCITY_CHANGED: Cause.UNTOLD,
-    SPIN_CHANGED: Cause.UNTOLD,
-    PUT_ELSEWHERE: Cause.PLACED,
-    PUSHED_OUT: Cause.PUSHED,
-}
-
 Velocities = tuple[Vector, ...]
 Spins = tuple[float, ...]
 
@@ -114,23 +102,6 @@ def pair_name(scene: Scene, contact: Difference | Passage) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
-class Record(NamedTuple):
-    """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
-
-    start: its state when the comparison begins; clamps_early: whether the engine is known to limit friction by the
-    impulse without restitution; name: the engine's; unjudged: why its contacts cannot be judged one by one, if so.
-    """
-
-    contacts: Contacts
-    findings: Findings
-    missed: Sequence[Passage]
-    flights: Flights
-    start: State
-    clamps_early: bool = False
-    name: str = "The engine"
-    unjudged: Cause | None = None
-
-
 class Place(NamedTuple):
     """Where a difference is: the contact's numbers in the engine and in the reference, -1 where it is not."""
 
@@ -139,26 +110,6 @@ class Place(NamedTuple):
     own: int
     reference: int
     size: float  # px/s between the velocities after, or by which an impulse at the rim that turns as much moves a disc;
-    # of a contact that only one has, what it changes velocities by
-
-
-class Reason(NamedTuple):
-    """Why a contact differs. The fields are those of `Difference`."""
-
-    cause: Cause
-    because: str
-    in_reference: bool = False
-
-
-class Error(NamedTuple):
-    """An error of an engine, in the order in which errors are looked for."""
-
-    of_position: bool  # and not of a velocity, which outranks it
-    time: float  # s
-    ball: int
-    contact: int  # its number, or -1 if the error is in flight
-    reason: Reason
-    size: float = math.inf  # px/s or px, of one step; infinite if every step repeats it
 
 
 def difference_of_states(time: float, ball: int, own: Record, reference: Record) -> Difference:
@@ -250,7 +201,7 @@ class _Matches:
         self.scene, self.own, self.reference = scene, own, reference
         slack = MAX_TRACE_STEPS / scene.rate
         self.until = min(until, end - slack)
-        self.of_reference, self.matched = _match(own, reference, until, slack)
+        self.of_reference, self.matched = match_contacts(own, reference, until, slack)
         times = own.contacts["time"]
         ends = steps_containing(times, scene.rate) / scene.rate
         self.at_ends_of_steps = bool((np.abs(times - ends) <= NEGLIGIBLE / scene.rate).all())
@@ -328,7 +279,7 @@ class _Matches:
         differing = tuple(self.difference(self._displacement_at(k), self._reason_of(k)) for k in contacts)
         errors = [
             error
-            for error in _errors_in_flight(
+            for error in errors_in_flight(
                 self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
             )
             if error.time <= self.until + 1 / self.scene.rate and not (differing and differing[0].time <= error.time)
@@ -369,11 +320,11 @@ class _Matches:
         """
         first, second = self.bodies(place)
         time = place.time + (1 / self.scene.rate if place.kind == Kind.MISSING else 0.0)
-        until, contacts = _influence(record.contacts, [first, second], time)
+        until, contacts = influence(record.contacts, [first, second], time)
         other = self.reference if record is self.own else self.own
-        in_flight = _errors_in_flight(self.scene, record, other, until)
-        errors = [*_errors_of_contacts(self.scene, record, contacts), *in_flight]
-        return min(_significant(errors), default=None)
+        in_flight = errors_in_flight(self.scene, record, other, until)
+        errors = [*errors_of_contacts(self.scene, record, contacts), *in_flight]
+        return min(significant(errors), default=None)
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
@@ -573,72 +524,6 @@ def _in_reference(reason: Reason) -> Reason:
     return Reason(reason.cause, f"{WRONG_REFERENCE} {reason.because}", in_reference=True)
 
 
-def _influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[dict[int, float], list[int]]:
-    """Return which balls can have led to what some bodies do at a time (s), each with the time up to which it can have.
-
-    Also returns the contacts, by number, that passed it on, the last first.
-    """
-    until = {body: time for body in bodies if body >= 0}
-    passed = []
-    for k in range(int(np.searchsorted(contacts["time"], time)) - 1, -1, -1):
-        pair = int(contacts["first"][k]), int(contacts["second"][k])
-        if any(ball in until for ball in pair):
-            passed.append(k)
-            for ball in pair:
-                if ball >= 0:
-                    until.setdefault(ball, float(contacts["time"][k]))
-    return until, passed
-
-
-def _significant(errors: Sequence[Error]) -> list[Error]:
-    """Leave out errors that are far smaller than another of their kind, unless every step repeats them."""
-    found = []
-    for of_position in (False, True):
-        sizes = [one.size for one in errors if one.of_position == of_position and one.size < math.inf]
-        least = INSIGNIFICANT * max(sizes, default=0.0)
-        found += [one for one in errors if one.of_position == of_position and one.size >= least]
-    return found
-
-
-def _errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) -> Iterator[Error]:
-    """Find the errors of some contacts."""
-    bodies = scene.bodies
-    for k in numbers:
-        contact, finding = record.contacts[k], record.findings[k]
-        cause, first = Cause(finding["cause"]), int(contact["first"])
-        if cause in (Cause.ROUNDING, Cause.GRAVITY, Cause.DAMPING):
-            continue
-        speed = finding["momentum_error"] / bodies.mass[first]
-        fastest = np.abs(finding["before"]).max() + (bodies.radius[first] * np.abs(finding["spin_before"])).max()
-        of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * fastest
-        if of_velocity or finding["displacement_error"] > NEGLIGIBLE * bodies.radius[first]:
-            reason = Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
-            size = float(speed if of_velocity else finding["displacement_error"])
-            yield Error(not of_velocity, float(contact["time"]), first, k, reason, size)
-
-
-def _errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[int, float]) -> Iterator[Error]:
-    """Find the errors of some balls in flight, each up to a time (s), of gravity, and damping that another has not."""
-    flights, of_other = record.flights, other.flights.damping
-    for ball, time in until.items():
-        for kind, cause in _IN_FLIGHT.items():
-            step = int(flights.step[ball, kind])
-            if step and (step - 1) / scene.rate < time:
-                reason = Reason(cause, explain_flight(scene, flights, ball, kind))
-                size = math.hypot(*flights.change[ball, kind])
-                size *= scene.bodies.radius[ball] if kind == SPIN_CHANGED else 1.0
-                of_position = kind not in (VELOCITY_CHANGED, SPIN_CHANGED)
-                yield Error(of_position, step / scene.rate, ball, -1, reason, float(size))
-        other_gravity = flights.gravity != (float(scene.gravity[0]), float(scene.gravity[1]))
-        if other_gravity or flights.off_parabola != (0.0, 0.0):
-            reason = Reason(Cause.GRAVITY, explain_gravity(scene, flights))
-            yield Error(not other_gravity, 1 / scene.rate, ball, -1, reason)
-        damped = int(flights.step[ball, DAMPED])
-        if damped and (damped - 1) / scene.rate < time and flights.damping != of_other:
-            reason = Reason(Cause.DAMPING, explain_damping(flights.damping, other.name, of_other))
-            yield Error(False, damped / scene.rate, ball, -1, reason)
-
-
 def _speed(record: Record, k: int) -> float:
     """Return by how much a contact changes the velocity of the ball that it changes more, px/s."""
     finding = record.findings[k]
@@ -655,75 +540,3 @@ def _velocities(finding: np.void | None, key: str, second: int) -> Velocities | 
 def _spins(finding: np.void | None, key: str, second: int) -> Spins | None:
     """Return the spins of a contact's balls before or after it."""
     return None if finding is None else tuple(float(spin) for spin in finding[key][: 1 if second < 0 else 2])
-
-
-def _match(of_engine: Record, of_other: Record, until: float, slack: float) -> tuple[Integers, Bools]:
-    """Match contacts of the same pair: by time, if they are no further apart than the slack (s), else by their order.
-
-    Of several that are near enough, the one with the most similar velocities before is taken. Later than the slack, a
-    contact matches if it is the next of both its bodies in the engine and in the reference: then the two have met
-    nothing else meanwhile, and one that was missed is not matched with a later one. A contact without an impulse
-    matches none. Returns, for each of the engine's contacts up to a time, the number of the reference's or -1, and
-    which of the reference's are matched.
-    """
-    own, reference = of_engine.contacts, of_other.contacts
-    reference = reference[: np.searchsorted(reference["time"], until + slack, "right")]
-    own_before, before = of_engine.findings["before"], of_other.findings["before"]
-    of_reference = np.full(len(own), -1)
-    matched = np.zeros(len(reference), bool)
-    waiting: dict[tuple[int, int], list[int]] = defaultdict(list)
-    for r, pair in enumerate(zip(reference["first"].tolist(), reference["second"].tolist(), strict=True)):
-        waiting[pair].append(r)
-    begin: dict[tuple[int, int], int] = defaultdict(int)
-    times = reference["time"].tolist()
-    within = int(np.searchsorted(own["time"], until + slack, "right"))
-    has_impulse = np.flatnonzero(own["impulse"])
-    columns = (own[key][has_impulse].tolist() for key in ("time", "first", "second"))
-    for k, time, first, second in zip(has_impulse.tolist(), *columns, strict=True):
-        queue, at = waiting[first, second], begin[first, second]
-        while at < len(queue) and times[queue[at]] < time - slack:
-            at += 1
-        end = at
-        while end < len(queue) and times[queue[end]] <= time + slack:
-            end += 1
-        if end - at > 1:
-            at += int(np.abs(before[queue[at:end]] - own_before[k]).max(axis=(1, 2)).argmin())
-        if k < within and at < end:
-            of_reference[k] = queue[at]
-            matched[queue[at]] = True
-            at += 1
-        begin[first, second] = at
-    _match_by_order(own, reference, of_reference, matched)
-    count = max(within, int(np.flatnonzero(of_reference >= 0).max(initial=-1)) + 1)
-    return of_reference[:count], matched
-
-
-def _match_by_order(own: Contacts, reference: Contacts, of_reference: Integers, matched: Bools) -> None:
-    """Match what is left of the reference's contacts, each with the next of both its bodies since their last match."""
-    left = np.flatnonzero(~matched).tolist()
-    if not left:
-        return
-    sequences, expected = _sequences(own), _sequences(reference)
-    own_of = {int(of_reference[k]): k for k in np.flatnonzero(of_reference >= 0).tolist()}
-    for r in left:
-        followers = set()
-        for ball in (int(reference["first"][r]), int(reference["second"][r])):
-            if ball >= 0:
-                earlier = bisect_left(expected[ball], r)
-                last = own_of.get(expected[ball][earlier - 1], len(own)) if earlier else -1
-                later = sequences[ball][bisect_right(sequences[ball], last) :][:1]
-                followers.add(later[0] if later else -1)
-        k = followers.pop()
-        if k < 0 or followers or of_reference[k] >= 0:
-            continue
-        if all(own[key][k] == reference[key][r] for key in ("first", "second")):
-            of_reference[k], matched[r], own_of[r] = r, True, k
-
-
-def _sequences(contacts: Contacts) -> dict[int, list[int]]:
-    """Return the numbers of each ball's contacts that have an impulse."""
-    sequences: dict[int, list[int]] = defaultdict(list)
-    for k in np.flatnonzero(contacts["impulse"]).tolist():
-        for key in ("first", "second"):
-            sequences[int(contacts[key][k])].append(k)
-    return sequences

@@ -5,9 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.attribution import pair_friction
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.ledger import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
+from sandbox.analysis.findings import pair_friction
+from sandbox.analysis.flights import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 

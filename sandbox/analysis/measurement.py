@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.difference import Difference, Record, difference_of_states, differences
+from sandbox.analysis.difference import Difference, difference_of_states, differences
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.ledger import Entry, Ledger, steps_containing, why_unjudged
+from sandbox.analysis.record import Record
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent

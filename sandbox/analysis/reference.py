@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.attribution import MAX_TRACE_STEPS
+from sandbox.analysis.findings import MAX_TRACE_STEPS
 from sandbox.analysis.ledger import steps_containing
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import Engine

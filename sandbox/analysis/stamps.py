@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.attribution import SceneConstants, give_impulse, line_to_wall
 from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.analysis.findings import SceneConstants, give_impulse, line_to_wall
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.walls import ARENA_COUNT
 from sandbox.state import Contacts, Floats, Integers

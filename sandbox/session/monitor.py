@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Record, differences
+from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, differences
 from sandbox.analysis.ledger import Ledger, why_unjudged
+from sandbox.analysis.record import Record
 from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines.engine import Traits
