@@ -14,6 +14,7 @@ import kernel_cache
 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.folder())  # before numba is imported; processes of tests inherit it
 
+import hypothesis
 import pytest
 
 from sandbox.cli import main
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from sandbox.view.window import Window
 
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
+hypothesis.settings.register_profile("tests", deadline=None)  # how long an example takes depends on other programs
+hypothesis.settings.load_profile("tests")
 REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
 
 

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Final
@@ -48,6 +49,7 @@ LIBRARIES: Final = {  # library -> the modules and folders that may import it; n
 }
 
 
+@cache
 def imported(file: Path) -> set[str]:
     """Return the full names that a file imports, at its top or within a function."""
     names: set[str] = set()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from conftest import scene_of
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.quantity import (
@@ -31,7 +31,6 @@ def arrays(balls: Moving) -> tuple[Floats, Floats, Floats]:
     return np.array(position), np.array(velocity), np.array(mass)
 
 
-@settings(deadline=None)
 @given(balls=moving)
 def test_kinetic_energy_and_momentum_are_the_sums_over_the_balls(balls: Moving) -> None:
     _, velocity, mass = arrays(balls)
@@ -42,7 +41,6 @@ def test_kinetic_energy_and_momentum_are_the_sums_over_the_balls(balls: Moving) 
     assert momentum(velocity, mass) == pytest.approx(total, abs=1e-13 * size)
 
 
-@settings(deadline=None)
 @given(balls=moving, gravity=vector, size=st.tuples(st.floats(1, 1e3), st.floats(1, 1e3)))
 def test_potential_energy_is_the_work_gravity_has_left_to_do(
     balls: Moving, gravity: tuple[float, float], size: tuple[float, float]
@@ -93,7 +91,6 @@ def test_length() -> None:
 discs = st.lists(st.tuples(st.floats(0, 100), st.floats(0, 100), st.floats(0.5, 30)), min_size=1, max_size=14)
 
 
-@settings(deadline=None)
 @given(balls=discs, wide=st.booleans())
 def test_the_deepest_overlap_equals_that_of_all_pairs(balls: list[tuple[float, float, float]], wide: bool) -> None:
     x, y, radius = np.array(balls).T
@@ -118,7 +115,6 @@ def test_touching_balls_do_not_overlap_and_coincident_balls_overlap_by_a_diamete
     assert deepest_overlap(np.array([[100.0, 50.0], [100.0, 50.0]]), radius) == (40.0, 0, 1)
 
 
-@settings(deadline=None)
 @given(point=vector, start=vector, end=vector)
 def test_segment_distance_is_the_least_along_the_segment(
     point: tuple[float, float], start: tuple[float, float], end: tuple[float, float]

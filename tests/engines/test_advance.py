@@ -38,7 +38,7 @@ def play(name: str, scene: str, blocks: list[int], kick: int) -> list[Floats | C
 
 
 @pytest.mark.parametrize(("name", "scene"), [(name, scene) for name, scenes in SCENES.items() for scene in scenes])
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(blocks=st.lists(st.integers(1, 90), min_size=2, max_size=4), rows=st.sampled_from([1, 2, 64]), data=st.data())
 def test_a_block_of_steps_is_so_many_single_steps(
     name: str, scene: str, blocks: list[int], rows: int, data: st.DataObject

@@ -44,7 +44,7 @@ def test_thirty_explicit_balls_equal_the_article_s_program() -> None:
     assert np.array_equal(run.velocity, expected["velocity"] * 60)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     seed=st.integers(0, 10**6),
     count=st.integers(1, 25),

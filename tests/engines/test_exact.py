@@ -569,7 +569,7 @@ def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, li
             v[j] += impulse / m[j] * n
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(
     balls=st.lists(
         st.tuples(st.floats(4, 20), st.floats(0.1, 50), st.sampled_from([1.0, 0.9, 0.7]), st.floats(1, 300)),

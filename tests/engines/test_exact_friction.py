@@ -535,7 +535,7 @@ def random_scene(balls: list[tuple[float, float, float, float]], seed: int, head
     return parse(f"seed = {seed}\n{head}\n{arena}{walls}{groups}", "test")
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(balls=st.lists(RANDOM, min_size=1, max_size=6), seed=st.integers(0, 2**32), falls=st.booleans())
 def test_contacts_account_for_all_velocities_and_spins(balls: list[Any], seed: int, falls: bool) -> None:
     """And obey Coulomb's law; without gravity, the heat that they state is the energy that is lost."""

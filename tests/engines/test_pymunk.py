@@ -194,7 +194,7 @@ def run_in_steps(scene: Scene, steps: int, kicked: int) -> tuple[Floats, Floats,
 
 
 @pytest.mark.parametrize("scene", [load("gas-100"), load("funnel"), ROUGH], ids=["gas-100", "funnel", "rough"])
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     blocks=st.lists(st.integers(1, 70), min_size=2, max_size=5),
     substeps=st.integers(1, 3),

@@ -27,19 +27,26 @@ def article() -> sandbox.Comparison:
     return sandbox.compare("article", ["pymunk", "article", "exact"])
 
 
+@pytest.fixture(scope="module")
+def outputs(article: sandbox.Comparison) -> list[str]:
+    """Show the same comparison three times in a new notebook."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(notebook, "_provider", None)
+        return [article._repr_html_() for _ in range(3)]
+
+
 def has_bokeh(output: str) -> bool:
     return notebook.PROVIDER.partition("%s")[0] in output
 
 
-def test_the_page_is_in_a_frame_of_its_own(article: sandbox.Comparison) -> None:
-    found = re.fullmatch(r"(?s)<script>.*</script><iframe ([^']*) srcdoc='([^']*)' .*></iframe>", article._repr_html_())
+def test_the_page_is_in_a_frame_of_its_own(article: sandbox.Comparison, outputs: list[str]) -> None:
+    found = re.fullmatch(r"(?s)<script>.*</script><iframe ([^']*) srcdoc='([^']*)' .*></iframe>", outputs[0])
     assert found
     assert 'sandbox="allow-scripts"' in found[1]
     assert html.unescape(found[2]) == page(article, in_notebook=True)
 
 
-def test_only_the_first_of_three_outputs_has_bokeh(article: sandbox.Comparison) -> None:
-    outputs = [article._repr_html_() for _ in range(3)]
+def test_only_the_first_of_three_outputs_has_bokeh(outputs: list[str]) -> None:
     assert [has_bokeh(output) for output in outputs] == [True, False, False]
     assert not any(bokeh_script()[:200] in output for output in outputs)
     assert len(outputs[0]) < MAX_OUTPUT_BYTES
@@ -62,24 +69,25 @@ def test_a_page_that_is_too_large_is_shown_as_text(
     assert "<iframe" not in output
 
 
-def test_a_cell_that_runs_again_has_bokeh_again(article: sandbox.Comparison, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_cell_that_runs_again_has_bokeh_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """The notebook discards the earlier output of the cell."""
+    short = sandbox.compare("article", ["article"], seconds=0.1)
     cell = {"cellId": "first"}
     shell = SimpleNamespace(execution_count=1, get_parent=lambda: {"metadata": dict(cell)})
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
-    found = [has_bokeh(article._repr_html_()), has_bokeh(article._repr_html_())]
+    found = [has_bokeh(short._repr_html_()), has_bokeh(short._repr_html_())]
     for cell["cellId"], shell.execution_count in (("second", 2), ("first", 3), ("second", 4)):
-        found.append(has_bokeh(article._repr_html_()))
+        found.append(has_bokeh(short._repr_html_()))
     assert found == [True, False, False, True, False]
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_every_output_of_a_notebook_has_charts_and_balls(
-    browser: Browser, article: sandbox.Comparison, tmp_path: Path, number: int
+    browser: Browser, outputs: list[str], tmp_path: Path, number: int
 ) -> None:
     file = tmp_path / "notebook.html"
-    outputs = "".join(f"<div>{article._repr_html_()}</div>" for _ in range(3))
-    file.write_text(f"<!doctype html><meta charset=utf-8>{outputs}", encoding="utf-8")
+    cells = "".join(f"<div>{output}</div>" for output in outputs)
+    file.write_text(f"<!doctype html><meta charset=utf-8>{cells}", encoding="utf-8")
     with browser.frame_of(file, number):
         browser.wait_for(READY)
         assert browser.run("document.querySelectorAll('.charts canvas, .charts .bk-Figure').length") > 0
@@ -91,11 +99,10 @@ def test_every_output_of_a_notebook_has_charts_and_balls(
 
 
 def test_without_the_output_that_has_bokeh_the_page_plays_and_says_what_is_missing(
-    browser: Browser, article: sandbox.Comparison, tmp_path: Path
+    browser: Browser, outputs: list[str], tmp_path: Path
 ) -> None:
-    article._repr_html_()
     file = tmp_path / "notebook.html"
-    file.write_text(f"<!doctype html><meta charset=utf-8>{article._repr_html_()}", encoding="utf-8")
+    file.write_text(f"<!doctype html><meta charset=utf-8>{outputs[1]}", encoding="utf-8")
     with browser.frame_of(file):
         browser.wait_for("document.readyState === 'complete'")
         assert "restart the kernel" in browser.run("document.getElementById('waiting').innerText")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from conftest import scene_of
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.run.inputs import End, Grab, Input, Move, Release
@@ -34,7 +34,6 @@ def pulled(scene: Scene, to: float, x: float, v: float, steps: int) -> tuple[Flo
     return np.array(path), np.array(speeds)
 
 
-@settings(deadline=None)
 @given(rate=st.integers(1, 2000), away=st.floats(-30, 30), v=st.floats(-200, 200))
 def test_the_pull_is_critically_damped_and_integrated_by_backward_euler(rate: int, away: float, v: float) -> None:
     # Both eigenvalues of the step are 1 / (1 + h w), so x_n - target = (c0 + c1 n) / (1 + h w)^n.
@@ -47,7 +46,6 @@ def test_the_pull_is_critically_damped_and_integrated_by_backward_euler(rate: in
     assert position - 400 == pytest.approx(expected, abs=1e-9)
 
 
-@settings(deadline=None)
 @given(rate=st.integers(1, 5000), radius=st.floats(1, 100), fraction=st.floats(0, 1), back=st.booleans())
 def test_the_pull_never_overshoots_at_any_rate(rate: int, radius: float, fraction: float, back: bool) -> None:
     group = f"radius = {radius!r}\nposition = [400, 300]"
@@ -74,7 +72,6 @@ def test_a_held_ball_arrives_within_half_a_second_across_the_arena() -> None:
     assert near[-1] == pytest.approx(420, abs=1.5)
 
 
-@settings(deadline=None)
 @given(
     rate=st.integers(1, 2000),
     radius=st.floats(0.5, 200),
@@ -136,7 +133,6 @@ def test_the_pull_does_not_scale_with_gravity() -> None:
     assert np.array_equal(first[0], second[0])
 
 
-@settings(deadline=None)
 @given(at=st.tuples(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6)), move=st.booleans())
 def test_the_target_is_clamped_to_the_arena(at: tuple[float, float], move: bool) -> None:
     mouse = Mouse(scene_of("radius = 5\nposition = [50, 50]", "radius = 30\nposition = [400, 300]"))

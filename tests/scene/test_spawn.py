@@ -45,7 +45,6 @@ def gap_to_wall(position: Floats, radius: float, start: tuple[float, float], end
 # --- Drawn one by one ------------------------------------------------------------------------------------------
 
 
-@settings(deadline=None)
 @given(seed=st.integers(0, 2**64), count=st.integers(1, 40))
 def test_seed_k_starts_as_the_article_does_after_seeding_with_k(seed: int, count: int) -> None:
     article = load("article")
@@ -104,7 +103,6 @@ def test_a_grid_is_in_the_middle_and_filled_row_by_row() -> None:
     assert not state.velocity.any()
 
 
-@settings(deadline=None)
 @given(
     columns=st.integers(1, 12),
     rows=st.integers(1, 12),
@@ -128,7 +126,7 @@ def test_a_grid_at_a_position_and_partly_filled() -> None:
 # --- Inside ----------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     radius=st.floats(3, 30),
     count=st.integers(1, 60),
@@ -353,7 +351,6 @@ def test_a_ball_that_moves_by_its_radius_causes_no_warning() -> None:
     assert warnings_of(scene_of("radius = 4\nposition = [300, 300]\nvelocity = [240, 0]")) == []
 
 
-@settings(deadline=None)
 @given(radius=st.floats(0.5, 50), speed=st.floats(1, 1e5), rate=st.integers(1, 1000))
 @example(radius=0.5, speed=1.0000000000222042, rate=1)
 @example(radius=0.5, speed=1.0000002, rate=1)

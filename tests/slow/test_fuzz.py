@@ -322,7 +322,7 @@ def is_small(scene: Scene, inputs: list[Input]) -> bool:
     return few and fastest < 1_000 * rate * min(scene.arena.size)
 
 
-FUZZ = settings(deadline=None, suppress_health_check=list(HealthCheck))
+FUZZ = settings(suppress_health_check=list(HealthCheck))
 
 
 @pytest.mark.parametrize("cases", sizes(100, slow=10_000))

@@ -366,11 +366,11 @@ def check(seeds: Iterable[int], *, rough: bool) -> None:
     assert not {seed: verdict for seed, verdict in verdicts.items() if verdict.worst.share > 1}
 
 
-@pytest.mark.parametrize("count", sizes(24, slow=900))
+@pytest.mark.parametrize("count", sizes(12, slow=900))
 def test_exact_agrees_with_an_independent_program_in_50_digits(count: int) -> None:
     check(range(count), rough=False)
 
 
-@pytest.mark.parametrize("count", sizes(24, slow=300))
+@pytest.mark.parametrize("count", sizes(12, slow=300))
 def test_exact_agrees_with_friction_and_spin_too(count: int) -> None:
     check(range(count), rough=True)

@@ -297,13 +297,12 @@ class Monkey(RuleBasedStateMachine):
             )
 
 
-@pytest.mark.parametrize("examples", sizes(5, slow=833))
+@pytest.mark.parametrize("examples", sizes(3, slow=833))
 def test_whatever_the_input_the_run_equals_its_replay(examples: int) -> None:
     run_state_machine_as_test(
         Monkey,
         settings=settings(
             max_examples=examples,
-            deadline=None,
             suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
         ),
     )

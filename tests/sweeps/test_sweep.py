@@ -77,7 +77,12 @@ def started(*arguments: str, program: str = "", **environment: str) -> subproces
 
 
 def ended(process: subprocess.Popen[str]) -> tuple[int, str, str]:
-    out, error = process.communicate(timeout=120)
+    try:
+        out, error = process.communicate(timeout=600)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
+        raise
     return process.returncode, out, without_notice(error)
 
 
@@ -219,9 +224,9 @@ def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch:
 # Where it runs
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
+@pytest.mark.parametrize("count", [1, 4])
 def test_every_job_runs_once_whoever_runs_it(count: int) -> None:
-    """Five processes share three groups of jobs, so some run jobs of a group that another one has begun."""
+    """Four processes share three groups of jobs, so some run jobs of a group that another one has begun."""
     scene = load("article").changed(seconds=0.1)
     sweep = plan(scene, range(3), [60], ["pymunk"], {"iterations": range(1, 6)})
     done = [outcome.job for outcome in run_locally(sweep, sweep.jobs, count)]
