@@ -15,6 +15,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import require
+from window_driver import WorkerHere, click, drag, point, press
 
 from sandbox.run.edits import AddBall
 from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
@@ -24,7 +25,8 @@ from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
-from sandbox.view.controls import Group
+from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.controls import CONTROLS, Group, Panel
 from sandbox.view.layout import Layout
 from sandbox.view.widgets.group_header import GroupHeader
 from sandbox.view.widgets.slider import Slider
@@ -103,14 +105,17 @@ class Desktop:
         return pygame.image.load(file)
 
     @property
-    def layout(self) -> Layout:
+    def size(self) -> tuple[int, int]:
         geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
-        size = int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+        return int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+
+    @property
+    def layout(self) -> Layout:
         if self._model is None or self._model.scene is not self.scene:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("SDL_VIDEODRIVER", "dummy")
                 self._model = Window(self.scene, None)
-        return self._model.layout_in(size)
+        return self._model.layout_in(self.size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into a point of the window."""
@@ -331,6 +336,131 @@ def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop)
         there = ~np.isnan(replay.position[-1, :, 0])
         assert shown.position.tobytes() == replay.position[-1, there].tobytes()
         assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
+
+
+class Mirror:
+    """The window's copy in this process: it knows where the widgets are."""
+
+    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
+        """Let the sandbox save what was done, and do the same here."""
+        before = set(desktop.folder.glob("*.jsonl"))
+        desktop.key("j")
+        desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
+        [file] = set(desktop.folder.glob("*.jsonl")) - before
+        self.inputs = load_inputs(file, desktop.scene)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            self.window = Window(desktop.scene, engines, self.inputs)
+            self.window.screen = pygame.display.set_mode(desktop.size)
+        self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
+        self.window.playback.paused = True
+        for _ in range(steps_of(self.inputs)):
+            self.window.playback.step()
+        self._desktop = desktop
+
+    def open(self, panel: Panel) -> None:
+        """Open a page of the side panel, in both windows."""
+        key = next(control.typed for control in CONTROLS if control.action is panel)
+        self._desktop.key(key)
+        self.window.panel.toggle(panel)
+        for _ in range(3):
+            self.window.frame(1 / 60)
+
+    def click(self, text: str) -> None:
+        """Click the widget that shows a text, or has it as its name, in both windows."""
+        texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
+        number = next(k for k, shown in enumerate(texts) if text in shown)
+        place = self.window._placed[number][1]
+        self._desktop.xdo("mousemove", "--window", self._desktop.window, *place.center, "click", 1)
+        click(self.window, place.center)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag from a place of the first pane to another, in both windows."""
+        first, last = (point(self.window, *place) for place in (start, end))
+        xdo, window = self._desktop.xdo, self._desktop.window
+        xdo("mousemove", "--window", window, *first, "mousedown", 1)
+        xdo("mousemove", "--window", window, *last, "mouseup", 1)
+        drag(self.window, first, last)
+
+
+def open_the_article(desktop: Desktop) -> None:
+    desktop.key("slash")
+    desktop.xdo("type", "--delay", 30, "three balls")
+    desktop.key("Return")
+    desktop.wait_for(partial(desktop.has_title, "The article's three balls - sandbox"))
+    desktop.scene = load("article")
+    time.sleep(2)
+    desktop.key("p")
+
+
+def look_around(desktop: Desktop) -> None:
+    """Read what the scene is about, choose an instrument, enlarge a part, and show all again."""
+    desktop.key("F1", "F1", "2", "Down", "Return", "F11", "F11")
+    desktop.xdo("windowfocus", "--sync", desktop.window)
+    desktop.move(400, 300)
+    desktop.xdo("click", 4, "click", 4, "mousedown", 2)
+    desktop.move(500, 300)
+    desktop.xdo("mouseup", 2)
+    desktop.key("0")
+
+
+def ask_why(desktop: Desktop) -> None:
+    """Go to contacts that differ, and make the page."""
+    mirror = Mirror(desktop, ["pymunk", "article"])
+    mirror.open(Panel.WHY)
+    desktop.key("less", "less", "greater", "End")
+    mirror.click("make the page")
+    desktop.wait_for(lambda: list(desktop.folder.glob("*.html")), seconds=120)
+    desktop.key("w")
+
+
+def choose_engines(desktop: Desktop) -> list[str]:
+    """Replace one by a key, and add Pymunk with another setting."""
+    desktop.key("i")
+    mirror = Mirror(desktop, ["pymunk", "impulse"])
+    mirror.open(Panel.ENGINES)
+    mirror.click("pymunk(substeps=4)")
+    desktop.key("e")
+    return ["pymunk", "impulse", "pymunk(substeps=4)"]
+
+
+def edit(desktop: Desktop, engines: list[str]) -> None:
+    """Draw a wall, move one end of it, and move a ball; type the mass of another, and push it."""
+    mirror = Mirror(desktop, engines)
+    mirror.open(Panel.INSPECTOR)
+    mirror.click("draw wall")
+    mirror.drag((60, 560), (300, 560))
+    mirror.click("move")
+    mirror.drag((60, 560), (60, 520))
+    x, y = mirror.window.view.panes[0].state.position[0].tolist()
+    mirror.drag((x, y), (x + 5, y + 5))
+    desktop.key("period")
+    press(mirror.window, ".")
+    mirror.click("mass")
+    desktop.xdo("type", "--delay", 30, "2.5")
+    desktop.key("Return", "Shift+Right", "p")
+    time.sleep(1)
+    desktop.key("p")
+
+
+def test_a_session_with_every_panel_ends_in_files_that_equal_its_replay(desktop: Desktop) -> None:
+    open_the_article(desktop)
+    look_around(desktop)
+    ask_why(desktop)
+    engines = choose_engines(desktop)
+    edit(desktop, engines)
+    saved, mirror = load(desktop.save()), Mirror(desktop, engines)
+    inputs = desktop.quit()
+    assert [given.do for given in inputs] == ["start", "add-wall", "change-wall", "change", "change", "velocity", "end"]
+    assert inputs == mirror.inputs
+    assert len(saved.walls) == 1
+    assert saved.bodies.mass.tolist() == [1, 2.5, 1]
+    for pane in mirror.window.view.panes:
+        replay = simulate(desktop.scene, pane.name, steps=steps_of(inputs), inputs=inputs)
+        states = [pane.state] if pane.name != "pymunk" else [pane.state, spawn(saved)]
+        for state in states:
+            assert state.position.tobytes() == replay.position[-1].tobytes()
+            assert state.velocity.tobytes() == replay.velocity[-1].tobytes()
 
 
 def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(desktop: Desktop) -> None:
