@@ -34,7 +34,7 @@ def page(sweep: Sweep, rows: Sequence[Row]) -> str:
         list(_charts(sweep, rows)),
         [],
         dict.fromkeys(job.engine for job in sweep.jobs) | {sweep.against: None},
-        title=scene.title or scene.name,
+        title=f"{scene.title or scene.name}: a sweep",
         scene=scene,
         summary=summary(sweep, rows),
         settings=_settings(sweep),

@@ -60,7 +60,7 @@ class Playback:
             view.session.go_on_from(before.session)
             view.charts.axis.show_as(before.charts.axis)
             self.play(view)
-            self.settle()
+            self._run_to_here()
         except SandboxError as error:
             self.play(before)
             self._notice.show(str(error), Kind.ERROR)
@@ -100,20 +100,34 @@ class Playback:
         self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
 
     def catch_up(self) -> bool:
-        """Run the engines towards the current step for the time of a frame. Return whether they are still behind."""
+        """Run the engines towards the current step for the time of a frame. Return whether they are still behind.
+
+        Shows a notice if engines that run in place of others refuse an edit, which is then dropped.
+        """
+        with self._notice.reporting():
+            self._approach()
+        return self.session.steps_behind > 0
+
+    def _approach(self) -> None:
+        """Run the engines towards the current step for a frame. Raises SandboxError if one refuses an edit."""
         deadline = perf_counter() + FRAME_BUDGET
         while self.session.steps_behind:
-            with self._notice.reporting():  # engines that run in place of others can refuse an edit
-                self.session.catch_up(STEPS_PER_CHECK)
+            self.session.catch_up(STEPS_PER_CHECK)
             if perf_counter() > deadline:
                 break
         self.view.update()
-        return self.session.steps_behind > 0
 
     def settle(self) -> None:
         """Run the engines until they are at the current step."""
         while self.catch_up():
             self._show_progress()
+
+    def _run_to_here(self) -> None:
+        """Do the same as `settle`, but raise SandboxError if an engine refuses an edit."""
+        self._approach()
+        while self.session.steps_behind:
+            self._show_progress()
+            self._approach()
 
     def give(self, given: Input) -> None:
         """Apply an input in every engine; show a notice if an engine refuses it."""
@@ -185,7 +199,9 @@ class Playback:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""
         inputs, step = [*self.session.inputs], self.session.step
         try:
-            self._show_change(self.session.redo(), "there is nothing to redo")
+            is_there = self.session.redo()
+            self._run_to_here()
+            self._show_change(is_there, "there is nothing to redo")
         except SandboxError as error:
             self.session.return_to(step, inputs)
             self.settle()

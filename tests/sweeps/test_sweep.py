@@ -239,7 +239,7 @@ def test_local_processes_make_the_table(command: Command, workers: str, expected
     assert result == (0, "", "")
     assert without_times(Path("f.csv").read_text()) == expected
     assert not journal_path("f.csv").exists()
-    assert "Gap to the reference" in Path("f.html").read_text()
+    assert "RMS gap" in Path("f.html").read_text()
     assert sorted(path.name for path in Path().iterdir()) == ["f.csv", "f.html"]
 
 

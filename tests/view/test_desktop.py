@@ -395,8 +395,7 @@ def open_the_article(desktop: Desktop) -> None:
 
 def look_around(desktop: Desktop) -> None:
     """Read what the scene is about, choose an instrument, enlarge a part, and show all again."""
-    desktop.key("F1", "F1", "2", "Down", "Return", "F11", "F11")
-    desktop.xdo("windowfocus", "--sync", desktop.window)
+    desktop.key("F1", "F1", "2", "Down", "Return")
     desktop.move(400, 300)
     desktop.xdo("click", 4, "click", 4, "mousedown", 2)
     desktop.move(500, 300)

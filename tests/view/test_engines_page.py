@@ -124,7 +124,7 @@ def test_any_engine_can_be_typed(window: Window) -> None:
     push(window, "or type one", Field)
     press(window, *"pymunk(damping=0.5)", "Enter")
     assert listed(window) == ["pymunk", TUNED, "pymunk(damping=0.5)"]
-    press(window, *"pymnk", "Enter")
+    press(window, "Enter", *"pymnk", "Enter")
     assert "did you mean pymunk?" in window.status
     assert len(listed(window)) == 3
 

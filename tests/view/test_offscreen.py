@@ -67,12 +67,13 @@ def centre(frame: np.ndarray, place: pygame.Rect, colour: str) -> tuple[float, f
     return float(x.mean() + 0.5) / scale, float(y.mean() + 0.5) / scale
 
 
-def check_frame(frame: np.ndarray, scene: Scene, step: int) -> None:
+def check_frame(frame: np.ndarray, scene: Scene, step: int, off: float = 1.0) -> None:
+    """Check where the balls are. off: px of the picture by which each may be elsewhere."""
     layout = Layout(SIZE, scene.arena.size, 2, charts=2)
     for pane, engine in enumerate(("pymunk", "article")):
         position = simulate(scene, engine, steps=step).position[-1]
         for ball, colour in enumerate(COLOURS):
-            assert centre(frame, layout.arenas[pane], colour) == pytest.approx(position[ball], abs=1 / layout.scale)
+            assert centre(frame, layout.arenas[pane], colour) == pytest.approx(position[ball], abs=off / layout.scale)
 
 
 @pytest.mark.parametrize("ending", VIDEO_FORMATS)
@@ -85,9 +86,9 @@ def test_four_seconds_play_at_the_scene_s_pace_from_its_start_to_its_end(scene: 
     fps = {".gif": 50, ".webp": 60, ".mp4": 60}[ending]
     assert len(frames) == 4 * fps + 1
     assert lasts == pytest.approx(4 + 1 / fps, abs=1e-3)
-    check_frame(frames[0], scene, 0)
-    check_frame(frames[fps], scene, 60)  # after one second
-    check_frame(frames[-1], scene, 240)
+    off = 2.0 if ending == ".mp4" else 1.0  # colours have half the resolution there
+    for number, step in ((0, 0), (fps, 60), (-1, 240)):
+        check_frame(frames[number], scene, step, off)
     assert [entry.name for entry in Path().iterdir()] == [f"video{ending}"]
 
 
