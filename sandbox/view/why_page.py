@@ -162,9 +162,9 @@ class WhyPage:
     @property
     def _list_title(self) -> str:
         count = len(self._contacts)
-        others = f"{count} contacts" if count > 1 else "1 contact"
-        most = ", of more" if count == MAX_DIFFERENCES else ""
-        return f"{others}{most}, otherwise than in {self._playback.session.reference}; the newest first:"
+        others = f"{count} contacts differ" if count > 1 else "1 contact differs"
+        most = ", and more" if count == MAX_DIFFERENCES else ""
+        return f"{others} from {self._playback.session.reference}{most}; the newest first:"
 
     def _verdict(self, parts: Sequence[str]) -> str:
         return " ".join(parts) if self._is_whole or len(parts) < 2 else f"{parts[0]} …"
