@@ -20,8 +20,8 @@ from sandbox.view.ball_card import draw_ball_card
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import caption, draw_status
-from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
-from sandbox.view.editor import ANOTHER_ELASTICITY, ANOTHER_GRAVITY, Editor
+from sandbox.view.controls import Action, Control, Group, Panel, control_of
+from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage
 from sandbox.view.error_card import draw_error_card
 from sandbox.view.help import draw_help
@@ -35,7 +35,7 @@ from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.palette import FRAME
 from sandbox.view.pixels import fill
-from sandbox.view.playback import SPEEDS, Playback
+from sandbox.view.playback import Playback
 from sandbox.view.recorder import Recorder
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
@@ -44,18 +44,13 @@ from sandbox.view.side_panel import Page, SidePanel
 from sandbox.view.status_line import draw_status_line
 from sandbox.view.time_bar import draw_time_bar
 from sandbox.view.toolbar import Toolbar
+from sandbox.view.tools import tools
 from sandbox.view.why_page import WhyPage
-from sandbox.view.widgets.button import Button
 from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.slider import Slider
-from sandbox.view.widgets.widget import ARROWS, ENTER, Widget
+from sandbox.view.widgets.widget import ARROWS, ENTER
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
-ELASTICITIES: Final = tuple(k / 20 for k in range(21))
-GRAVITIES: Final = tuple(100.0 * k for k in range(-10, 21))  # px/s², downwards
-RATES: Final = (15, 30, 60, 120, 240, 480, 960, 1920, 3840)
-REMEDY: Final = "Click, or press I, to replace article by impulse."
 QUIT_HINT: Final = "Esc again quits"
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
@@ -101,7 +96,7 @@ class Window:
         self.help_open = False
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice))
         self.widgets = WidgetGroup()
-        self.toolbar = Toolbar(self._tools(), self.widgets)
+        self.toolbar = Toolbar(tools(self.playback, self.editor, self.do, self.is_on, self.use_impulse), self.widgets)
         self.panel = SidePanel(self._pages(), self.widgets)
         self.actions = self._actions()
         self._is_on: dict[Action, Callable[[], bool]] = {
@@ -121,38 +116,6 @@ class Window:
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
-
-    def _tools(self) -> dict[Group, list[Widget]]:
-        """Return the toolbar's widgets, by group: buttons, then sliders."""
-        tools: dict[Group, list[Widget]] = {group: [] for group in Group}
-        for control in CONTROLS:
-            if control.icon:
-                tools[control.group].append(Button(control, self.do, self.is_on))
-        playback, editor = self.playback, self.editor
-        tools[Group.TIME].append(
-            Slider("speed", "how fast time passes", SPEEDS, lambda: playback.speed, playback.set_speed, " x")
-        )
-        edit = partial(Slider, at_once=False, remedy=self.use_impulse, remedy_tip=REMEDY)
-        tools[Group.EDIT] += [
-            edit(
-                "elasticity",
-                "elasticity of every pair",
-                ELASTICITIES,
-                editor.elasticity,
-                editor.set_elasticity,
-                refusal=partial(editor.refusal, ANOTHER_ELASTICITY),
-            ),
-            edit(
-                "gravity",
-                "gravity downwards, px/s²",
-                GRAVITIES,
-                editor.gravity,
-                editor.set_gravity,
-                refusal=partial(editor.refusal, ANOTHER_GRAVITY),
-            ),
-            edit("rate", "steps per second", RATES, editor.rate, editor.set_rate),
-        ]
-        return tools
 
     def _pages(self) -> dict[Panel, Page]:
         return {
