@@ -75,7 +75,7 @@ class Clock:
 
     def time(self, step: int) -> float:
         """Return the time of a step, s."""
-        return float(self.times(step))
+        return float(self.times(step)) if self.varies else step / float(self._rates[0])
 
     def times(self, steps: ArrayLike) -> Floats:
         """Return the times of some steps, s."""

@@ -36,7 +36,7 @@ class AboutCard:
         left = layout.status.y - round((len(self._lines(layout)) + 2) * 1.4 * layout.text_height)
         return left if self.text and left > MIN_HELP_HEIGHT else layout.window[1]
 
-    def _lines(self, layout: Layout) -> list[str]:
+    def _lines(self, layout: Layout) -> tuple[str, ...]:
         height = layout.text_height
         return wrapped(self.text, min(layout.status.width - 2 * height, LINE_WIDTH * height), height)
 

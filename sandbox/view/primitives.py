@@ -91,10 +91,11 @@ def line_sample(surface: Surface, place: Rect, colour: Color, ground: Color, hei
     surface.fill(colour, (sample.x, sample.centery - width // 2, sample.width, width))
 
 
-def wrapped(text: str, width: int, height: int, indent: str = "") -> list[str]:
+@lru_cache(maxsize=256)
+def wrapped(text: str, width: int, height: int, indent: str = "") -> tuple[str, ...]:
     """Break a text into lines of about a width, px; all but the first are indented."""
     letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
-    return textwrap.wrap(drawable(text), letters, subsequent_indent=indent)
+    return tuple(textwrap.wrap(drawable(text), letters, subsequent_indent=indent))
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

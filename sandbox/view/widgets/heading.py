@@ -37,7 +37,7 @@ class Heading(Widget):
         """Return the height of its lines, px."""
         return round(0.45 * text_height) + len(self._lines(width, text_height)) * round(1.3 * text_height)
 
-    def _lines(self, width: int, text_height: int) -> list[str]:
+    def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
         return wrapped(self.text, width - 5 * text_height, text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:

@@ -38,7 +38,7 @@ class Words(Widget):
         """Return the height of its lines, px."""
         return len(self._lines(width, text_height)) * round(1.3 * text_height) + text_height // 3
 
-    def _lines(self, width: int, text_height: int) -> list[str]:
+    def _lines(self, width: int, text_height: int) -> tuple[str, ...]:
         return wrapped(self.text, width - text_height, text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
