@@ -55,8 +55,7 @@ def find_unexplained(
     """Find what the contacts of a step leave unexplained, and enter what gravity does otherwise than the scene's.
 
     before, after: positions, velocities and spins, (n, 2) px and px/s, (n,) rad/s; off_parabola: as `Flights` has it,
-    (2,). Returns the
-    largest unexplained momentum of a ball without a contact in the step, kg px/s.
+    (2,). Returns the largest unexplained momentum of a ball without a contact in the step, kg px/s.
     """
     pull = math.hypot(constants.gravity[0], constants.gravity[1]) * constants.dt
     fastest, furthest, momentum, unflown = 0.0, 0.0, 0.0, False

@@ -144,7 +144,7 @@ class SpaceReader:
 
         Pymunk caches a contact's impulse for `collision_persistence` steps. If the two part and touch again within
         them, the solver starts from that impulse and includes it in the total, but applies only the difference. If they
-        touch on, it applies the impulse times the ratio of this call's dt to the last one's.
+        stay in contact, it applies the impulse times the ratio of this call's dt to that of the call before.
         pair: (k,) a number for each pair; impulse: (k, 2) in total; call: (k,) of `Space.step`, in ascending order.
         """
         persistence, cached = self._space.collision_persistence, self._cached

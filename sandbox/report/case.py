@@ -57,7 +57,7 @@ class RunSoFar:
 
 @dataclass(frozen=True)
 class OtherContact:
-    """A contact that an engine and the reference have otherwise, as `compare` says it.
+    """A contact in which an engine differs from the reference, as `compare` describes it.
 
     step: of the run, the one that contains it; time: s, since the run began; speeds: of its balls before and after, and
     spins if they turn, line by line.
@@ -83,8 +83,8 @@ class LedgerLine:
 class EngineCase:
     """What is to be said of one engine.
 
-    contacts: those that it has otherwise than the reference, in order; agrees: the sentence that stands for them if
-    there are none; ledger: without lines that are 0.0000 %.
+    contacts: those that differ from the reference's, in order; agrees: the sentence that replaces an empty list of
+    contacts; ledger: its lines, except those that round to 0.0000 %.
     """
 
     contacts: tuple[OtherContact, ...]

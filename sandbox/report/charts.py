@@ -93,7 +93,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. No two share a marker, so that nobody needs colours."""
+    """How an engine's lines and bars are drawn. Each has its own marker, to be told apart without colours."""
 
     color: str
     marker: str

@@ -338,7 +338,7 @@ def check_ball(ball: int, scene: Scene) -> None:
 def check_wall(wall: int, scene: Scene) -> None:
     """Raise SandboxError if a scene has no wall of its own of this number."""
     if not scene.walls:
-        raise SandboxError(f"wall must be one of the scene's own, of which there are none; got {wall}")
+        raise SandboxError(f"the scene has no walls of its own, got wall {wall}")
     if wall >= len(scene.walls):
         raise SandboxError(f"wall must be at most {len(scene.walls) - 1}, got {wall}")
 

@@ -52,8 +52,7 @@ class Mouse:
     def _aim(self, at: Vector) -> None:
         assert self.ball is not None
         radius = float(self.scene.bodies.radius[self.ball])
-        x, y = (min(max(to, radius), size - radius) for to, size in zip(at, self.scene.arena.size, strict=True))
-        self.target = x, y
+        self.target = self.scene.arena.nearest_inside(at, radius)
 
     def pull(self, state: State) -> Vector:
         """Return the change of the grabbed ball's velocity for one step of an engine in a state, px/s."""

@@ -54,6 +54,11 @@ class Arena(Model):
     overlap: NotNegative = 0
     """Largest depth of a ball in the four walls at the start, px; scenes saved in mid-run may need it."""
 
+    def nearest_inside(self, position: Sequence[float], margin: float = 0.0) -> Vector:
+        """Return the position nearest to another that is inside, at least a margin from the edges, px."""
+        x, y = (min(max(to, margin), side - margin) for to, side in zip(position, self.size, strict=True))
+        return x, y
+
 
 class Wall(Model):
     """A static wall inside the arena: a segment with round ends."""

@@ -16,8 +16,6 @@ from sandbox.state import Floats, State
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
 SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
-
-
 FIRST: Final = 4  # column with a quantity of an engine
 
 

@@ -1,4 +1,4 @@
-"""A contact that an engine and the reference have otherwise, drawn in the panes: normals, velocities and overlap.
+"""A contact in which an engine differs from the reference, drawn in the panes: normals, velocities and overlap.
 
 What the engine found is in its colour, what the reference has in that of text. A velocity before the contact is a thin
 arrow that ends at its ball, one after it a thick arrow that begins there.

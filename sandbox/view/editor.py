@@ -209,10 +209,10 @@ class Editor:
 
 def _inside(moment: Moment, position: Vector, radius: float) -> Vector:
     """Return the position inside the arena that is nearest to a position. Raises SandboxError if something is there."""
-    x, y = (min(max(to, radius), side - radius) for to, side in zip(position, moment.scene.arena.size, strict=True))
-    if not _is_free(moment, (x, y), radius):
+    inside = moment.scene.arena.nearest_inside(position, radius)
+    if not _is_free(moment, inside, radius):
         raise SandboxError("there is no room for a ball there")
-    return x, y
+    return inside
 
 
 def _near_the_middle(moment: Moment, radius: float) -> Vector:

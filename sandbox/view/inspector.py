@@ -206,7 +206,7 @@ def _text(value: float) -> str:
 
 
 def _number(name: str, text: str) -> float:
-    """Return the number that a text is. Raises SandboxError if it is none."""
+    """Return the number in a text. Raises SandboxError if the text is not a number."""
     try:
         return float(text)
     except ValueError:

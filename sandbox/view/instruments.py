@@ -59,7 +59,7 @@ class TimeChart:
     values: Callable[[Samples, int], Floats]
 
     def columns(self, samples: Samples) -> dict[str, int]:
-        """Return the column of each line by the name at its end: the reference's difference from itself is none."""
+        """Return the column of each line by the name at its end. The reference has no line for its gap from itself."""
         compared = self.instrument in (Instrument.ENERGY, Instrument.GAP)
         is_own = self.instrument is Instrument.ENERGY and samples.is_alone
         shown = [name for name in samples.engines if is_own or not compared or name != samples.reference]

@@ -248,8 +248,7 @@ class MouseTool:
         position = self._layout().to_scene(self._pane, point)
         session, arena = self._playback.session, self._playback.view.moment.scene.arena
         if session.held is not None:
-            x, y = (min(max(to, 0.0), side) for to, side in zip(position, arena.size, strict=True))
-            self._playback.give(Move(step=session.step, at=(x, y)))
+            self._playback.give(Move(step=session.step, at=arena.nearest_inside(position)))
         elif self.move.grip is not None:
             if self.move.edit or math.dist(point, self._pressed_at) > CLICK_DISTANCE:
                 self.move.drag(position)

@@ -17,7 +17,7 @@ from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
 from sandbox.view.palette import ACCENT, palette
 from sandbox.view.playback import Playback
-from sandbox.view.primitives import capsule, label
+from sandbox.view.primitives import draw_wall, label
 
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
 
@@ -66,7 +66,7 @@ class MoveTool:
     def grip_at(self, pane: int, position: Vector, reach: float) -> Grip | None:
         """Return what the mouse would hold at a position in a pane, px of the scene. reach: how near it must be, px."""
         if self.tool is Tool.DRAW_WALL:
-            return Grip(self._inside(position))
+            return Grip(self._scene.arena.nearest_inside(position))
         state, scene = self._playback.view.panes[pane].state, self._scene
         to_ball = length(state.position - position) - scene.bodies.radius
         to_wall = [_distance(wall, position) for wall in scene.walls]
@@ -89,7 +89,7 @@ class MoveTool:
 
     def drag(self, position: Vector) -> None:
         """Move what is held, or the new wall's end, to a position, px of the scene."""
-        self._at = self._inside(position)
+        self._at = self._scene.arena.nearest_inside(position)
 
     def release(self) -> None:
         """Do what the drag shows, in every engine; let go."""
@@ -132,13 +132,7 @@ class MoveTool:
         scene = self._scene
         if not scene.arena.walls:
             return position
-        radius = float(scene.bodies.radius[ball])
-        x, y = (min(max(to, radius), side - radius) for to, side in zip(position, scene.arena.size, strict=True))
-        return x, y
-
-    def _inside(self, position: Vector) -> Vector:
-        x, y = (min(max(to, 0.0), side) for to, side in zip(position, self._scene.arena.size, strict=True))
-        return x, y
+        return scene.arena.nearest_inside(position, float(scene.bodies.radius[ball]))
 
     # Drawing
 
@@ -173,10 +167,11 @@ class MoveTool:
                 case ChangeBall(ball=ball, x=float(x), y=float(y)):
                     _ring(inside, layout, (x, y), float(scene.bodies.radius[ball]), colour)
                 case AddWall(start=start, to=to, thickness=thickness):
-                    _capsule(inside, layout, start, to, thickness, colour)
+                    draw_wall(inside, colour, (start, to), thickness, layout.scale, layout.origin)
                 case ChangeWall(wall=number):
                     wall = scene.walls[number]
-                    _capsule(inside, layout, edit.start or wall.start, edit.to or wall.to, wall.thickness, colour)
+                    ends = edit.start or wall.start, edit.to or wall.to
+                    draw_wall(inside, colour, ends, wall.thickness, layout.scale, layout.origin)
         if why and self._at:
             x, y = layout.to_screen(self._pane, self._at)
             label(surface, why, (x, y - 2 * layout.text_height), layout.text_height, surface.get_rect(), colours)
@@ -200,7 +195,7 @@ def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
 
 def _mark(surface: Surface, layout: Layout, wall: Wall) -> None:
     """Draw a line along a wall, and a ring at each of its ends, which can be dragged."""
-    _capsule(surface, layout, wall.start, wall.to, wall.thickness / 3, ACCENT)
+    draw_wall(surface, ACCENT, (wall.start, wall.to), wall.thickness / 3, layout.scale, layout.origin)
     for end in (wall.start, wall.to):
         _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, ACCENT)
 
@@ -210,9 +205,3 @@ def _ring(surface: Surface, layout: Layout, centre: Vector, radius: float, colou
     width = max(2, round(layout.text_height / 7))
     point = centre[0] * layout.scale + layout.origin[0], centre[1] * layout.scale + layout.origin[1]
     pygame.draw.circle(surface, colour, point, radius * layout.scale + width, width)
-
-
-def _capsule(surface: Surface, layout: Layout, start: Vector, to: Vector, thickness: float, colour: Color) -> None:
-    """Draw a wall. start, to, thickness: px of the scene."""
-    a, b = ((x * layout.scale + layout.origin[0], y * layout.scale + layout.origin[1]) for x, y in (start, to))
-    capsule(surface, colour, a, b, thickness / 2 * layout.scale)

@@ -21,7 +21,7 @@ from sandbox.view.layout import Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
 from sandbox.view.palette import INK, chart_background, contrast, palette
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import capsule, line_sample, shortened, text_width, write
+from sandbox.view.primitives import draw_wall, line_sample, shortened, text_width, write
 from sandbox.view.recent import RecentContacts, Trail
 
 TITLE_GAP: Final = "    "  # between the parts of a title
@@ -161,8 +161,7 @@ def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0
     """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
     ink = contrast(scene.arena.background)
     for wall in scene.walls:
-        start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in (wall.start, wall.to))
-        capsule(surface, ink, start, end, wall.thickness / 2 * scale)
+        draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
 
 def draw_panes(

@@ -112,6 +112,14 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
         pygame.draw.circle(surface, colour, end, radius)
 
 
+def draw_wall(
+    surface: Surface, colour: Ink, ends: Sequence[Point], thickness: float, scale: float, origin: Point
+) -> None:
+    """Draw a wall. ends, thickness: px of the scene; scale: px of the surface for one of these; origin: the scene's."""
+    start, end = ((x * scale + origin[0], y * scale + origin[1]) for x, y in ends)
+    capsule(surface, colour, start, end, thickness / 2 * scale)
+
+
 def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: float, sides: Sequence[Point]) -> None:
     """Fill two discs and the rectangle between them row by row; together they are convex.
 

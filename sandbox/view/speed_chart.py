@@ -31,7 +31,7 @@ class Histogram:
     """How many balls have each speed.
 
     balls: how many; edges: (bins + 1,) px/s; counts: of each engine, (bins,); law: how many the law expects, (bins,),
-    None if there is none; whole: the speed of a single ball with all of the energy, px/s; refusal: why there are no
+    None where no law applies; whole: the speed of a single ball with all of the energy, px/s; refusal: why there are no
     counts, or no law.
     """
 

@@ -106,7 +106,7 @@ BAD_INPUTS = {
     "no-such-ball-to-change": ('{"step": 9, "do": "change", "ball": 2, "x": 9}', "ball must be at most 1, got 2"),
     "no-such-wall": (
         '{"step": 9, "do": "delete-wall", "wall": 0}',
-        "wall must be one of the scene's own, of which there are none; got 0",
+        "the scene has no walls of its own, got wall 0",
     ),
     "a-wall-without-length": (
         '{"step": 9, "do": "add-wall", "from": [9, 9], "to": [9, 9]}',

@@ -5,19 +5,18 @@ from dataclasses import dataclass
 from typing import Final
 
 from pygame import Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.controls import Control
 from sandbox.view.icons import icon
 from sandbox.view.palette import ACCENT, FRAME, INK, RAISED
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 ICON_OFF: Final = (INK.r, INK.g, INK.b)
 ICON_ON: Final = (FRAME.r, FRAME.g, FRAME.b)
 
 
 @dataclass(frozen=True)
-class Button(Widget):
+class Button(Pressable):
     """Does what a control's key does. is_on: whether what the control turns on is on."""
 
     control: Control
@@ -42,12 +41,6 @@ class Button(Widget):
         picture = icon(name, round(0.68 * place.height), ICON_ON if on else ICON_OFF)
         surface.blit(picture, picture.get_rect(center=place.center))
 
-    def press(self, place: Rect, x: int) -> None:
-        """Do it."""
+    def act(self) -> None:
+        """Do what the control does."""
         self.do(self.control)
-
-    def key(self, event: Event) -> bool:
-        """Do it if the key is Enter."""
-        if event.key in ENTER:
-            self.do(self.control)
-        return event.key in ENTER

@@ -5,17 +5,16 @@ from typing import Final
 
 import pygame
 from pygame import Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.primitives import lettering, text_width
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 TEXT: Final = 0.4  # height of the name, in heights of the toolbar
 MARK: Final = 0.75  # width of the mark and the room about it, likewise
 
 
-class GroupHeader(Widget):
+class GroupHeader(Pressable):
     """is_open: whether the group is unfolded, as the layout has it. toggle: folds or unfolds it."""
 
     def __init__(self, name: str, toggle: Callable[[], None]) -> None:
@@ -47,12 +46,6 @@ class GroupHeader(Widget):
         name = lettering(self.name, FAINT, height)
         surface.blit(name, name.get_rect(left=x + round(1.6 * wing), centery=y))
 
-    def press(self, place: Rect, x: int) -> None:
+    def act(self) -> None:
         """Fold or unfold the group."""
         self._toggle()
-
-    def key(self, event: Event) -> bool:
-        """Fold or unfold it if the key is Enter."""
-        if event.key in ENTER:
-            self._toggle()
-        return event.key in ENTER

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 
 import pygame
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.palette import FAINT, INK, RAISED
 from sandbox.view.primitives import line_sample, wrapped, write
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 
 @dataclass(eq=False)
-class Heading(Widget):
+class Heading(Pressable):
     """A text of as many lines as it needs; a press folds or unfolds what is below it. colour, ground: of the sample."""
 
     text: str
@@ -55,12 +54,6 @@ class Heading(Widget):
         tips = [(-1, -0.5), (1, -0.5), (0, 1)] if self.is_open else [(-0.5, -1), (-0.5, 1), (1, 0)]
         pygame.draw.polygon(surface, FAINT, [(x + r * across, y + r * down) for across, down in tips])
 
-    def press(self, place: Rect, x: int) -> None:
-        """Fold or unfold it."""
+    def act(self) -> None:
+        """Fold or unfold what belongs to it."""
         self.do()
-
-    def key(self, event: Event) -> bool:
-        """Fold or unfold it if the key is Enter."""
-        if event.key in ENTER:
-            self.do()
-        return event.key in ENTER

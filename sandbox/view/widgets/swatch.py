@@ -4,14 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.palette import INK, RAISED
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 
 @dataclass(eq=False)
-class Swatch(Widget):
+class Swatch(Pressable):
     """Shows a colour; a press chooses it. is_on: whether it is the chosen one."""
 
     colour: str
@@ -35,13 +34,7 @@ class Swatch(Widget):
         edge = max(2, text_height // 5)
         surface.fill(Color(self.colour), place.inflate(-2 * edge, -2 * edge))
 
-    def press(self, place: Rect, x: int) -> None:
+    def act(self) -> None:
         """Choose it."""
         if not self.refusal():
             self.do()
-
-    def key(self, event: Event) -> bool:
-        """Choose it if the key is Enter."""
-        if event.key in ENTER and not self.refusal():
-            self.do()
-        return event.key in ENTER

@@ -4,11 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.palette import ACCENT, FAINT, FRAME, INK, RAISED
 from sandbox.view.primitives import text_width, write
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 
 def _never() -> bool:
@@ -16,7 +15,7 @@ def _never() -> bool:
 
 
 @dataclass(eq=False)
-class TextButton(Widget):
+class TextButton(Pressable):
     """Does something. is_on: whether what it turns on is on; refusal: why it cannot be pressed, or nothing.
 
     colour: of a mark before the text, such as an engine's in the charts.
@@ -52,13 +51,7 @@ class TextButton(Widget):
             line = Rect(line.x + mark, line.y, line.width - mark, line.height)
         write(surface, self.text, line, FAINT if self.refusal() else FRAME if on else INK, text_height)
 
-    def press(self, place: Rect, x: int) -> None:
+    def act(self) -> None:
         """Do it."""
         if not self.refusal():
             self.do()
-
-    def key(self, event: Event) -> bool:
-        """Do it if the key is Enter."""
-        if event.key in ENTER and not self.refusal():
-            self.do()
-        return event.key in ENTER

@@ -57,6 +57,24 @@ class Widget:
         """Handle that the keyboard goes elsewhere."""
 
 
+class Pressable(Widget):
+    """A widget that does something when it is pressed, or when Enter is while the keyboard is on it."""
+
+    def act(self) -> None:
+        """Do it."""
+        raise NotImplementedError
+
+    def press(self, place: Rect, x: int) -> None:
+        """Do it."""
+        self.act()
+
+    def key(self, event: Event) -> bool:
+        """Do it if the key is Enter."""
+        if event.key in ENTER:
+            self.act()
+        return event.key in ENTER
+
+
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
     """Draw what a widget stands on, with a frame while the mouse or the keyboard is on it."""
     pygame.draw.rect(surface, colour, place, border_radius=text_height // 3)

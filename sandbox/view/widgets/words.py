@@ -4,15 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from pygame import Color, Rect, Surface
-from pygame.event import Event
 
 from sandbox.view.palette import ACCENT, INK, RAISED
 from sandbox.view.primitives import wrapped, write
-from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_ground
 
 
 @dataclass(eq=False)
-class Words(Widget):
+class Words(Pressable):
     """A text that is broken into lines. do: what a click on it does; marked: it stands out as the chosen one.
 
     colour: by default, that of all text.
@@ -54,13 +53,7 @@ class Words(Widget):
             write(surface, text, line, self.colour or INK, text_height)
             line.y += line.height
 
-    def press(self, place: Rect, x: int) -> None:
+    def act(self) -> None:
         """Do it."""
         if self.do:
             self.do()
-
-    def key(self, event: Event) -> bool:
-        """Do it if the key is Enter."""
-        if event.key in ENTER and self.do:
-            self.do()
-        return event.key in ENTER
