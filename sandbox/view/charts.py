@@ -249,7 +249,9 @@ class Charts:
             wanted = _y(plot, span, chart.scale.position(np.array(list(ends.values())))) - height / 2
             tops = spread(wanted.tolist(), [height] * len(ends), plot.y - 1, plot.bottom + 1)
             for name, y in zip(ends, tops, strict=True):
-                label = lettering(shortened(name, where.timeline.right - x, height), self._colours[name], height)
+                label, room = lettering(name, self._colours[name], height), where.timeline.right - x
+                if label.get_width() > room:
+                    label = lettering(shortened(name, room, height), self._colours[name], height)
                 surface.fill(self.palette.ground, label.get_rect(topleft=(x, round(y))))
                 surface.blit(label, (x, round(y)))
 

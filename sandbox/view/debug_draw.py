@@ -7,15 +7,15 @@ import pymunk
 from pygame import Surface
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
-from pymunk.space_debug_draw_options import SpaceDebugColor
 
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene, Wall
+from sandbox.scene.model import Scene
 from sandbox.state import State
 from sandbox.view.discs import Discs
 from sandbox.view.primitives import capsule, thin_lines
 
 POINT_LENGTH: Final = 2.0  # px of the space, by which pymunk lengthens the line between a contact's two points
+EDGE: Final = 0.5  # px; a wall of which less is on the surface, as of the arena's after rounding, is not drawn
 
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
@@ -34,7 +34,7 @@ class DebugDraw(DrawOptions):
         super().__init__(Surface((1, 1)))
         self.flags = DrawOptions.DRAW_CONSTRAINTS
         self._space = space
-        self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
+        self._walls = [(s.a, s.b, s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
         self._buffer = Buffer()
 
     def draw(
@@ -51,10 +51,9 @@ class DebugDraw(DrawOptions):
         """
         self.surface = surface
         self.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-        for wall in self._walls if past is None else map(_segment, past[0].walls):
-            colour = self.color_for_shape(wall)
-            ends = origin + scale * wall.a, origin + scale * wall.b
-            self.draw_fat_segment(*ends, scale * wall.radius, colour, colour)
+        walls = [(wall.start, wall.to, wall.thickness / 2) for wall in past[0].walls] if past else self._walls
+        for start, to, radius in walls:
+            self._draw_wall(start, to, radius, scale, origin)
         if past is not None:
             discs.draw(surface, past[1].position, scale, past[1].angle, origin)
             return
@@ -80,22 +79,11 @@ class DebugDraw(DrawOptions):
         ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
         thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
 
-    def draw_fat_segment(
-        self,
-        a: tuple[float, float],
-        b: tuple[float, float],
-        radius: float,
-        outline_color: SpaceDebugColor,
-        fill_color: SpaceDebugColor,
-    ) -> None:
-        """Draw a wall, if more of it than its edge is on the surface."""
-        size = self.surface.get_size()
-        for axis in (0, 1):
-            if max(a[axis], b[axis]) + radius <= 0 or min(a[axis], b[axis]) - radius >= size[axis]:
-                return
-        capsule(self.surface, fill_color.as_int(), a, b, radius)
-
-
-def _segment(wall: Wall) -> pymunk.Segment:
-    """Return a wall as Pymunk has it."""
-    return pymunk.Segment(pymunk.Body(body_type=pymunk.Body.STATIC), wall.start, wall.to, wall.thickness / 2)
+    def _draw_wall(self, start: Vector, to: Vector, radius: float, scale: float, origin: Vector) -> None:
+        """Draw a wall, if more of it than its edge is on the surface. start, to, radius: px of the space."""
+        (x0, y0), (x1, y1) = ((x * scale + origin[0], y * scale + origin[1]) for x, y in (start, to))
+        reach, (width, height) = radius * scale - EDGE, self.surface.get_size()
+        in_width = -reach < max(x0, x1) and min(x0, x1) < width + reach
+        in_height = -reach < max(y0, y1) and min(y0, y1) < height + reach
+        if in_width and in_height:
+            capsule(self.surface, self.shape_static_color.as_int(), (x0, y0), (x1, y1), radius * scale)

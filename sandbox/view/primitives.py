@@ -44,6 +44,7 @@ def _width(text: str, height: int) -> int:
     return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
 
 
+@lru_cache(maxsize=1024)
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
     words = drawable(text).split(" ")

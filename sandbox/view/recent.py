@@ -47,14 +47,20 @@ class RecentContacts:
     def add(self, contacts: Contacts, state: State, radius: Floats) -> None:
         """Add an engine's contacts since the last call. state: of the engine now; radius: of its balls, (n,) px."""
         contacts = contacts[contacts["time"] <= state.time][-MAX_CONTACTS:]  # of many, the others are not kept anyway
+        if len(contacts):
+            self._kept = np.concatenate([self._kept, self._located(contacts, state, radius)])
+        time = self._kept["time"]
+        self._kept = self._kept[(time > state.time - CONTACT_SECONDS) & (time <= state.time)][-MAX_CONTACTS:]
+
+    def _located(self, contacts: Contacts, state: State, radius: Floats) -> Contacts:
+        """Return what is kept of some contacts."""
         new = np.empty(len(contacts), self._kept.dtype)
         first, since = contacts["first"], (state.time - contacts["time"])[:, None]
         centre = state.position[first] - since * state.velocity[first]
         new["point"] = centre + radius[first, None] * contacts["normal"]
         for name in ("time", "normal", "impulse"):
             new[name] = contacts[name]
-        kept = np.concatenate([self._kept, new])
-        self._kept = kept[(kept["time"] > state.time - CONTACT_SECONDS) & (kept["time"] <= state.time)][-MAX_CONTACTS:]
+        return new
 
     def latest(self) -> Contacts:
         """Return time (s), point (px), normal and impulse (kg px/s) of the contacts kept, oldest first."""
