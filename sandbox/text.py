@@ -35,6 +35,16 @@ def printable(text: str) -> str:
     return "".join("\N{REPLACEMENT CHARACTER}" if unprintable(letter) else letter for letter in text)
 
 
+def listed(words: Sequence[str]) -> str:
+    """Return words as a list in a sentence.
+
+    >>> listed(["pymunk"]), listed(["pymunk", "impulse"]), listed(["pymunk", "impulse", "article"])
+    ('pymunk', 'pymunk and impulse', 'pymunk, impulse and article')
+    """
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 class CsvDialect(StrEnum):
     """How a table is written as CSV. With a decimal comma, as in much of Europe, cells are separated by semicolons."""
 

@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,7 @@ from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TUNED, settings_in
+from sandbox.text import listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
@@ -186,11 +188,11 @@ def _unjudged(comparison: Comparison) -> str:
     sentences = []
     if silent:
         sentences.append(
-            f"{' and '.join(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by states alone."
+            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by states alone."
         )
     if soft:
         sentences.append(
-            f"Contacts of {' and '.join(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
+            f"Contacts of {listed(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
             "energy while nothing overlaps."
         )
     return " ".join(sentences)
@@ -202,10 +204,11 @@ def _agreement(comparison: Comparison) -> str:
     if not runs or comparison.trusted_until == 0.0:
         return ""
     runs.sort(key=lambda item: -(math.inf if item[1] is None else item[1]))
-    until = [until_words(comparison) if apart is None else f"until {apart:.2f} s" for _, apart in runs]
-    (best, _), *others = runs
-    sentence = f"{best} agrees with {_reference(comparison)} {until[0]}"
-    sentence += "".join(f", {name} {time}" for (name, _), time in zip(others, until[1:], strict=True))
+    until = {name: until_words(comparison) if apart is None else f"until {apart:.2f} s" for name, apart in runs}
+    groups = [(list(names), time) for time, names in groupby(until, until.__getitem__)]
+    (best, longest), *others = groups
+    sentence = f"{listed(best)} {'agrees' if len(best) == 1 else 'agree'} with {_reference(comparison)} {longest}"
+    sentence += "".join(f", {listed(names)} {time}" for names, time in others)
     if any(apart is not None for _, apart in runs):
         return f"{sentence}, when a ball is first more than its radius off."
     return f"{sentence}: no ball is more than its radius off."
@@ -376,7 +379,7 @@ def _rightful(comparison: Comparison, step: int) -> str:
 def _reason(comparison: Comparison, causes: Sequence[Cause]) -> str:
     products = _elasticities(comparison)
     if [*causes] != [Cause.ELASTICITY] or len(products) > 1:
-        return f"through {' and '.join(cause.label for cause in causes)}"
+        return f"through {listed([cause.label for cause in causes])}"
     [e] = products
     return f"an elasticity of {e:g} leaves {e:g} x {e:g} = {e * e:.4g} of the energy of approach at every bounce"
 

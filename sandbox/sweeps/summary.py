@@ -9,7 +9,7 @@ from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY
 from sandbox.engines import settings_in, with_settings
 from sandbox.engines.specs import format_settings, parse_settings
 from sandbox.sweeps.jobs import OF_PYMUNK, Row, Sweep
-from sandbox.text import counted
+from sandbox.text import counted, listed
 
 LEAST_ENERGY: Final = 100 * NEGLIGIBLE_ENERGY  # %; what is less is rounding
 ENDS: Final = ("horizon", "undecided", "unresolved")  # what ends the time in which the reference's paths mean anything
@@ -117,7 +117,7 @@ def _energy(sweep: Sweep, rows: Sequence[Row]) -> str:
     sentence = (
         f"The largest energy error is {100 * max(errors[worst]):.3g} % of the start's energy, in a run of {worst}"
     )
-    return f"{sentence}; {' and '.join(none)} {'has' if len(none) == 1 else 'have'} none." if none else f"{sentence}."
+    return f"{sentence}; {listed(none)} {'has' if len(none) == 1 else 'have'} none." if none else f"{sentence}."
 
 
 def _escapes(sweep: Sweep, rows: Sequence[Row]) -> str:

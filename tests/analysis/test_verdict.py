@@ -55,6 +55,11 @@ def test_paths_that_agree_to_the_end_are_reported() -> None:
     assert said.startswith(f"{agrees}, article until 1.07 s, when a ball is first more than its radius off.")
 
 
+def test_engines_that_agree_equally_long_are_named_together() -> None:
+    said = verdict(compare(load("head-on").changed(seconds=1.6), ["article", "pymunk", "impulse", "exact"]))
+    assert said.startswith("pymunk and impulse agree with exact to the end at 1.6 s, article until 1.50 s, when ")
+
+
 def with_energies(run: Run, gap: float, **lines: float) -> Run:
     """Return a run that began with 100 kg px²/s² and is `gap` per cent off, with these lines in its ledger."""
     ledger = tuple(Entry(Cause[cause.upper()], 1, energy, 0.0, 0.0) for cause, energy in lines.items())
