@@ -17,7 +17,7 @@ from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Floats, States
+from sandbox.state import Floats
 from sandbox.text import CsvDialect, csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
@@ -268,22 +268,17 @@ class _RunningReference:
     def __init__(self, lockstep: Lockstep, measurement: Measurement, kept: Floats | None) -> None:
         self._measurement = measurement
         self._twins = Twins(lockstep, measurement.runner.name)
-        self.twin_states = {
-            runner: States.empty(*measurement.states.position.shape[:2]) for runner in self._twins.runners
-        }
-        for states in self.twin_states.values():  # at the start they are where the original is
-            states.fill(0, measurement.start)
         self._clock = lockstep.scene.clock
         self._kept = kept
 
     def positions(self, rows: slice, before: int) -> Floats:
-        """Return as `Reference.positions` does, and compare with the twins. All rows are asked for once, in order."""
-        found = self._measurement.states.rows(rows)
+        """Return as `Reference.positions` does, and let the twins follow. All rows are asked for once, in order."""
+        states, steps = self._measurement.states, slice(max(rows.start, 1), rows.stop)  # no step leads to the first row
+        self._twins.follow(states.rows(steps), self._clock.times(np.arange(before + steps.start, before + steps.stop)))
+        position = states.position[rows]
         if self._kept is not None:
-            self._kept[before + rows.start : before + rows.stop] = found.position
-        time = self._clock.times(np.arange(before + rows.start, before + rows.stop))
-        self._twins.compare(found, {runner: states.rows(rows) for runner, states in self.twin_states.items()}, time)
-        return found.position
+            self._kept[before + rows.start : before + rows.stop] = position
+        return position
 
     @property
     def record(self) -> Record:
@@ -337,7 +332,6 @@ class _Segment:
             self.reference = reference
         else:
             self.reference = _RunningReference(lockstep, self.measurements[against], kept)
-            self.states |= self.reference.twin_states
         self.disturbed = np.zeros(steps + 1, bool)
         self.before, self.measured, self.filled = 0, 0, 1
 

@@ -72,7 +72,7 @@ class Trust(NamedTuple):
 
 
 class Twins:
-    """Copies of an engine of a lockstep that run along with it, hidden.
+    """Copies of an engine of a lockstep that follow it with the same pushes, until an edit.
 
     Each kind finds one time from which the paths of the original mean nothing:
 
@@ -90,7 +90,7 @@ class Twins:
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
-        self._hidden, self._radius = lockstep.hidden, scene.bodies.radius
+        self._hands, self._radius = lockstep.hands, scene.bodies.radius
         self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, lockstep.builds[engine]))
         by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
@@ -100,21 +100,26 @@ class Twins:
         self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._horizon: float | None = None
         self._unresolved: float | None = None
-        self._hidden[:] = [*self._shifted, renumbered, *self._finer]
+        self.runners = [*self._shifted, renumbered, *self._finer]  # those that still run
 
-    @property
-    def runners(self) -> list[Runner]:
-        """The twins that still run."""
-        return list(self._hidden)
+    def follow(self, original: States, time: Floats) -> None:
+        """Do the steps that the original has done since the last call, and compare the states after each.
 
-    def compare(self, original: States, twins: Mapping[Runner, States], time: Floats) -> None:
-        """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
-        if not self._hidden:
+        It does not matter how many are done in one call. time: (steps,) s.
+        """
+        if len(time):
+            twins = {runner: States.empty(*original.spin.shape) for runner in self.runners}
+            for runner, states in twins.items():
+                runner.follow(states, self._hands)
+            self._compare(original, twins, time)
+
+    def _compare(self, original: States, twins: Mapping[Runner, States], time: Floats) -> None:
+        if not twins:
             return
         row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
         rows = slice(row + 1)  # what comes after the horizon does not count
         for search in self._searches:
-            if search.runner in self._hidden:
+            if search.runner in twins:
                 search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
         if self._finer:
             found = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
@@ -123,21 +128,13 @@ class Twins:
                 self._finer = []
         if row < len(time):
             self._horizon = float(time[row])
-            self._hidden.clear()
+            self.runners = []
             return
-        searching = [one.runner for one in self._searches if one.parted is None and one.runner not in self._shifted]
-        self._hidden[:] = [*self._shifted, *searching, *self._finer]
-
-    def update(self, original: State, contacts: Contacts, time: float) -> Trust:
-        """Compare as `compare` does after each step. contacts: of the original in this step; time: s, at its end."""
-        if self._hidden:
-            states = {runner: runner.state() for runner in self._hidden}
-            rows = {runner: States.of(one) for runner, one in states.items()}
-            self.compare(States.of(original), rows, np.array([time]))
-        return self.trust(contacts)
+        searching = [one.runner for one in self._searches if not one.is_done and one.runner not in self._shifted]
+        self.runners = [*self._shifted, *searching, *self._finer]
 
     def trust(self, contacts: Contacts) -> Trust:
-        """Return what is found so far. contacts: of the original, at least those of the last step."""
+        """Return what is found so far. contacts: of the original, at least those since the last call."""
         ties = [tie for search in self._searches if (tie := search.tie(contacts))]
         if not ties:
             return Trust(self._horizon, None, self._unresolved)
@@ -169,9 +166,16 @@ class _TieSearch:
         self._searched = 0, 0  # contacts of both when a tie was searched for last
         self._tie: Tie | None = None
 
+    @property
+    def is_done(self) -> bool:
+        """Whether all contacts of the twin in that step are there: rounding may put some of them into the next."""
+        return self.parted is not None and self._compared > self.parted
+
     def compare(self, original: States, twin: States, time: Floats) -> None:
         """Compare the states after some steps, each of which is compared once. time: (steps,) s."""
         contacts = self.runner.engine.contacts()
+        if self.is_done:
+            return
         if self.parted is None and (row := _first(self._is_different(original, twin))) < len(time):
             self.parted = self._clock.step(time[row])
         if self.parted is not None and len(time):
@@ -193,7 +197,7 @@ class _TieSearch:
             self._searched = len(self._mine), len(self._theirs)
             self._tie = find_tie(self._mine, self._theirs, together=self.runner.traits.together)
         tie = self._tie
-        return tie if tie and (self._compared > self.parted or not self._is_cut(tie.time)) else None
+        return tie if tie and (self.is_done or not self._is_cut(tie.time)) else None
 
     def _is_cut(self, time: Floats | float) -> Bools:
         """Return whether rounding may put contacts of a time (s) into this step or into the next."""

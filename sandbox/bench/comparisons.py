@@ -53,13 +53,11 @@ def run_twins(scene: Scene, *, with_twins: bool) -> None:
     """Run the reference for the length of the scene, with or without its twins."""
     lockstep = Lockstep(scene, [REFERENCE])
     twins = Twins(lockstep, REFERENCE) if with_twins else None
-    original, n = lockstep.engines[REFERENCE], len(scene.bodies)
-    states = {runner: States.empty(scene.steps, n) for runner in (original, *lockstep.hidden)}
+    states = States.empty(scene.steps, len(scene.bodies))
     while (done := lockstep.steps) < scene.steps:
-        count = lockstep.advance({runner: rows.rows(slice(done, None)) for runner, rows in states.items()})
+        count = lockstep.advance({lockstep.engines[REFERENCE]: states.rows(slice(done, None))})
         if twins:
-            new = {runner: rows.rows(slice(done, done + count)) for runner, rows in states.items()}
-            twins.compare(new[original], new, np.arange(done + 1, done + count + 1) / scene.rate)
+            twins.follow(states.rows(slice(done, done + count)), np.arange(done + 1, done + count + 1) / scene.rate)
 
 
 def run_each(scene: Scene, engines: Sequence[str]) -> None:

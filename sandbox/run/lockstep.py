@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from time import perf_counter
 from typing import Final
 
@@ -17,9 +18,8 @@ from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
-from sandbox.run.mouse import Mouse
+from sandbox.run.mouse import Hand, Mouse, Push
 from sandbox.scene.clock import Clock
-from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, State, States
@@ -29,7 +29,6 @@ AVERAGED_STEPS: Final = 30  # over which the time of a step is averaged, about
 MAX_CALL_SECONDS: Final = 0.2  # s, about: between calls, a signal is handled and progress is shown
 
 Build = Callable[[Scene, State], Engine]
-Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
 
 
 class Runner:
@@ -74,6 +73,15 @@ class Runner:
         advance(self.engine, states)
         self._steps += len(states.position)
 
+    def follow(self, states: States, hands: Mapping[int, Hand]) -> None:
+        """Advance as `advance` does, with the pushes of a lockstep. hands: what pushes balls before some steps."""
+        first, end = self._steps, self._steps + len(states.position)
+        starts = [step for step in range(first, end) if step == first or step in hands]
+        for step, until in pairwise([*starts, end]):
+            if step in hands:
+                self.push(hands[step])
+            self.advance(states.rows(slice(step - first, until - first)))
+
     def state(self) -> State:
         """Return the engine's state, with the time since the start of the run."""
         state = self.engine.state()
@@ -84,9 +92,13 @@ class Runner:
         found, self._earlier = [*(self._earlier or ()), self._latest()], []
         return np.concatenate(found) if len(found) > 1 else found[0]
 
-    def kick(self, ball: int, dv: Vector) -> None:
-        """Add dv (px/s) to a ball's velocity."""
-        self.engine.kick(ball, dv)
+    def push(self, hand: Hand) -> tuple[State, list[Push]]:
+        """Push the balls before a step. Return the state before, and the pushes."""
+        state = self.state()
+        pushes = hand.pushes(state)
+        for ball, dv in pushes:
+            self.engine.kick(ball, dv)
+        return state, pushes
 
     def _latest(self) -> Contacts:
         contacts = self.engine.contacts()
@@ -125,9 +137,9 @@ class Lockstep:
             name: partial(_build, name, source, stops) for name, source in named(engines).items()
         }
         self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
-        self.hidden: list[Runner] = []  # run along, but excluded from results
         self.mouse = Mouse(scene)
-        self.pushes: dict[str, list[Push]] = {}  # before the last step, by the mouse and by kicks, by engine
+        self.hands: dict[int, Hand] = {}  # what pushed balls before some of the steps so far
+        self.pushes: dict[str, list[Push]] = {}  # before the last step, by engine
         self._kicks: list[Push] = []  # before the next step
         self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
         self.dropped = ""  # why the expendable engine runs no more
@@ -174,7 +186,7 @@ class Lockstep:
             edited(self.scene, edit, beside)
         except SandboxError as error:
             self._drop(str(error))
-        built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self._runners]
+        built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self.engines.values()]
         before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
@@ -210,14 +222,11 @@ class Lockstep:
     def step(self) -> None:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
         self._begin_step()
-        for runner in self._runners:
-            is_expendable = runner.name == self._expendable
-            if is_expendable and self.dropped:  # a hidden copy of the engine that just failed
-                continue
+        for name, runner in list(self.engines.items()):
             try:
                 runner.step()
             except SandboxError as error:
-                if not is_expendable:
+                if name != self._expendable:
                     raise
                 self._drop(str(error))
         self.steps += 1
@@ -225,9 +234,8 @@ class Lockstep:
     def advance(self, arrays: Mapping[Runner, States]) -> int:
         """Do one step or more as `step` does, write the states after each, and return the number of steps done.
 
-        arrays: where the states of each engine go, hidden ones too, all with the same number of rows, which is the
-        largest number of steps. Fewer are done if inputs are due or they would take long, and only one while the mouse
-        pulls a ball.
+        arrays: where the states of each engine go, all with the same number of rows, which is the largest number of
+        steps. Fewer are done if inputs are due or they would take long, and only one while the mouse pulls a ball.
         """
         self._begin_step()
         most = self._steps_per_call if self.mouse.ball is None else 1
@@ -235,7 +243,7 @@ class Lockstep:
         if self._pending:
             steps = min(steps, self._pending[-1].step - self.steps)
         begun = perf_counter()
-        for runner in self._runners:
+        for runner in self.engines.values():
             runner.advance(arrays[runner].rows(slice(steps)))
         self._steps_per_call = max(1, int(steps * MAX_CALL_SECONDS / (perf_counter() - begun)))
         self.steps += steps
@@ -244,20 +252,14 @@ class Lockstep:
     def _begin_step(self) -> None:
         """Apply the inputs of this step, kick the balls that they kick, and pull the grabbed ball."""
         self.apply_due()
-        ball, kicks, self._kicks = self.mouse.ball, self._kicks, []
         self.pushes, self.edited = {}, False
-        if ball is None and not kicks:
+        if self.mouse.ball is None and not self._kicks:
             return
-        for runner in self._runners:
-            state = runner.state()
-            pushes = list(kicks)
-            if ball is not None:
-                pushes.append((ball, self.mouse.pull(state)))
-            for pushed, dv in pushes:
-                runner.kick(pushed, dv)
-            if runner.name not in self.pushes:  # a hidden engine may have the same name
-                self.pushes[runner.name] = pushes
-                self.work[runner.name] += self._work_of(pushes, state)
+        self.hands[self.steps] = hand = Hand(self._kicks, copy(self.mouse))
+        self._kicks = []
+        for name, runner in self.engines.items():
+            state, self.pushes[name] = runner.push(hand)
+            self.work[name] += self._work_of(self.pushes[name], state)
 
     def _work_of(self, pushes: Sequence[Push], state: State) -> float:
         """Return what pushes add to a state's energy, kg px²/s²."""
@@ -268,17 +270,12 @@ class Lockstep:
         return work
 
     def _drop(self, why: str) -> None:
-        """Go on without the expendable engine and its hidden copies."""
+        """Go on without the expendable engine."""
         self.dropped = why
         del self.engines[str(self._expendable)]
-        self.hidden[:] = [runner for runner in self.hidden if runner.name != self._expendable]
-
-    @property
-    def _runners(self) -> list[Runner]:
-        return [*self.engines.values(), *self.hidden]
 
     def states(self) -> dict[str, State]:
-        """Return the state of every engine that is not hidden."""
+        """Return the state of every engine."""
         return {name: runner.state() for name, runner in self.engines.items()}
 
     def energies(self, states: Mapping[str, State]) -> dict[str, float]:

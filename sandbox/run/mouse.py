@@ -1,7 +1,8 @@
 """The control law of the mouse: how a grabbed ball is pulled to the pointer, in every engine alike."""
 
 import math
-from typing import Final
+from collections.abc import Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,8 @@ MAX_BALL_DEPTH: Final = 0.4  # of the sum of both radii, by which it is pulled i
 MAX_HIT: Final = 0.45  # of that sum, which it moves in a step that hits a ball: a faster one could come back through it
 MIN_DEPTH: Final = 0.01  # of its radius, by which it is pulled on in a step where it is as deep already
 MIN_DISTANCE: Final = 1e-9  # px
+
+Push = tuple[int, Vector]  # a ball, and what is added to its velocity, px/s
 
 
 class Mouse:
@@ -70,6 +73,18 @@ class Mouse:
         way = h * np.array([velocity[0] + ax, velocity[1] + ay])
         vx, vy = (_free_part(way, self.scene, state.position, self.ball) / h).tolist()
         return vx - velocity[0], vy - velocity[1]
+
+
+class Hand(NamedTuple):
+    """What pushes balls before a step, in every engine alike: kicks, and the mouse as it is then."""
+
+    kicks: Sequence[Push]
+    mouse: Mouse
+
+    def pushes(self, state: State) -> list[Push]:
+        """Return what is added to the velocities of an engine's balls in a state."""
+        ball = self.mouse.ball
+        return [*self.kicks] if ball is None else [*self.kicks, (ball, self.mouse.pull(state))]
 
 
 def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats:

@@ -12,6 +12,7 @@ from sandbox.analysis.record import Record
 from sandbox.analysis.reference import Trust, Twins, comparable_until
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines.engine import Traits
+from sandbox.errors import SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.fields import Vector
 from sandbox.state import PUSH, Contacts, State, States, no_contacts
@@ -49,44 +50,69 @@ class Monitor:
         self._stopped: tuple[float, str] | None = None
         self._differences: dict[str, float] = {}
         self._compiled = False
+        self._waiting: list[tuple[float, State, Contacts]] = []  # steps of the reference that no twin has done
         self._begin_segment()
 
     @property
     def marks(self) -> Marks:
-        """What has been found so far."""
+        """What has been found so far. What the last steps show may be missing, see `catch_up`."""
         return Marks(self._marked, dict(self._differences), self._stopped)
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
         if self._reference not in states:
             if self._lockstep.dropped and not self._stopped:
-                self._stopped = self._lockstep.time, self._lockstep.dropped
-            return
-        if self._lockstep.edited:
+                self.catch_up()
+                self._stop(self._lockstep.dropped)
+        elif self._lockstep.edited:
+            self.catch_up()
             self._begin_segment()
-            return
-        self._update_trust(states[self._reference], contacts[self._reference])
-        if self._followed and self._lockstep.steps > self._begun + self._steps:
-            self._steps += 1
-            for name, engine in self._followed.items():
-                engine.add(states[name], contacts[name], self._lockstep)
-                if len(contacts[name]):
-                    self._last_contact = self._steps
-            if self._steps % self._steps_at_once == 0 and self._can_enter():
-                for engine in self._followed.values():
-                    engine.enter()
-                if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
-                    self._find_differences()
+        elif self._lockstep.steps > self._begun + self._steps:
+            self._add_step(states, contacts)
 
-    def _update_trust(self, state: State, contacts: Contacts) -> None:
-        """Compare the reference with its twins. After an edit, what was found before stays marked."""
-        found = self._twins.update(state, _since(contacts, self._since), self._lockstep.time - self._since)
-        marked = self._marked
+    def _add_step(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
+        self._steps += 1
+        time, found = self._lockstep.time - self._since, _since(contacts[self._reference], self._since)
+        self._waiting.append((time, states[self._reference], found))
+        for name, engine in self._followed.items():
+            engine.add(states[name], contacts[name], self._lockstep)
+            if len(contacts[name]):
+                self._last_contact = self._steps
+        if self._steps % self._steps_at_once == 0:
+            self.catch_up()
+            if self._followed and self._can_enter():
+                self._enter()
+
+    def _enter(self) -> None:
+        """Enter the steps that wait in the ledgers, and search for differences now and then."""
+        for engine in self._followed.values():
+            engine.enter()
+        if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
+            self._find_differences()
+
+    def catch_up(self) -> None:
+        """Let the twins of the reference do the steps that wait. What was marked before an edit stays."""
+        if not self._waiting:
+            return
+        times, states, contacts = zip(*self._waiting, strict=True)
+        self._waiting = []
+        try:
+            self._twins.follow(States.stack(states), np.array(times))
+        except SandboxError as error:
+            self._stop(str(error))
+            return
+        found, marked = self._twins.trust(np.concatenate(contacts)), self._marked
         self._marked = Trust(
             self._earlier(marked.horizon, found.horizon),
             self._earlier(marked.undecided, found.undecided),
             self._earlier(marked.unresolved, found.unresolved),
         )
+
+    def _stop(self, why: str) -> None:
+        """Follow no engine any longer: without the reference or its twins, none can be judged."""
+        self._stopped = self._lockstep.time, why
+        self._twins.runners = []
+        self._followed.clear()
 
     def _earlier(self, marked: float | None, found: float | None) -> float | None:
         """Return the time marked before, s, or else the one found since the segment began, if any."""

@@ -44,6 +44,7 @@ class Camera:
         while self.view.session.step < step:
             self.view.session.advance()
         self.view.update()
+        self.view.complete_marks()
 
     def draw(self) -> Surface:
         """Draw the current step, and return the surface."""

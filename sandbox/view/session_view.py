@@ -59,6 +59,15 @@ class SessionView:
         self.charts.marks = self._monitor.marks
         self.charts.note = self._note
 
+    def complete_marks(self) -> bool:
+        """Mark what the last steps show too, which may take the time of a frame. Return whether that is news."""
+        if not self.session.is_live:
+            return False
+        before = self.charts.marks
+        self._monitor.catch_up()
+        self.charts.marks = self._monitor.marks
+        return self.charts.marks != before
+
     @property
     def _note(self) -> str:
         """What is to be said of the reference."""

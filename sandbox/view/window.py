@@ -238,6 +238,8 @@ class Window:
             playback.advance(1 / video.fps if video else seconds)
         elif not playback.shows_current_step:
             playback.catch_up()
+        if self._drawn[0] == self.view.moment.step:  # a frame without a step has time for it
+            self._outdated = self.view.complete_marks() or self._outdated
         if self.panel.open is Panel.WHY:
             self._outdated = self.why.update() or self._outdated
         if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):

@@ -16,13 +16,13 @@ from sandbox.engines import create
 from sandbox.engines.exact import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.run.edits import SetVelocity
-from sandbox.run.inputs import Grab, Input, Release
+from sandbox.run.inputs import Grab, Input, Kick, Move, Release
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
-from sandbox.state import Floats, no_contacts
+from sandbox.state import Floats, State, States, no_contacts
 
 
 def gaps(aside: float, seconds: float) -> Floats:
@@ -270,25 +270,39 @@ def test_twins_stop_at_the_horizon() -> None:
     twins = Twins(lockstep, "exact")
     for _ in range(240):
         lockstep.step()
-        trust = twins.update(lockstep.states()["exact"], no_contacts(), lockstep.time)
-    assert trust.horizon is not None
-    assert lockstep.hidden == []
+        twins.follow(States.of(lockstep.states()["exact"]), np.array([lockstep.time]))
+    assert twins.trust(no_contacts()).horizon is not None
+    assert twins.runners == []
 
 
-def test_edits_and_the_mouse_act_on_every_twin() -> None:
+@pytest.mark.parametrize("steps_at_once", [1, 7, 80])
+def test_the_mouse_and_kicks_act_on_every_twin_however_far_behind(steps_at_once: int) -> None:
     inputs: list[Input] = [
-        SetVelocity(step=10, ball=0, velocity=(50, 0)),
+        Kick(step=5, ball=0, velocity=(50, 0)),
+        Kick(step=20, ball=0, velocity=(0, 20)),
         Grab(step=20, ball=1, at=(500, 500)),
+        Move(step=30, at=(200, 500)),
         Release(step=60),
     ]
     scene = scene_of(ball(100, 300, 200), ball(400, 100), more="seconds = 2\ngravity = [0, 100]")
     assert compare(scene, ["exact"], inputs=inputs).trusted_until is None
     lockstep = Lockstep(scene, ["exact"], inputs)
-    twins = Twins(lockstep, "exact")
-    for _ in range(80):
+    twins, states = Twins(lockstep, "exact"), list[State]()
+    for step in range(1, 81):
         lockstep.step()
+        states.append(lockstep.states()["exact"])
+        if step % steps_at_once == 0 or step == 80:
+            twins.follow(States.stack(states), np.array([state.time for state in states]))
+            states.clear()
+    assert len(twins.runners) == 5
     for runner in twins.runners:
         assert runner.state().position == pytest.approx(lockstep.states()["exact"].position, abs=1e-9)
+
+
+def test_after_an_edit_other_twins_find_nothing() -> None:
+    scene = scene_of(ball(100, 300, 200), ball(400, 100), more="seconds = 2\ngravity = [0, 100]")
+    edit = SetVelocity(step=10, ball=0, velocity=(50, 0))
+    assert compare(scene, ["exact"], inputs=[edit]).trusted_until is None
 
 
 @pytest.mark.parametrize("rate", [59, 60])

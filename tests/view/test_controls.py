@@ -61,7 +61,7 @@ def test_help_fits_into_the_smallest_window(window: Window) -> None:
 @pytest.mark.parametrize("control", [c for c in CONTROLS if c.group == Group.LAYERS], ids=lambda c: c.action)
 def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Control) -> None:
     run(window, 30)
-    window.view.session.lockstep.engines["pymunk"].kick(0, (30.0, 90.0))
+    window.view.session.lockstep.engines["pymunk"].engine.kick(0, (30.0, 90.0))
     window.playback.step()
     pane = window.view.panes[0]
     contact = np.array([(pane.state.time, 0, 1, (1, 0), 5, 0, 0, 0)], CONTACT)

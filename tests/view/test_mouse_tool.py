@@ -128,7 +128,7 @@ def test_a_dragged_velocity_is_drawn_and_dropped_when_the_focus_is_lost(window: 
 
 
 def test_a_dragged_velocity_is_drawn_from_each_copy_as_what_the_copy_gets(window: Window) -> None:
-    window.view.session.lockstep.engines["pymunk"].kick(2, (0.0, 900.0))
+    window.view.session.lockstep.engines["pymunk"].engine.kick(2, (0.0, 900.0))
     run(window, 20)
     apart = [pane.state.position[2] for pane in window.view.panes]
     assert apart[0][1] > apart[1][1] + 150

@@ -95,7 +95,7 @@ def test_a_picture_without_a_window_shows_the_end_of_each_run() -> None:
 
 
 def test_ghosts_are_the_outlines_of_the_other_pane_s_balls(window: Window) -> None:
-    window.view.session.lockstep.engines["pymunk"].kick(0, (0.0, 600.0))
+    window.view.session.lockstep.engines["pymunk"].engine.kick(0, (0.0, 600.0))
     run(window, 6)  # the panes' first balls are 60 px apart now
     window.draw()
     x = 206 + 20  # the right edge of the article's ball, in Pymunk's pane

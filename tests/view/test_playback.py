@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pygame
 import pytest
+from conftest import scene_of
 from window_driver import click, colour_at, mouse, press, run, shown, slider, step
 
 from sandbox.run.trajectory import simulate
@@ -196,3 +197,20 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     press(window, ".", "Delete")
     assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
     window.draw()
+
+
+@pytest.mark.parametrize("playing_slowly", [False, True], ids=["paused", "slow"])
+def test_a_frame_without_a_step_marks_what_the_last_steps_show(memory_screen: None, playing_slowly: bool) -> None:
+    """A ball hits two others at once in step 50."""
+    balls = (
+        "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
+        "radius = 20\npositions = [[300, 279], [300, 321]]",
+    )
+    window = Window(scene_of(*balls), ["pymunk", "exact"])
+    run(window, 50)
+    window.playback.paused = not playing_slowly
+    window.playback.set_speed(0.1)
+    for _ in range(2):
+        window.frame(1 / 60)
+    assert step(window) == 50
+    assert window.view.charts.marks.trust.undecided == pytest.approx(0.8298, abs=1e-4)
