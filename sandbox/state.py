@@ -58,6 +58,11 @@ class State:
             if getattr(self, name) is _NOT_GIVEN:
                 object.__setattr__(self, name, np.zeros(len(self.position)))
 
+    @property
+    def nbytes(self) -> int:
+        """The size of its arrays in bytes."""
+        return self.position.nbytes + self.velocity.nbytes + self.angle.nbytes + self.spin.nbytes
+
     def copy(self) -> "State":
         """Return a state that shares no array with this one."""
         return State(self.time, *(getattr(self, name).copy() for name in States._fields))

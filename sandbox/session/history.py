@@ -5,7 +5,7 @@ from typing import Final
 
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, State, States
+from sandbox.state import Contacts, State
 
 MAX_RECENT: Final = 1200  # moments kept without gaps: twenty seconds at 60 steps per second
 MAX_BYTES_KEPT: Final = 12_000_000  # of recent moments, and as much again of older ones
@@ -37,7 +37,7 @@ class Moment:
     @property
     def size(self) -> int:
         """Its approximate size in bytes."""
-        states = sum(part.nbytes for state in self.states.values() for part in States.of(state))
+        states = sum(state.nbytes for state in self.states.values())
         contacts = sum(found.nbytes for found in self.contacts.values())
         return states + contacts + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.states))
 

@@ -101,7 +101,8 @@ class Monitor:
         except SandboxError as error:
             self._stop(str(error))
             return
-        found, marked = self._twins.trust(np.concatenate(contacts)), self._marked
+        found = self._twins.trust(np.concatenate([no_contacts(), *(some for some in contacts if len(some))]))
+        marked = self._marked
         self._marked = Trust(
             self._earlier(marked.horizon, found.horizon),
             self._earlier(marked.undecided, found.undecided),
