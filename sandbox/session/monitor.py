@@ -72,8 +72,9 @@ class Monitor:
 
     def _add_step(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         self._steps += 1
-        time, found = self._lockstep.time - self._since, _since(contacts[self._reference], self._since)
-        self._waiting.append((time, states[self._reference], found))
+        if self._twins.runners:  # beyond the horizon, nothing more is found
+            time, found = self._lockstep.time - self._since, _since(contacts[self._reference], self._since)
+            self._waiting.append((time, states[self._reference], found))
         for name, engine in self._followed.items():
             engine.add(states[name], contacts[name], self._lockstep)
             if len(contacts[name]):
