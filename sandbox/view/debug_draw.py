@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 import pymunk
-from pygame import Surface
+from pygame import Color, Surface
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 
@@ -30,9 +30,10 @@ class DebugDraw(DrawOptions):
     which are very large, are left out.
     """
 
-    def __init__(self, space: pymunk.Space) -> None:
+    def __init__(self, space: pymunk.Space, ink: Color) -> None:
         super().__init__(Surface((1, 1)))
         self.flags = DrawOptions.DRAW_CONSTRAINTS
+        self.shape_static_color = SpaceDebugColor(*ink)
         self._space = space
         self._walls = [(s.a, s.b, s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
         self._buffer = Buffer()

@@ -458,7 +458,8 @@ class Window:
             return
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
         in_charts = point is not None and layout.strip.collidepoint(point)  # which have a card of their own
-        if ball is None and self.editor.by_key and self.editor.selected is not None and not in_charts:
+        chosen = self.editor.by_key and self.editor.selected is not None and not self._inspects()
+        if ball is None and chosen and not in_charts:
             ball = self.editor.selected
             x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
             point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it
