@@ -33,7 +33,8 @@ ANOTHER_GRAVITY: Final = SetGravity(step=0, gravity=(0, 100))  # than 1 and 0, o
 WALL_STEP: Final = 10.0  # px that a key moves a wall
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
 ARENA_WALL: Final = (
-    "the arena's walls stand at its edges: size, elasticity and friction under [arena] in the scene's file are theirs"
+    "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
+    "under [arena] in the scene's file"
 )
 
 

@@ -60,7 +60,7 @@ class Inspector:
     Its fields can be typed into while the run is paused.
     """
 
-    title = "inspector"
+    title = "Inspector"
 
     def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
         self._playback = playback
