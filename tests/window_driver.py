@@ -76,6 +76,16 @@ def drag(window: Window, start: tuple[int, int], end: tuple[int, int]) -> None:
     mouse(window, pygame.MOUSEBUTTONUP, end)
 
 
+def pull(window: Window, start: tuple[float, float], move: tuple[float, float], steps: int) -> None:
+    """Pull what is at a place of the first pane, by a move in each of some steps, and let it go."""
+    places = [point(window, start[0] + k * move[0], start[1] + k * move[1]) for k in range(steps + 1)]
+    mouse(window, pygame.MOUSEBUTTONDOWN, places[0])
+    for place in places[:-1]:
+        mouse(window, pygame.MOUSEMOTION, place)
+        run(window, 1)
+    mouse(window, pygame.MOUSEBUTTONUP, places[-1])
+
+
 def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
     """Return the point of the screen at a place of the scene in a pane."""
     right, down = window.layout.to_screen(pane, (x, y))

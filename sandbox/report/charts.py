@@ -93,9 +93,13 @@ class Chart:
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. Each has its own marker, to be told apart without colours."""
+    """How an engine's lines and bars are drawn. Each has its own marker, to be told apart without colours.
+
+    color, dark: on light and on dark pages.
+    """
 
     color: str
+    dark: str
     marker: str
     symbol: str
     hatch: str
@@ -103,18 +107,18 @@ class Style:
 
 def styles_of(names: Sequence[str], reference: str | None = None) -> dict[str, Style]:
     """Return each engine's style, distinct in marker and hatch as well as in colour."""
-    colours, others = colours_of(names), [name for name in names if name != reference]
-    styles = {reference: Style(colours[reference], *OF_REFERENCE, "blank")} if reference else {}
+    light, dark = colours_of(names), colours_of(names, dark=True)
+    others = [name for name in names if name != reference]
+    styles = {reference: Style(light[reference], dark[reference], *OF_REFERENCE, "blank")} if reference else {}
     for index, name in enumerate(others):
         marker, symbol = [*MARKERS.items()][index % len(MARKERS)]
-        styles[name] = Style(colours[name], marker, symbol, HATCHES[index % len(HATCHES)])
+        styles[name] = Style(light[name], dark[name], marker, symbol, HATCHES[index % len(HATCHES)])
     return {name: styles[name] for name in names}
 
 
 def legend_of(styles: Mapping[str, Style], symbol: str | None = None) -> tuple[Entry, ...]:
     """Return a legend. symbol: instead of the markers."""
-    dark = colours_of(styles, dark=True)
-    return tuple(Entry(name, symbol or style.symbol, style.color, dark[name]) for name, style in styles.items())
+    return tuple(Entry(name, symbol or style.symbol, style.color, style.dark) for name, style in styles.items())
 
 
 def charts(comparison: Comparison) -> list[Chart]:

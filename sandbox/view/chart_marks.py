@@ -8,7 +8,7 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.session.monitor import Marks
-from sandbox.view.chart_places import AXIS, small, spread
+from sandbox.view.chart_places import small, spread
 from sandbox.view.palette import Palette
 from sandbox.view.primitives import lettering, shortened, text_width
 from sandbox.view.time_axis import TimeAxis
@@ -43,16 +43,17 @@ def marks_of(marks: Marks, note: str, reference: str, colours: Mapping[str, Colo
     return found
 
 
-def placed_marks(marks: list[Mark], axis: TimeAxis, plot: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
+def placed_marks(
+    marks: list[Mark], axis: TimeAxis, plot: Rect, right: int, text_height: int
+) -> list[tuple[Mark, Rect]]:
     """Return the marks that are shown, with the places of their labels above the charts, none over another.
 
-    plot: of the first chart.
+    plot: of the first chart; right: where there is no more room, px.
     """
     height = small(text_height)
     start, seconds = axis.shown
     shown = [one for one in marks if one.time is None or start <= one.time <= start + seconds]
     wanted = [plot.x if one.time is None else axis.column(plot, one.time) + height // 2 for one in shown]
-    right = plot.right + round(AXIS * text_height)
     widths = [text_width(one.text, height) + height for one in shown]
     if sum(widths) > right:
         shown = [replace(one, text=shortened(one.text, right // len(shown) - height, height)) for one in shown]
@@ -78,11 +79,13 @@ def draw_marks(
     text_height: int,
 ) -> None:
     """Draw each mark as a tick above the charts, with its label, and faintly through them."""
+    half = max(4, text_height // 4)
+    tall = 3 * half // 2
     for mark, label in placed:
         if mark.time is not None:
             x, top = axis.column(plots[0], mark.time), plots[0].y
             faint = colours.ground.lerp(mark.colour, 0.5)
             pygame.draw.line(surface, faint, (x, top), (x, plots[-1].bottom))
             pygame.draw.line(surface, mark.colour, (x, top), (min(x, label.x), label.bottom))
-            pygame.draw.polygon(surface, mark.colour, [(x - 4, top - 6), (x + 4, top - 6), (x, top)])
+            pygame.draw.polygon(surface, mark.colour, [(x - half, top - tall), (x + half, top - tall), (x, top)])
         surface.blit(lettering(mark.text, mark.colour, small(text_height)), label)

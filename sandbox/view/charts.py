@@ -95,12 +95,13 @@ class Charts:
 
     def mark_at(self, place: Rect, text_height: int, point: ScreenPoint) -> Mark | None:
         """Return the mark whose label or tick a point of the window is on, in charts at a place."""
-        plot = self.places(place, text_height).plots[0]
-        return mark_at(self._placed_marks(plot, text_height), self.axis, plot, point[0] - place.x, point[1] - place.y)
+        where = self.places(place, text_height)
+        x, y = point[0] - place.x, point[1] - place.y
+        return mark_at(self._placed_marks(where, text_height), self.axis, where.plots[0], x, y)
 
-    def _placed_marks(self, plot: Rect, text_height: int) -> list[tuple[Mark, Rect]]:
+    def _placed_marks(self, where: ChartPlaces, text_height: int) -> list[tuple[Mark, Rect]]:
         marks = marks_of(self.marks, self.note, self.samples.reference, self._colours, self.palette.ink)
-        return placed_marks(marks, self.axis, plot, text_height)
+        return placed_marks(marks, self.axis, where.plots[0], where.timeline.right, text_height)
 
     # Following the run
 
@@ -165,7 +166,7 @@ class Charts:
         self._draw_selection(ground, where.plots)
         draw_marks(
             ground,
-            self._placed_marks(where.plots[0], text_height),
+            self._placed_marks(where, text_height),
             self.axis,
             where.plots,
             self.palette,

@@ -22,8 +22,9 @@ from sandbox.view.palette import palette
 from sandbox.view.pane import Pane
 from sandbox.view.primitives import arrow, capsule, label, text_width
 
-NORMAL: Final = 5.5  # half of a normal, in heights of the text
-ARROW: Final = 4.0  # the longest arrow, likewise
+NORMAL: Final = 5.5  # half of a normal, in heights of the text: long enough to see angles between normals
+ARROW: Final = 4.0  # the longest arrow, in units: a height of the text or, where that is less, the larger ball's radius
+LEAST_UNIT: Final = 0.4  # heights of the text
 DASHES: Final = 9  # of the normal at first touch
 BEFORE: Final = 1.5  # width of an arrow, in widths of a line
 AFTER: Final = 2.5
@@ -60,7 +61,9 @@ class ContactMark:
         self._scale, self._origin = scale, origin
         self._text_height = text_height
         self._palette = palette(scene.arena.background)
-        self._width = max(1, round(text_height / 10))  # of lines, px
+        largest = float(scene.bodies.radius[difference.balls].max()) * scale
+        self._unit = min(text_height, max(largest, LEAST_UNIT * text_height))  # px
+        self._width = max(1, round(self._unit / 10))  # of lines, px
 
     def _at(self, position: Floats) -> Floats:
         """Turn a position in the scene, px, into a place on the surface."""
@@ -126,14 +129,16 @@ class ContactMark:
     # The velocities
 
     def _arrows(self, before: Velocities | None, after: Velocities | None, colour: Color) -> Iterator["Arrow"]:
-        """Yield the arrows of both balls."""
+        """Yield the arrows of both balls, if they move."""
         for velocities, is_before in ((before, True), (after, False)):
             for ball, velocity in zip(self._difference.balls, velocities or (), strict=False):
-                radius = float(self._scene.bodies.radius[ball]) * self._scale
+                radius, speed = float(self._scene.bodies.radius[ball]) * self._scale, math.hypot(*velocity)
+                if not speed:
+                    continue
                 centre, along = self._at(self._state.position[ball]), np.array(velocity)
-                rim = centre + (-radius if is_before else radius) * along / (np.hypot(*along) or 1.0)
+                rim = centre + (-radius if is_before else radius) * along / speed
                 if is_before:  # beside the one after it, or a ball that comes back would hide it
-                    rim = rim + 0.6 * self._text_height * np.array([-along[1], along[0]]) / (np.hypot(*along) or 1.0)
+                    rim = rim + 0.6 * self._unit * np.array([-along[1], along[0]]) / speed
                 yield Arrow(rim, self._px_per_speed * along, is_before, colour)
 
     @property
@@ -142,7 +147,7 @@ class ContactMark:
         found = self._difference
         each = (found.before, found.after, found.should_before, found.should_after)
         fastest = max((float(np.hypot(*one)) for velocities in each for one in velocities or ()), default=0.0)
-        return ARROW * self._text_height / fastest if fastest else 0.0
+        return ARROW * self._unit / fastest if fastest else 0.0
 
     def _draw_arrows(self, arrows: Sequence["Arrow"]) -> None:
         """Draw arrows, all shorter by one factor if one would leave the pane."""

@@ -189,9 +189,19 @@ CONTROLS = (
         icon="inspect",
     ),
     Control(Group.EDIT, Action.USE_IMPULSE, "I", "replace article by impulse", (), "i"),
-    Control(Group.EDIT, Action.SELECT_PREVIOUS, ",", "select the previous ball", (), ",", repeats=True),
-    Control(Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball", (), ".", repeats=True),
-    _push(Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left", pygame.K_LEFT),
+    Control(
+        Group.EDIT,
+        Action.SELECT_PREVIOUS,
+        ",",
+        "select the previous ball; in the inspector, walls too",
+        (),
+        ",",
+        repeats=True,
+    ),
+    Control(
+        Group.EDIT, Action.SELECT_NEXT, ".", "select the next ball; in the inspector, walls too", (), ".", repeats=True
+    ),
+    _push(Action.PUSH_LEFT, "Shift Left", "push the selected ball to the left, or move the wall", pygame.K_LEFT),
     _push(Action.PUSH_RIGHT, "Shift Right", "push it to the right", pygame.K_RIGHT),
     _push(Action.PUSH_UP, "Shift Up", "push it up", pygame.K_UP),
     _push(Action.PUSH_DOWN, "Shift Down", "push it down", pygame.K_DOWN),

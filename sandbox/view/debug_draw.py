@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 import pymunk
-from pygame import Surface
+from pygame import Color, Surface
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
 
@@ -27,12 +27,13 @@ class DebugDraw(DrawOptions):
 
     Pymunk calls Python for each of these, which takes half a frame for a thousand discs. Here all bodies and all
     contacts are read at once; they look as pymunk draws them. Walls have their thickness at any slope; the arena's,
-    which are very large, are left out.
+    which are very large, are left out. ink: of walls, the same as in other panes.
     """
 
-    def __init__(self, space: pymunk.Space) -> None:
+    def __init__(self, space: pymunk.Space, ink: Color) -> None:
         super().__init__(Surface((1, 1)))
         self.flags = DrawOptions.DRAW_CONSTRAINTS
+        self._ink = ink
         self._space = space
         self._walls = [(s.a, s.b, s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
         self._buffer = Buffer()
@@ -86,4 +87,4 @@ class DebugDraw(DrawOptions):
         in_width = -reach < max(x0, x1) and min(x0, x1) < width + reach
         in_height = -reach < max(y0, y1) and min(y0, y1) < height + reach
         if in_width and in_height:
-            capsule(self.surface, self.shape_static_color.as_int(), (x0, y0), (x1, y1), radius * scale)
+            capsule(self.surface, self._ink, (x0, y0), (x1, y1), radius * scale)

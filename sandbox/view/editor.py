@@ -22,7 +22,7 @@ from sandbox.run.edits import (
     SetVelocity,
 )
 from sandbox.scene.fields import PALETTE, Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
@@ -30,13 +30,19 @@ from sandbox.view.playback import Playback
 PUSH_SPEED: Final = 30.0  # px/s that a key adds to a velocity
 ANOTHER_ELASTICITY: Final = SetElasticity(step=0, elasticity=0.5)  # which an engine either refuses, as all others
 ANOTHER_GRAVITY: Final = SetGravity(step=0, gravity=(0, 100))  # than 1 and 0, or accepts
+WALL_STEP: Final = 10.0  # px that a key moves a wall
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
+ARENA_WALL: Final = (
+    "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
+    "under [arena] in the scene's file"
+)
 
 
 class Editor:
     """Edits the run at its current step, in every engine. Its keys work on the selected ball.
 
-    The selected ball stays selected when others are added or deleted. A wall of the scene can be selected instead.
+    The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
+    arena cannot be changed.
 
     new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
     """
@@ -78,22 +84,40 @@ class Editor:
 
     @property
     def selected_wall(self) -> int | None:
-        """The number of the selected wall among the scene's own."""
-        return self._wall if self._wall is not None and self._wall < len(self._moment.scene.walls) else None
+        """The number of the selected wall, see `Scene.wall_numbers`, if it stands."""
+        return self._wall if self._wall in self._moment.scene.wall_numbers else None
+
+    @property
+    def own_wall(self) -> int | None:
+        """The number of the selected wall among the scene's own, unless it is one of the arena's."""
+        wall = self.selected_wall
+        return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
 
     def select_wall(self, wall: int) -> None:
-        """Select a wall of the scene."""
+        """Select a wall by its number, see `Scene.wall_numbers`."""
         self.select(None)
         self._wall = wall
 
-    def select_next(self, by: int) -> None:
-        """Select the ball so many numbers after the selected one, or before it if negative."""
-        first = 0 if by > 0 else -1
-        self.select(first if self.selected is None else (self.selected + by) % len(self._moment.balls), by_key=True)
+    def select_next(self, by: int, *, with_walls: bool = False) -> None:
+        """Select the ball so many numbers after the selected one, or before it if negative. Walls follow the balls."""
+        balls, walls = len(self._moment.balls), self._moment.scene.wall_numbers if with_walls else range(0)
+        here = -1 if by > 0 else 0
+        if self.selected is not None:
+            here = self.selected
+        elif self.selected_wall is not None and self.selected_wall in walls:
+            here = balls + walls.index(self.selected_wall)
+        at = (here + by) % (balls + len(walls))
+        if at < balls:
+            self.select(at, by_key=True)
+        else:
+            self.select_wall(walls[at - balls])
 
     def push(self, x: int, y: int) -> None:
-        """Add to the selected ball's velocity. x, y: in units of PUSH_SPEED."""
+        """Add to the selected ball's velocity, or move the selected wall. x, y: in PUSH_SPEED or WALL_STEP."""
         ball = self.selected
+        if self.selected_wall is not None:
+            self._move_wall(WALL_STEP * x, WALL_STEP * y)
+            return
         if ball is None:
             self._notice.show(NOTHING_SELECTED)
             return
@@ -105,14 +129,24 @@ class Editor:
         with self._notice.reporting():
             self._playback.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
 
+    def _move_wall(self, x: float, y: float) -> None:
+        """Move the selected wall, px."""
+        if self.own_wall is None:
+            self._notice.show(ARENA_WALL)
+            return
+        wall = self._moment.scene.walls[self.own_wall]
+        self.change(start=(wall.start[0] + x, wall.start[1] + y), to=(wall.to[0] + x, wall.to[1] + y))
+
     # Balls that come and go
 
     def delete(self, ball: int | None) -> None:
         """Delete a ball, or else the selected one, or the selected wall."""
         ball = self.selected if ball is None else ball
-        if ball is None and self.selected_wall is not None:
-            self._playback.give(DeleteWall(step=self._step, wall=self.selected_wall))
+        if ball is None and self.own_wall is not None:
+            self._playback.give(DeleteWall(step=self._step, wall=self.own_wall))
             self.select(None)
+        elif ball is None and self.selected_wall is not None:
+            self._notice.show(ARENA_WALL)
         elif ball is None:
             self._notice.show(NOTHING_SELECTED)
         else:
@@ -166,8 +200,8 @@ class Editor:
         with self._notice.reporting():
             if self.selected is not None:
                 self._playback.give(ChangeBall(step=self._step, ball=self.selected, **values))
-            elif self.selected_wall is not None:
-                self._playback.give(ChangeWall(step=self._step, wall=self.selected_wall, **values))
+            elif self.own_wall is not None:
+                self._playback.give(ChangeWall(step=self._step, wall=self.own_wall, **values))
 
     # What applies to all balls
 

@@ -6,10 +6,10 @@ from typing import Final
 
 from sandbox.errors import SandboxError, shown
 from sandbox.run.edits import AddBall
-from sandbox.scene.fields import PALETTE
-from sandbox.scene.model import Wall
+from sandbox.scene.fields import PALETTE, Vector
+from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.state import State
-from sandbox.view.editor import Editor
+from sandbox.view.editor import ARENA_WALL, Editor
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
@@ -50,7 +50,8 @@ DOES: Final = {
     "thickness": "full thickness",
 }
 UNITS: Final = {"radius": "px", "mass": "kg", "thickness": "px"}
-ENDS: Final = (("start", 0, "from x"), ("start", 1, "from y"), ("to", 0, "to x"), ("to", 1, "to y"))
+ENDS: Final = ((0, 0, "from x"), (0, 1, "from y"), (1, 0, "to x"), (1, 1, "to y"))  # an end, its axis, their name
+END_KEYS: Final = ("start", "to")
 
 
 class Inspector:
@@ -59,7 +60,7 @@ class Inspector:
     Its fields can be typed into while the run is paused.
     """
 
-    title = "inspector"
+    title = "Inspector"
 
     def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
         self._playback = playback
@@ -112,19 +113,27 @@ class Inspector:
         ]
 
     def _wall_rows(self, wall: int) -> list[Sequence[Widget]]:
-        self._heading.text = f"wall {wall}"
-        field = self._wall
+        self._heading.text = self._scene.wall_name(wall)
+        field, ends = self._wall, [self._ends[:2], self._ends[2:]]
+        if self._editor.own_wall is None:
+            self._hint.text = f"{ARENA_WALL[0].upper()}{ARENA_WALL[1:]}."
+            return [[self._heading], *ends, [field["elasticity"], field["friction"]], [self._hint]]
         return [
             [self._heading, self._delete],
-            self._ends[:2],
-            self._ends[2:],
+            *ends,
             [field["thickness"], field["elasticity"]],
             [field["friction"], self._nothing],
         ]
 
     # Widgets
 
+    @property
+    def _scene(self) -> Scene:
+        return self._playback.view.moment.scene
+
     def _refusal(self) -> str:
+        if self._editor.selected_wall is not None and self._editor.own_wall is None:
+            return ARENA_WALL
         return "" if self._playback.paused else RUNNING
 
     def _tool(self, tool: Tool, does: str) -> TextButton:
@@ -151,26 +160,31 @@ class Inspector:
         return self._field(key, value, lambda text: self._editor.change(**{key: _number(key, text)}), DOES[key], unit)
 
     @property
-    def _selected_wall(self) -> Wall:
-        return self._playback.view.moment.scene.walls[self._editor.selected_wall or 0]
+    def _surface(self) -> Wall | Arena:
+        """What has the selected wall's elasticity and friction."""
+        wall = self._editor.own_wall
+        return self._scene.arena if wall is None else self._scene.walls[wall]
 
     def _wall_field(self, key: str) -> Field:
         return self._field(
             key,
-            lambda: _text(getattr(self._selected_wall, key)),
+            lambda: _text(getattr(self._surface, key)),
             lambda text: self._editor.change(**{key: _number(key, text)}),
             DOES[key],
             UNITS.get(key, ""),
         )
 
-    def _end_field(self, end: str, axis: int, name: str) -> Field:
+    def _end_field(self, number: int, axis: int, name: str) -> Field:
+        def end() -> Vector:
+            return self._scene.wall_line(self._editor.selected_wall or 0)[:2][number]
+
         def choose(text: str) -> None:
-            point = list(getattr(self._selected_wall, end))
+            point = list(end())
             point[axis] = _number(name, text)
-            self._editor.change(**{end: tuple(point)})
+            self._editor.change(**{END_KEYS[number]: tuple(point)})
 
         does = f"{('horizontal', 'vertical')[axis]} position of this end"
-        return self._field(name, lambda: _text(getattr(self._selected_wall, end)[axis]), choose, does, "px")
+        return self._field(name, lambda: _text(end()[axis]), choose, does, "px")
 
     def _colour_of_ball(self) -> str:
         return self._playback.view.moment.scene.colors[self._editor.selected or 0]

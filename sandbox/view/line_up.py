@@ -11,7 +11,7 @@ from sandbox.run.edits import Edit, edited_scenes
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.playback import Playback
-from sandbox.view.tuning import has_settings, normal, with_setting
+from sandbox.view.tuning import are_same, has_settings, normal, with_setting
 
 MAX_PANES: Final = 6  # that are large enough to compare, each in a colour of its own
 ONLY_ONE: Final = "the last engine stays: add another one first"
@@ -89,7 +89,7 @@ class LineUp:
         except SandboxError as error:
             self._notice.show(str(error), Kind.ERROR)
             return
-        if spec in [normal(name, self.scene) for name in others]:
+        if any(are_same(spec, name, self.scene) for name in others):
             self._notice.show(f"{spec} runs already, in another pane", Kind.ERROR)
         elif len(others) == MAX_PANES:
             self._notice.show(FULL, Kind.ERROR)

@@ -242,6 +242,9 @@ class MouseTool:
         else:
             self._editor.select(ball if near else None, pane)
             self._pressed = point if near else None
+            wall = self.move.wall_at(position, self._reach) if self._inspecting() and not near else None
+            if wall is not None:
+                self._editor.select_wall(wall)
 
     def _drag(self, point: ScreenPoint) -> None:
         """Pull what is held to a point of the screen."""

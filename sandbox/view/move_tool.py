@@ -12,13 +12,14 @@ from sandbox.errors import SandboxError
 from sandbox.quantity import length, segment_distance
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene, Wall
+from sandbox.scene.model import ARENA_WALLS, Scene, Wall
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
 from sandbox.view.palette import ACCENT, palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import draw_wall, label
 
+Line = tuple[Vector, Vector, float]  # the ends of a wall and its thickness, px
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
 
 
@@ -69,11 +70,16 @@ class MoveTool:
             return Grip(self._scene.arena.nearest_inside(position))
         state, scene = self._playback.view.panes[pane].state, self._scene
         to_ball = length(state.position - position) - scene.bodies.radius
-        to_wall = [_distance(wall, position) for wall in scene.walls]
+        to_wall = [_distance((wall.start, wall.to, wall.thickness), position) for wall in scene.walls]
         ball, wall = int(to_ball.argmin()), int(np.argmin(to_wall)) if to_wall else None
         if wall is not None and to_wall[wall] < min(float(to_ball[ball]), reach):
             return Grip(position, wall=wall, end=_end_at(scene.walls[wall], position, 2 * reach))
         return Grip(position, ball=ball) if to_ball[ball] <= reach else None
+
+    def wall_at(self, position: Vector, reach: float) -> int | None:
+        """Return the number of the wall within reach (px) of a position, if there is one; the arena's are walls too."""
+        away = {wall: _distance(self._scene.wall_line(wall), position) for wall in self._scene.wall_numbers}
+        return min((wall for wall in away if away[wall] <= reach), key=away.__getitem__, default=None)
 
     def press(self, pane: int, position: Vector, reach: float) -> bool:
         """Hold what is at a position, and select it. Return whether there is something to move, or a wall to draw."""
@@ -81,7 +87,7 @@ class MoveTool:
         if grip is None or (grip.ball is not None and self.tool is Tool.THROW):
             return False
         if grip.wall is not None:
-            self._editor.select_wall(grip.wall)
+            self._editor.select_wall(len(ARENA_WALLS) + grip.wall)
         else:
             self._editor.select(grip.ball, pane)
         self.grip, self._pane, self._at = grip, pane, None
@@ -100,7 +106,7 @@ class MoveTool:
             walls = len(self._scene.walls)
             self._playback.give(edit)
             if len(self._scene.walls) > walls:
-                self._editor.select_wall(walls)
+                self._editor.select_wall(len(ARENA_WALLS) + walls)
 
     @property
     def edit(self) -> Edit | None:
@@ -139,12 +145,12 @@ class MoveTool:
     def draw(self, surface: Surface, layout: Layout, hovered: Grip | None) -> None:
         """Mark the selected wall and what is hovered, and show in every pane what the drag would do."""
         scene = self._scene
-        walls = dict.fromkeys((self._editor.selected_wall, hovered.wall if hovered else None))
-        marked = [scene.walls[wall] for wall in walls if wall is not None]
+        over = len(ARENA_WALLS) + hovered.wall if hovered and hovered.wall is not None else None
+        marked = [wall for wall in dict.fromkeys((self._editor.selected_wall, over)) if wall is not None]
         for pane, arena in enumerate(layout.arenas):
             inside = surface.subsurface(arena)
             for wall in marked:
-                _mark(inside, layout, wall)
+                _mark(inside, layout, scene.wall_line(wall), has_handles=wall >= len(ARENA_WALLS))
             if hovered and hovered.ball is not None and self.grip is None:
                 position = self._playback.view.panes[pane].state.position[hovered.ball]
                 _ring(inside, layout, position.tolist(), float(scene.bodies.radius[hovered.ball]), ACCENT)
@@ -181,9 +187,10 @@ def _shifted(point: Vector, start: Vector, end: Vector) -> Vector:
     return point[0] + end[0] - start[0], point[1] + end[1] - start[1]
 
 
-def _distance(wall: Wall, position: Vector) -> float:
+def _distance(line: Line, position: Vector) -> float:
     """Return how far a position is from a wall's face, px, negative inside the wall."""
-    return float(segment_distance(np.array(position), wall.start, wall.to)) - wall.thickness / 2
+    start, to, thickness = line
+    return float(segment_distance(np.array(position), start, to)) - thickness / 2
 
 
 def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
@@ -193,10 +200,12 @@ def _end_at(wall: Wall, position: Vector, reach: float) -> int | None:
     return nearest if away[nearest] <= min(reach, float(length(np.subtract(wall.start, wall.to))) / 3) else None
 
 
-def _mark(surface: Surface, layout: Layout, wall: Wall) -> None:
-    """Draw a line along a wall, and a ring at each of its ends, which can be dragged."""
-    draw_wall(surface, ACCENT, (wall.start, wall.to), wall.thickness / 3, layout.scale, layout.origin)
-    for end in (wall.start, wall.to):
+def _mark(surface: Surface, layout: Layout, line: Line, *, has_handles: bool) -> None:
+    """Draw a line along a wall, and a ring at each of its ends, which can be dragged if it has handles."""
+    start, to, thickness = line
+    thinnest = 0 if has_handles else layout.text_height / 2 / layout.scale  # of which half is in the pane
+    draw_wall(surface, ACCENT, (start, to), max(thickness / 3, thinnest), layout.scale, layout.origin)
+    for end in (start, to) if has_handles else ():
         _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, ACCENT)
 
 

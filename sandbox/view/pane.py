@@ -58,7 +58,7 @@ class Pane:
         self._live = live
         self.failure = engine.error if isinstance(engine, StoppingEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
-            self._drawn, self.debug_draw = engine, DebugDraw(engine.space)
+            self._drawn, self.debug_draw = engine, DebugDraw(engine.space, contrast(moment.scene.arena.background))
         if afresh or moment.scene is not self.scene:
             scene = moment.scene
             line = LINE if self.debug_draw or scene.turns else None

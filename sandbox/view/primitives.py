@@ -1,6 +1,7 @@
 """What the window is drawn with: text, thick segments, arrows, cards."""
 
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
@@ -18,7 +19,9 @@ from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suit
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
+SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
+_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|kg|rad|%)(?:\W|$))")
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 
@@ -49,6 +52,11 @@ def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
     words = drawable(text).split(" ")
     return sum(_width(word, height) for word in words) + (len(words) - 1) * _width(" ", height)
+
+
+def fitting(width: int, room: int, height: int) -> int:
+    """Return the height in which a line of text fits, px. width: what it has in the usual height; room: px."""
+    return height if width <= room else max(SMALLEST_TEXT, height * room // width)
 
 
 def drawable(text: str) -> str:
@@ -94,9 +102,11 @@ def line_sample(surface: Surface, place: Rect, colour: Color, ground: Color, hei
 
 @lru_cache(maxsize=256)
 def wrapped(text: str, width: int, height: int, indent: str = "") -> tuple[str, ...]:
-    """Break a text into lines of about a width, px; all but the first are indented."""
-    letters = max(20, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
-    return tuple(textwrap.wrap(drawable(text), letters, subsequent_indent=indent))
+    """Break a text into lines of about a width, px; all but the first are indented. A number keeps its unit."""
+    letters = max(8, int(width / (text_width("abcdefghij klmnopqrst", height) / 21)))
+    joined = _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", drawable(text))
+    lines = textwrap.wrap(joined, letters, subsequent_indent=indent)
+    return tuple(line.replace("\N{NO-BREAK SPACE}", " ") for line in lines)
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:

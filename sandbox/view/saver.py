@@ -2,7 +2,9 @@
 
 import os
 import shlex
+from contextlib import suppress
 from itertools import count
+from typing import Final
 
 import pygame
 from pygame import Surface
@@ -13,6 +15,8 @@ from sandbox.scene.model import Scene
 from sandbox.view.notice import Notice
 from sandbox.view.picture import save_picture
 from sandbox.view.playback import Playback
+
+TEXT_TYPES: Final = (pygame.SCRAP_TEXT, "text/plain;charset=utf-8")  # SDL's clipboard accepts only the second
 
 
 class Saver:
@@ -68,9 +72,9 @@ def _argument(scene: Scene) -> str:
 
 def _copy(text: str) -> bool:
     """Copy a text to the clipboard. Return whether there is one."""
-    try:
-        pygame.scrap.init()
-        pygame.scrap.put(pygame.SCRAP_TEXT, text.encode())
-    except pygame.error:
-        return False
-    return True
+    for kind in TEXT_TYPES:
+        with suppress(pygame.error):
+            pygame.scrap.init()
+            pygame.scrap.put(kind, text.encode())
+            return True
+    return False

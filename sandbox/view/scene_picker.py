@@ -24,7 +24,7 @@ from sandbox.view.primitives import panel, text_width, wrapped, write
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
 PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
-ABOUT_LINES: Final = 2  # below the previews, about the chosen scene
+ABOUT_LINES: Final = 2  # for which there is room below the previews, about the chosen scene; often for more
 MAX_FILES: Final = 200  # of a folder that are listed
 
 
@@ -187,11 +187,14 @@ class ScenePicker:
                 self._draw_about(surface, preview(found[index].file, self._picture_size, self._text_height).about)
 
     def _draw_about(self, surface: Surface, about: str) -> None:
-        height, left = self._text_height, self._window.x + self._pad
-        place = Rect(left, self._window.bottom - self._foot, self._window.width - 2 * self._pad, round(1.4 * height))
-        for line in wrapped(about, place.width, height)[:ABOUT_LINES]:
-            write(surface, line, place, INK, height)
-            place.y += place.height
+        height, pad = self._text_height, self._pad
+        line, top = round(1.4 * height), self._window.y + self._head + self.rows * (self._tile_height + pad)
+        width = self._window.width - 2 * pad
+        lines = wrapped(about, width, height)[: max(ABOUT_LINES, (self._window.bottom - top) // line)]
+        place = Rect(self._window.x + pad, self._window.bottom - len(lines) * line, width, line)
+        for text in lines:
+            write(surface, text, place, INK, height)
+            place.y += line
 
     def _draw_search(self, surface: Surface) -> None:
         """Draw the field with the typed text, and the number of scenes found."""

@@ -30,7 +30,7 @@ def in_force(spec: str, scene: Scene) -> dict[str, float]:
 
 
 def normal(spec: str, scene: Scene) -> str:
-    """Return the shortest spec of the same engine: settings in the scene's order, without those that it has anyway.
+    """Return the shortest spec of the same engine: without the settings that it has anyway, the others in their order.
 
     Raises SandboxError if a setting is not valid.
 
@@ -42,11 +42,16 @@ def normal(spec: str, scene: Scene) -> str:
     if not settings:
         return spec
     wanted, own = in_force(spec, scene), settings_of(scene)
-    return with_settings(base, {key: wanted[key] for key in own if wanted[key] != own[key]})
+    return with_settings(base, {key: wanted[key] for key in settings if wanted[key] != own[key]})
+
+
+def are_same(spec: str, other: str, scene: Scene) -> bool:
+    """Return whether two specs are of the same engine: with the same settings, in whatever order."""
+    return settings_in(normal(spec, scene)) == settings_in(normal(other, scene))
 
 
 def with_setting(spec: str, scene: Scene, key: str, value: float) -> str:
-    """Return the shortest spec of Pymunk with one of its settings changed."""
+    """Return the shortest spec of Pymunk with one of its settings changed; a new one is the last."""
     base, settings = settings_in(spec)
     return normal(with_settings(base, settings | {key: value}), scene)
 

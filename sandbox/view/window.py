@@ -153,8 +153,8 @@ class Window:
             Action.ADD_BALL: mouse.add_ball,
             Action.DELETE_BALL: mouse.delete_ball,
             Action.USE_IMPULSE: self.use_impulse,
-            Action.SELECT_PREVIOUS: partial(editor.select_next, -1),
-            Action.SELECT_NEXT: partial(editor.select_next, 1),
+            Action.SELECT_PREVIOUS: lambda: editor.select_next(-1, with_walls=self._inspects()),
+            Action.SELECT_NEXT: lambda: editor.select_next(1, with_walls=self._inspects()),
             Action.PUSH_LEFT: partial(editor.push, -1, 0),
             Action.PUSH_RIGHT: partial(editor.push, 1, 0),
             Action.PUSH_UP: partial(editor.push, 0, -1),
@@ -460,7 +460,8 @@ class Window:
             return
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
         in_charts = point is not None and layout.strip.collidepoint(point)  # which have a card of their own
-        if ball is None and self.editor.by_key and self.editor.selected is not None and not in_charts:
+        chosen = self.editor.by_key and self.editor.selected is not None and not self._inspects()
+        if ball is None and chosen and not in_charts:
             ball = self.editor.selected
             x, y = layout.to_screen(0, panes[0].state.position[ball].tolist())
             point = Rect(round(x), round(y), 1, 1).clamp(layout.arenas[0]).topleft  # a zoomed pane may not show it

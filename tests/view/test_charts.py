@@ -305,12 +305,13 @@ def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene)
     before = pygame.surfarray.array3d(draw(charts))
     charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 7.01}, stopped=(8.0, "why"))
     after = pygame.surfarray.array3d(draw(charts))
-    plots = charts.places(PLACE, TEXT).plots
+    where = charts.places(PLACE, TEXT)
+    plots = where.plots
     changed = (after != before).any(axis=2)[:, plots[0].y : plots[-1].bottom]
     wide = {column(charts, time) for time in (6, 7, 7.01, 8)}
     assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
-    labels = [label for _, label in charts._placed_marks(plots[0], TEXT)]
-    assert all(label.bottom <= plots[0].y for label in labels)
+    labels = [label for _, label in charts._placed_marks(where, TEXT)]
+    assert all(label.bottom <= plots[0].y and label.right <= PLACE.width for label in labels)
     assert all(label.collidelist(labels[k + 1 :]) < 0 for k, label in enumerate(labels))
 
 
@@ -318,7 +319,7 @@ def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene) -
     charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     draw(charts)
-    [(mark, label)] = charts._placed_marks(charts.places(PLACE, TEXT).plots[0], TEXT)
+    [(mark, label)] = charts._placed_marks(charts.places(PLACE, TEXT), TEXT)
     assert (mark.text, mark.time) == ("undecided", 5.0)
     assert charts.mark_at(PLACE, TEXT, label.center) == mark
 
@@ -332,8 +333,8 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     charts, layout = window.view.charts, window.layout
     charts.marks = Marks(differences={"impulse": 1.0})
     window.draw()
-    plot = charts.places(layout.strip, layout.text_height).plots[0]
-    [(_, label)] = charts._placed_marks(plot, layout.text_height)
+    where = charts.places(layout.strip, layout.text_height)
+    [(_, label)], plot = charts._placed_marks(where, layout.text_height), where.plots[0]
     on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
     for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
         window.on_event(pygame.event.Event(what, pos=on_label, button=1))

@@ -4,9 +4,8 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -15,22 +14,18 @@ import numpy as np
 import pygame
 import pytest
 from conftest import require
-from window_driver import WorkerHere, click, drag, point, press
+from desktop_driver import Desktop, Mirror, steps_of
+from window_driver import step
 
 from sandbox.run.edits import AddBall
-from sandbox.run.inputs import End, Grab, Input, Release, load_inputs
+from sandbox.run.inputs import Grab, Release, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import load, parse
-from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
-from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import CONTROLS, Group, Panel
-from sandbox.view.layout import Layout
-from sandbox.view.widgets.group_header import GroupHeader
-from sandbox.view.widgets.slider import Slider
-from sandbox.view.window import Window
+from sandbox.view.controls import Panel
+from sandbox.view.instruments import Instrument
 
 SCENE = """
 [arena]
@@ -60,114 +55,6 @@ def display() -> Iterator[str]:
         xvfb.terminate()
 
 
-@dataclass
-class Desktop:
-    """A running sandbox, driven by mouse and keyboard."""
-
-    environment: dict[str, str]
-    process: subprocess.Popen[bytes]
-    folder: Path
-    scene: Scene
-    window: str = ""
-    _model: Window | None = None  # of the same scene, in this process
-
-    def xdo(self, *arguments: object) -> str:
-        command = ["xdotool", *map(str, arguments)]
-        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
-
-    def wait_for(self, found: Callable[[], object], seconds: float = 30) -> object:
-        """Wait until a function returns something true, for as long as a slow machine may need."""
-        for _ in range(round(20 * seconds)):
-            result = found()
-            if result:
-                return result
-            assert self.process.poll() is None, "the sandbox stopped"
-            time.sleep(0.05)
-        raise TimeoutError(f"nothing after {seconds} s")
-
-    def open(self) -> None:
-        """Wait until keys reach the window: they are lost before it is ready."""
-        for _ in range(10):
-            self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
-            self.xdo("windowfocus", "--sync", self.window, "key", "F12")
-            with suppress(TimeoutError):
-                self.wait_for(lambda: list(self.folder.glob("*.png")), seconds=3)
-                return
-        raise TimeoutError("no key reached the window")
-
-    def picture(self) -> pygame.Surface:
-        """Save a picture with the sandbox, and load it."""
-        for old in self.folder.glob("*.png"):
-            old.unlink()
-        self.xdo("key", "F12")
-        self.wait_for(lambda: list(self.folder.glob("*.png")))
-        [file] = self.folder.glob("*.png")
-        return pygame.image.load(file)
-
-    @property
-    def size(self) -> tuple[int, int]:
-        geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
-        return int(geometry["WIDTH"]), int(geometry["HEIGHT"])
-
-    @property
-    def layout(self) -> Layout:
-        if self._model is None or self._model.scene is not self.scene:
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setenv("SDL_VIDEODRIVER", "dummy")
-                self._model = Window(self.scene, None)
-        return self._model.layout_in(self.size)
-
-    def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
-        """Turn a place of the scene into a point of the window."""
-        right, down = self.layout.to_screen(pane, (x, y))
-        return round(right), round(down)
-
-    def move(self, x: float, y: float, pane: int = 0) -> None:
-        self.xdo("mousemove", "--window", self.window, *self.point(x, y, pane))
-
-    def press(self, x: float, y: float, pane: int = 0) -> None:
-        self.move(x, y, pane)
-        self.xdo("mousedown", 1)
-
-    def key(self, *keys: str) -> None:
-        self.xdo("key", "--delay", 30, *keys)
-
-    def has_title(self, title: str) -> bool:
-        return self.xdo("getwindowname", self.window) == title
-
-    def save(self) -> Path:
-        """Save the balls as a scene with the sandbox; return its file."""
-        before = set(self.folder.glob("*.toml"))
-        self.key("s")
-        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
-        [file] = set(self.folder.glob("*.toml")) - before
-        return file
-
-    def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the toolbar to a share of its track; unfold its group if it is folded away."""
-        layout, model = self.layout, self._model
-        assert model
-        widgets = model.toolbar.widgets
-        number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
-        if not layout.toolbar[number].width:
-            headers = [(k, each) for k, each in enumerate(widgets[:number]) if isinstance(each, GroupHeader)]
-            at, header = headers[-1]
-            self.xdo("mousemove", "--window", self.window, *layout.toolbar[at].center, "click", 1)
-            model.toolbar.by_hand[Group[header.name.upper()]] = True
-        place = self.layout.toolbar[number]
-        pad = place.height // 3
-        x = place.x + pad + round(share * (place.width - 2 * pad))
-        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
-        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
-
-    def quit(self) -> list[Input]:
-        """Close the window; return the inputs it recorded."""
-        self.xdo("windowfocus", "--sync", self.window)
-        self.xdo("key", "--delay", 30, "Escape", "Escape")
-        assert self.process.wait(30) == 0
-        return load_inputs(self.folder / "inputs.jsonl", self.scene)
-
-
 @pytest.fixture(scope="module", autouse=True)
 def _compiled() -> None:
     """Compile the engines first: the window stands still while they are compiled."""
@@ -194,11 +81,6 @@ def running(display: str, folder: Path) -> Iterator[Desktop]:
 def desktop(display: str, tmp_path: Path) -> Iterator[Desktop]:
     with running(display, tmp_path) as desktop:
         yield desktop
-
-
-def steps_of(inputs: list[Input]) -> int:
-    assert isinstance(inputs[-1], End)
-    return inputs[-1].step
 
 
 def test_a_dragged_ball_arrives_in_both_panes_and_the_replay_agrees(desktop: Desktop) -> None:
@@ -338,138 +220,140 @@ def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop)
         assert shown.velocity.tobytes() == replay.velocity[-1, there].tobytes()
 
 
-class Mirror:
-    """The window's copy in this process: it knows where the widgets are."""
-
-    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
-        """Let the sandbox save what was done, and do the same here."""
-        before = set(desktop.folder.glob("*.jsonl"))
-        desktop.key("j")
-        desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
-        [file] = set(desktop.folder.glob("*.jsonl")) - before
-        self.inputs = load_inputs(file, desktop.scene)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("SDL_VIDEODRIVER", "dummy")
-            self.window = Window(desktop.scene, engines, self.inputs)
-            self.window.screen = pygame.display.set_mode(desktop.size)
-        self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
-        self.window.playback.paused = True
-        for _ in range(steps_of(self.inputs)):
-            self.window.playback.step()
-        self._desktop = desktop
-
-    def open(self, panel: Panel) -> None:
-        """Open a page of the side panel, in both windows."""
-        key = next(control.typed for control in CONTROLS if control.action is panel)
-        self._desktop.key(key)
-        self.window.panel.toggle(panel)
-        for _ in range(3):
-            self.window.frame(1 / 60)
-
-    def place_of(self, text: str) -> pygame.Rect:
-        """Return the place of the widget that shows a text, or has it as its name."""
-        texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
-        number = next(k for k, shown in enumerate(texts) if text in shown)
-        return self.window._placed[number][1]
-
-    def click(self, text: str) -> None:
-        """Click a widget in both windows."""
-        place = self.place_of(text)
-        self._desktop.xdo("mousemove", "--window", self._desktop.window, *place.center, "click", 1)
-        click(self.window, place.center)
-
-    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Drag from a place of the first pane to another, in both windows."""
-        first, last = (point(self.window, *place) for place in (start, end))
-        xdo, window = self._desktop.xdo, self._desktop.window
-        xdo("mousemove", "--window", window, *first, "mousedown", 1)
-        xdo("mousemove", "--window", window, *last, "mouseup", 1)
-        drag(self.window, first, last)
-
-
-def open_the_article(desktop: Desktop) -> None:
-    desktop.key("slash")
-    desktop.xdo("type", "--delay", 30, "three balls")
-    desktop.key("Return")
-    desktop.wait_for(partial(desktop.has_title, "The article's three balls - sandbox"))
-    desktop.scene = load("article")
+def open_scenes(desktop: Desktop) -> None:
+    """Choose a scene of the current folder in the picker, and then the article's."""
+    (desktop.folder / "mine.toml").write_text('title = "My own"\n' + SCENE)
+    for search, scene in (("my own", desktop.folder / "mine.toml"), ("three balls", "article")):
+        desktop.key("slash")
+        desktop.xdo("type", "--delay", 30, search)
+        desktop.key("Return")
+        desktop.scene = load(scene)
+        desktop.wait_for(partial(desktop.has_title, f"{desktop.scene.title} - sandbox"))
     time.sleep(2)
     desktop.key("p")
 
 
-def look_around(desktop: Desktop) -> None:
-    """Read what the scene is about, choose an instrument, enlarge a part, and show all again."""
-    desktop.key("F1", "F1", "2", "Down", "Return")
-    desktop.move(400, 300)
-    desktop.xdo("click", 4, "click", 4, "mousedown", 2)
-    desktop.move(500, 300)
-    desktop.xdo("mouseup", 2)
+def fill_the_screen(desktop: Desktop) -> None:
+    """Fill the screen, and go back to a window."""
+    size = desktop.size
+    for wanted in (desktop.screen, size):
+        desktop.key("F11")
+        time.sleep(0.5)
+        desktop.find()  # it is another one for the X server
+        assert desktop.size == desktop.picture().get_size() == wanted
+
+
+def look_around(desktop: Desktop, mirror: Mirror) -> None:
+    """Read what the scene is about, choose a histogram, enlarge a part, and show all again."""
+    mirror.press("F1", "F1", "2", *["Down"] * 6, "Enter")
+    assert Instrument.SPEEDS in mirror.window.view.charts.instruments
+    mirror.check_picture()
+    x, y = mirror.window.layout.arenas[0].center
+    desktop.xdo("mousemove", "--window", desktop.window, x, y, "click", 4, "click", 4, "mousedown", 2)
+    desktop.xdo("mousemove", "--window", desktop.window, x + 50, y, "mouseup", 2)
+    assert not mirror.has_picture()
     desktop.key("0")
+    mirror.check_picture()
 
 
-def ask_why(desktop: Desktop) -> None:
-    """Go to contacts that differ, and make the page."""
-    mirror = Mirror(desktop, ["pymunk", "article"])
+def ask_why(desktop: Desktop, mirror: Mirror) -> None:
+    """Go to contacts that differ, by keys and by a click; make the page."""
     mirror.open(Panel.WHY)
-    desktop.key("less", "less", "greater", "End")
+    mirror.press("<")
+
+    def is_at_contact() -> bool:  # which the window knows once the comparison, in another process, is done
+        desktop.key("End", "less")
+        return desktop.step == step(mirror.window)
+
+    desktop.wait_for(is_at_contact)
+    mirror.click("article")
+    mirror.press("End", "<", "<", "<", ">")
+    assert step(mirror.window) == mirror.contacts[-2].step
+    mirror.check_picture()
+    mirror.press("End")
+    mirror.click(mirror.contacts[-3].sentence)
+    assert desktop.step == mirror.contacts[-3].step
+    mirror.check_picture()
     x, y = mirror.place_of("make the page").center
 
     def is_made() -> bool:
         desktop.xdo("mousemove", "--window", desktop.window, x, y, "click", 1, "sleep", 0.5)
         return bool(list(desktop.folder.glob("*.html")))
 
-    desktop.wait_for(is_made, seconds=5)  # of waiting besides the clicks: the comparison runs in another process
-    desktop.key("w")
+    desktop.wait_for(is_made)
+    mirror.press("w", "End")
 
 
-def choose_engines(desktop: Desktop) -> list[str]:
-    """Replace one by a key, and add Pymunk with another setting."""
-    desktop.key("i")
-    mirror = Mirror(desktop, ["pymunk", "impulse"])
+def choose_engines(mirror: Mirror) -> None:
+    """Replace one by a key; add, tune, reorder, exchange and remove panes in the panel."""
+    mirror.press("i")
     mirror.open(Panel.ENGINES)
     mirror.click("pymunk(substeps=4)")
-    desktop.key("e")
-    return ["pymunk", "impulse", "pymunk(substeps=4)"]
+    mirror.slide("iterations", 0.8)
+    mirror.click("up")
+    mirror.click("impulse")  # its heading, below which it is exchanged
+    mirror.click("exchange")
+    mirror.click("exact")
+    mirror.click("article")
+    mirror.click("remove")
+    mirror.check_picture()
+    mirror.press("e")
 
 
-def edit(desktop: Desktop, engines: list[str]) -> None:
-    """Draw a wall, move one end of it, and move a ball; type the mass of another, and push it."""
-    mirror = Mirror(desktop, engines)
+def edit(mirror: Mirror) -> None:
+    """Draw, move and delete walls; add, copy, delete, change and move balls; push one by a key."""
     mirror.open(Panel.INSPECTOR)
     mirror.click("draw wall")
     mirror.drag((60, 560), (300, 560))
+    mirror.drag((60, 40), (300, 40))
+    mirror.click("delete")
     mirror.click("move")
     mirror.drag((60, 560), (60, 520))
+    mirror.press(".", ",")
+    mirror.click_at(30, 300)  # where nothing is, so that nothing is selected
+    mirror.type("radius", "12")
+    mirror.click("add")
+    mirror.click_at(750, 550)
     x, y = mirror.window.view.panes[0].state.position[0].tolist()
     mirror.drag((x, y), (x - 60, y + 60))
-    desktop.key("period")
-    press(mirror.window, ".")
-    mirror.click("mass")
-    desktop.xdo("type", "--delay", 30, "2.5")
-    desktop.key("Return", "Shift+Right", "k", "p")
-    time.sleep(1)
-    desktop.key("p")
+    mirror.type("colour", "#cc79a7")
+    mirror.click("copy")
+    mirror.click_at(700, 60)
+    mirror.click("delete")
+    mirror.press(".", ".")
+    mirror.type("mass", "2.5")
+    mirror.press("Right", shift=True)
+    mirror.check_picture()
+    mirror.press("k")
 
 
 def test_a_session_with_every_panel_ends_in_files_that_equal_its_replay(desktop: Desktop) -> None:
-    open_the_article(desktop)
-    look_around(desktop)
-    ask_why(desktop)
-    engines = choose_engines(desktop)
-    edit(desktop, engines)
-    desktop.xdo("mousemove", "--window", desktop.window, 2, 2)  # off the panes, so that the first one is saved
-    saved, mirror = load(desktop.save()), Mirror(desktop, engines)
+    open_scenes(desktop)
+    fill_the_screen(desktop)
+    mirror = Mirror(desktop, ["pymunk", "article"])
+    look_around(desktop, mirror)
+    ask_why(desktop, mirror)
+    choose_engines(mirror)
+    edit(mirror)
+    desktop.key("p")
+    time.sleep(1)
+    desktop.key("p")
+    mirror = Mirror(desktop, ["pymunk", "pymunk(iterations=100, substeps=4)", "exact"])
+    [file] = [file for file in desktop.folder.glob("*.jsonl") if load_inputs(file, desktop.scene) == mirror.inputs]
+    names = "'pymunk,pymunk(iterations=100, substeps=4),exact'"
+    assert desktop.clipboard() == f"sandbox run article --engines {names} --inputs {file.name}"
+    saved = [spawn(load(mirror.save(pane))) for pane in range(3)]
     inputs = desktop.quit()
-    assert [given.do for given in inputs] == ["start", "add-wall", "change-wall", "change", "change", "velocity", "end"]
+    walls = ["add-wall", "add-wall", "delete-wall", "change-wall"]
+    balls = ["add", "change", "change", "add", "delete", "change", "velocity"]
+    assert [given.do for given in inputs] == ["start", *walls, *balls, "end"]
     assert inputs == mirror.inputs
-    assert len(saved.walls) == 1
-    assert saved.bodies.mass.tolist() == [1, 2.5, 1]
-    for pane in mirror.window.view.panes:
+    there = list(mirror.window.view.moment.balls)
+    for pane, start in zip(mirror.window.view.panes, saved, strict=True):
         replay = simulate(desktop.scene, pane.name, steps=steps_of(inputs), inputs=inputs)
-        states = [pane.state] if pane.name != "pymunk" else [pane.state, spawn(saved)]
-        for state in states:
-            assert state.position.tobytes() == replay.position[-1].tobytes()
-            assert state.velocity.tobytes() == replay.velocity[-1].tobytes()
+        for state in (pane.state, start):
+            assert state.position.tobytes() == replay.position[-1, there].tobytes()
+            assert state.velocity.tobytes() == replay.velocity[-1, there].tobytes()
 
 
 def test_an_edited_file_runs_at_once_and_an_error_leaves_the_current_scene(desktop: Desktop) -> None:

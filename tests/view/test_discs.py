@@ -11,7 +11,7 @@ import pygame
 import pymunk
 import pytest
 from numpy.typing import NDArray
-from pygame import Surface
+from pygame import Color, Surface
 from pymunk.pygame_util import DrawOptions
 from window_driver import pixels
 
@@ -138,7 +138,7 @@ def test_collision_points_are_those_of_stock_debug_draw(
         engine.step()
     side = math.ceil(scene.arena.size[0] * scale)
     ours, stock = Surface((side, side)), Surface((side, side))
-    debug_draw = DebugDraw(engine.space)
+    debug_draw = DebugDraw(engine.space, Color("black"))
     discs = Discs(scene.bodies.radius, scene.colors, LINE)
     debug_draw.draw(ours, scale, discs)
     monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda *_: None)

@@ -16,6 +16,7 @@ from window_driver import (
     mouse,
     point,
     press,
+    pull,
     run,
     shown,
     slider,
@@ -201,11 +202,7 @@ def test_an_invalid_velocity_is_reported() -> None:
 
 
 def test_undo_and_redo_treat_a_throw_as_one_edit(window: Window) -> None:
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
-    for k in range(20):
-        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 5 * k, 100 + 4 * k))
-        run(window, 1)
-    mouse(window, pygame.MOUSEBUTTONUP, point(window, 500, 180))
+    pull(window, (600, 100), (-5, 4), steps=20)
     thrown = shown(window)
     press(window, "undo")
     assert (step(window), given(window)) == (0, [])

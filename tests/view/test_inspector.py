@@ -11,14 +11,17 @@ from window_driver import THREE_BALLS, button, click, colour_at, drag, given, ho
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.view.controls import Panel
+from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
 from sandbox.view.palette import ACCENT
 from sandbox.view.widgets.field import Field
 from sandbox.view.widgets.swatch import Swatch
 from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
+from sandbox.view.widgets.words import Words
 from sandbox.view.window import Window
 
+ENDS = ("from x", "from y", "to x", "to y")
 WALL = "walls = [{ from = [100, 400], to = [500, 400], thickness = 20 }]"
 
 
@@ -42,6 +45,13 @@ def find(window: Window, wanted: Callable[[Widget], bool]) -> tuple[int, int]:
 
 def value(window: Window, name: str) -> str:
     return next(one.value() for one, _ in widgets(window) if isinstance(one, Field) and one.name == name)
+
+
+def heading(window: Window) -> str:
+    """Return what the inspector says is selected."""
+    begins = ("ball ", "wall ", "the ")
+    texts = (one.text for one, _ in widgets(window) if isinstance(one, Words))
+    return next((text for text in texts if text.startswith(begins)), "")
 
 
 def type_into(window: Window, name: str, text: str, which: int = 0) -> None:
@@ -277,3 +287,62 @@ def test_a_swatch_sets_the_colour(desk: Window) -> None:
     click(desk, find(desk, lambda one: isinstance(one, Swatch) and one.colour == "#cc79a7"))
     assert desk.view.moment.scene.colors[2] == "#cc79a7"
     assert value(desk, "colour") == "#cc79a7"
+
+
+def test_walls_are_selected_moved_and_deleted_by_keys(desk: Window) -> None:
+    """They follow the balls: first the arena's, then the scene's own."""
+    press(desk, *"....")
+    assert heading(desk) == "the left wall"
+    press(desk, *",,")
+    assert heading(desk) == "ball 1 in pymunk"
+    press(desk, "k", ".", ".", "k")  # of balls only
+    assert heading(desk) == "ball 0 in pymunk"
+    press(desk, ",")
+    assert heading(desk) == "wall 0"
+    desk.draw()
+    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(ACCENT)[:3]] * 2
+    press(desk, "Left", "Up", shift=True)
+    [wall] = desk.view.moment.scene.walls
+    assert (wall.start, wall.to) == ((90, 390), (490, 390))
+    press(desk, "Delete")
+    assert [type(one) for one in given(desk)] == [ChangeWall, ChangeWall, DeleteWall]
+    press(desk, ".")
+    assert heading(desk) == "ball 0 in pymunk"
+
+
+def test_a_wall_is_not_moved_by_keys_into_a_ball(desk: Window) -> None:
+    press(desk, ",")
+    for name in ("from y", "to y"):
+        type_into(desk, name, "345")
+    before = shown(desk), given(desk)
+    press(desk, "Up", shift=True)
+    assert "wall 0 would overlap ball 1" in desk.notice.text
+    assert (shown(desk), given(desk)) == before
+
+
+@pytest.mark.parametrize("paused", [True, False])
+def test_the_arena_s_walls_are_read_and_not_changed(desk: Window, paused: bool) -> None:
+    desk.begin(scene_of(*THREE_BALLS, size="[800, 600]\nelasticity = 0.81\nfriction = 0.25"), ["pymunk", "impulse"])
+    desk.playback.paused = paused
+    click(desk, point(desk, 797, 300, pane=1))
+    assert heading(desk) == "the right wall"
+    assert [value(desk, name) for name in ENDS] == ["800", "0", "800", "600"]
+    assert [value(desk, name) for name in ("elasticity", "friction")] == ["0.81", "0.25"]
+    fields = [one for one, _ in widgets(desk) if isinstance(one, Field)]
+    assert [one.name for one in fields if one.refusal() == ARENA_WALL] == [*ENDS, "elasticity", "friction"]
+    hover(desk, (1, 1))
+    for keys, shift in (("Left", True), ("Delete", False)):
+        desk.notice.clear()
+        press(desk, keys, shift=shift)
+        assert "under [arena] in the scene's file" in desk.notice.text
+    assert given(desk) == []
+    press(desk, ".")
+    assert heading(desk) == "the bottom wall"
+
+
+def test_walls_that_do_not_stand_are_not_selected(desk: Window) -> None:
+    desk.begin(scene_of(*THREE_BALLS, size="[800, 600]\nwalls = false"), ["pymunk", "impulse"])
+    press(desk, ",")
+    assert heading(desk) == "ball 2 in pymunk"
+    click(desk, point(desk, 797, 300))
+    assert heading(desk) == ""

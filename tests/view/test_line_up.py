@@ -6,7 +6,7 @@ import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from window_driver import given, mouse, point, press, run, shown, step
+from window_driver import given, mouse, point, press, pull, run, shown, step
 
 from sandbox.run.edits import DeleteBall, SetGravity, SetRate
 from sandbox.run.trajectory import simulate
@@ -61,11 +61,7 @@ def everything(window: Window) -> tuple[object, ...]:
 @pytest.fixture
 def used(window: Window) -> Window:
     """Throw a ball, edit gravity and rate, delete a ball."""
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
-    for k in range(10):
-        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 9 * k, 100 + 7 * k))
-        run(window, 1)
-    mouse(window, pygame.MOUSEBUTTONUP, point(window, 510, 170))
+    pull(window, (600, 100), (-9, 7), steps=10)
     window.editor.set_gravity(300.0)
     run(window, 10)
     window.playback.give(SetRate(step=step(window), rate=120))

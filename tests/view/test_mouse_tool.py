@@ -6,7 +6,21 @@ import pytest
 from conftest import scene_of
 from pygame import Color, Surface
 from pygame.event import Event
-from window_driver import THREE_BALLS, colour_at, drag, given, hover, mouse, pixels, point, press, run, slider, step
+from window_driver import (
+    THREE_BALLS,
+    colour_at,
+    drag,
+    given,
+    hover,
+    mouse,
+    pixels,
+    point,
+    press,
+    pull,
+    run,
+    slider,
+    step,
+)
 
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -186,11 +200,7 @@ def test_a_held_ball_is_released_before_the_step_changes(window: Window) -> None
 
 def throw_and_go_back(window: Window) -> list[Input]:
     """Drag a ball for twenty steps, throw it, and go back to the middle of the drag; return all inputs."""
-    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
-    for k in range(20):
-        mouse(window, pygame.MOUSEMOTION, point(window, 600 - 5 * k, 100 + 4 * k))
-        run(window, 1)
-    mouse(window, pygame.MOUSEBUTTONUP, point(window, 500, 180))
+    pull(window, (600, 100), (-5, 4), steps=20)
     run(window, 10)
     done = given(window)
     window.playback.seek(10)

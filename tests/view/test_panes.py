@@ -115,9 +115,8 @@ def test_inner_walls_have_their_thickness_at_any_slope_in_every_pane(
     scene = scene_of(*TWO_BALLS, more=f"walls = [{{ from = [{x0}, {y0}], to = [{x1}, {y1}], thickness = 20 }}]")
     window = Window(scene, ["pymunk", "impulse"])
     window.draw()
-    inks = (149, 165, 166), (0, 0, 0)  # debug-draw's static shapes; black on white
-    length = math.dist(*ends)
-    for pane, ink in enumerate(inks):
+    ink, length = (0, 0, 0), math.dist(*ends)  # black on white
+    for pane in range(2):
         for across, colour in ((-13, (255, 255, 255)), (-8, ink), (8, ink), (13, (255, 255, 255))):
             x, y = 400 - (y1 - y0) / length * across, 150 + (x1 - x0) / length * across
             assert colour_at(window, x, y, pane) == colour

@@ -72,6 +72,15 @@ def place_of(window: Window, text: str) -> tuple[int, int]:
     raise AssertionError(text)
 
 
+def test_a_contact_with_a_ball_at_rest_is_drawn() -> None:
+    window = window_of(load("break-shot"), ["pymunk", "impulse"], 40)
+    press(window, "<")
+    assert window.why.contact
+    found = window.why.contact.difference
+    assert any((0.0, 0.0) in (velocities or ()) for velocities in (found.before, found.should_before))
+    window.draw()
+
+
 def expected(window: Window) -> Case:
     """Return what is to be said of the run that the window has done."""
     session = window.view.session

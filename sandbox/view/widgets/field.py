@@ -9,7 +9,7 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.palette import FAINT, INK, RAISED
-from sandbox.view.primitives import text_width, write
+from sandbox.view.primitives import fitting, text_width, write
 from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
@@ -46,14 +46,17 @@ class Field(Widget):
         return self.name, self.value(), self.typed, self.refusal()
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw name, value and unit; what is typed has a cursor behind it."""
+        """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
         draw_ground(surface, place, RAISED, text_height, hot=hot)
         line = place.inflate(-text_height, 0)
-        end = write(surface, self.name, line, FAINT, text_height)
         text = self.typed or f"{self.value()} {self.unit}".rstrip()
-        x = max(end + text_height // 2, line.right - text_width(text, text_height))
+        gap = text_height // 2
+        width = text_width(self.name, text_height) + gap + text_width(text, text_height)
+        height = fitting(width, line.width, text_height)
+        end = write(surface, self.name, line, FAINT, height)
+        x = max(end + gap, line.right - text_width(text, height))
         ink = FAINT if self.refusal() or self.typed == "" else INK
-        right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, text_height)
+        right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
         if self.typed is not None:
             surface.fill(INK, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8))
 

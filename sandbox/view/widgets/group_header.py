@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from typing import Final
 
-import pygame
 from pygame import Rect, Surface
 
 from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.primitives import lettering, text_width
-from sandbox.view.widgets.widget import Pressable, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_fold, draw_ground
 
 TEXT: Final = 0.4  # height of the name, in heights of the toolbar
 MARK: Final = 0.75  # width of the mark and the room about it, likewise
@@ -36,13 +35,9 @@ class GroupHeader(Pressable):
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw the name after a mark that points down while the group is unfolded, else to the right."""
         draw_ground(surface, place, FRAME, text_height, hot=hot)
-        height, wing = round(TEXT * place.height), max(2, place.height // 8)
+        height, wing = round(TEXT * place.height), max(3, place.height // 8)
         x, y = place.x + place.height // 4, place.centery
-        if not self.is_open:
-            mark = [(x - wing // 2, y - wing), (x - wing // 2, y + wing), (x + wing // 2 + 1, y)]
-        else:
-            mark = [(x - wing, y - wing // 2), (x + wing, y - wing // 2), (x, y + wing // 2 + 1)]
-        pygame.draw.polygon(surface, FAINT, mark)
+        draw_fold(surface, (x, y), wing, is_open=self.is_open)
         name = lettering(self.name, FAINT, height)
         surface.blit(name, name.get_rect(left=x + round(1.6 * wing), centery=y))
 

@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.view.palette import FAINT, INK, RAISED
+from sandbox.view.palette import INK, RAISED
 from sandbox.view.primitives import line_sample, wrapped, write
-from sandbox.view.widgets.widget import Pressable, draw_ground
+from sandbox.view.widgets.widget import Pressable, draw_fold, draw_ground
 
 
 @dataclass(eq=False)
@@ -50,9 +49,7 @@ class Heading(Pressable):
         for text in self._lines(place.width, text_height):
             write(surface, text, line, INK, text_height)
             line.y += step
-        x, y, r = place.right - 2 * pad, place.centery, text_height / 4
-        tips = [(-1, -0.5), (1, -0.5), (0, 1)] if self.is_open else [(-0.5, -1), (-0.5, 1), (1, 0)]
-        pygame.draw.polygon(surface, FAINT, [(x + r * across, y + r * down) for across, down in tips])
+        draw_fold(surface, (place.right - 2 * pad, place.centery), text_height // 4, is_open=self.is_open)
 
     def act(self) -> None:
         """Fold or unfold what belongs to it."""

@@ -6,7 +6,7 @@ import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.palette import INK
+from sandbox.view.palette import FAINT, INK
 
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
 ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
@@ -73,6 +73,13 @@ class Pressable(Widget):
         if event.key in ENTER:
             self.act()
         return event.key in ENTER
+
+
+def draw_fold(surface: Surface, centre: tuple[int, int], size: int, *, is_open: bool) -> None:
+    """Draw a triangle that points down if something is unfolded, else to the right. size: half its width, px."""
+    x, y = centre
+    tips = [(-1, -0.5), (1, -0.5), (0, 0.7)] if is_open else [(-0.5, -1), (-0.5, 1), (0.7, 0)]
+    pygame.draw.polygon(surface, FAINT, [(x + size * across, y + size * down) for across, down in tips])
 
 
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:

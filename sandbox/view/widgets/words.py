@@ -41,14 +41,13 @@ class Words(Pressable):
         return wrapped(self.text, width - text_height, text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
-        """Draw its lines; on a ground of its own if it can be pressed."""
+        """Draw its lines in the middle of its height; on a ground of its own if it can be pressed."""
         if self.do:
             draw_ground(surface, place, RAISED, text_height, hot=hot)
         if self.marked:
             surface.fill(ACCENT, (place.x, place.y, max(2, text_height // 4), place.height))
-        line = Rect(
-            place.x + text_height // 2, place.y + text_height // 6, place.width - text_height, round(1.3 * text_height)
-        )
+        top = place.y + (place.height - self.height(place.width, text_height)) // 2 + text_height // 6
+        line = Rect(place.x + text_height // 2, top, place.width - text_height, round(1.3 * text_height))
         for text in self._lines(place.width, text_height):
             write(surface, text, line, self.colour or INK, text_height)
             line.y += line.height

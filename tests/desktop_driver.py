@@ -1,0 +1,269 @@
+"""The real window on an X server, driven by a real mouse and keyboard."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pygame
+import pytest
+from pygame import Rect
+from window_driver import WorkerHere, drag, hover, pixels, point, press
+
+from sandbox.report.case import OtherContact
+from sandbox.run.inputs import End, Input, load_inputs
+from sandbox.scene.model import Scene
+from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.controls import CONTROLS, Group, Panel
+from sandbox.view.layout import Layout
+from sandbox.view.widgets.group_header import GroupHeader
+from sandbox.view.widgets.slider import Slider
+from sandbox.view.window import Window
+
+KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
+MAX_CHANGED: Final = 0.01  # share of the pixels in which two pictures of the same may differ
+PASTE: Final = """
+import pygame
+pygame.display.init()
+pygame.display.set_mode((1, 1), pygame.HIDDEN)
+pygame.scrap.init()
+print(pygame.scrap.get("text/plain;charset=utf-8").decode())
+"""
+
+
+def steps_of(inputs: list[Input]) -> int:
+    """Return how many steps a recording has."""
+    assert isinstance(inputs[-1], End)
+    return inputs[-1].step
+
+
+@dataclass
+class Desktop:
+    """A running sandbox, driven by mouse and keyboard."""
+
+    environment: dict[str, str]
+    process: subprocess.Popen[bytes]
+    folder: Path
+    scene: Scene
+    window: str = ""
+    _model: Window | None = None  # of the same scene, in this process
+
+    def xdo(self, *arguments: object) -> str:
+        command = ["xdotool", *map(str, arguments)]
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True, check=False).stdout.strip()
+
+    def wait_for(self, found: Callable[[], object], seconds: float = 30) -> object:
+        """Wait until a function returns something true, for as long as a slow machine may need."""
+        for _ in range(round(20 * seconds)):
+            result = found()
+            if result:
+                return result
+            assert self.process.poll() is None, "the sandbox stopped"
+            time.sleep(0.05)
+        raise TimeoutError(f"nothing after {seconds} s")
+
+    def find(self) -> None:
+        """Wait until there is a window, and direct keys to it."""
+        self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
+        self.xdo("windowfocus", "--sync", self.window)
+
+    def open(self) -> None:
+        """Wait until keys reach the window: they are lost before it is ready."""
+        for _ in range(10):
+            self.find()
+            self.key("F12")
+            with suppress(TimeoutError):
+                self.wait_for(lambda: list(self.folder.glob("*.png")), seconds=3)
+                return
+        raise TimeoutError("no key reached the window")
+
+    def picture(self) -> pygame.Surface:
+        """Save a picture with the sandbox, and load it."""
+        for old in self.folder.glob("*.png"):
+            old.unlink()
+        self.xdo("key", "F12")
+        self.wait_for(lambda: list(self.folder.glob("*.png")))
+        [file] = self.folder.glob("*.png")
+        return pygame.image.load(file)
+
+    @property
+    def step(self) -> int:
+        """The step shown, which is in the name of a picture."""
+        self.picture()
+        [file] = self.folder.glob("*.png")
+        return int(file.stem.rpartition("-")[2])
+
+    def clipboard(self) -> str:
+        """Return the text in the clipboard."""
+        command = [sys.executable, "-c", PASTE]
+        pasted = subprocess.run(command, env=self.environment, capture_output=True, text=True, check=True)
+        return pasted.stdout.splitlines()[-1]
+
+    @property
+    def screen(self) -> tuple[int, int]:
+        """The size of the screen."""
+        width, height = self.xdo("getdisplaygeometry").split()
+        return int(width), int(height)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """The size of the window."""
+        geometry = dict(line.split("=") for line in self.xdo("getwindowgeometry", "--shell", self.window).splitlines())
+        return int(geometry["WIDTH"]), int(geometry["HEIGHT"])
+
+    @property
+    def layout(self) -> Layout:
+        if self._model is None or self._model.scene is not self.scene:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setenv("SDL_VIDEODRIVER", "dummy")
+                self._model = Window(self.scene, None)
+        return self._model.layout_in(self.size)
+
+    def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
+        """Turn a place of the scene into a point of the window."""
+        right, down = self.layout.to_screen(pane, (x, y))
+        return round(right), round(down)
+
+    def move(self, x: float, y: float, pane: int = 0) -> None:
+        self.xdo("mousemove", "--window", self.window, *self.point(x, y, pane))
+
+    def press(self, x: float, y: float, pane: int = 0) -> None:
+        self.move(x, y, pane)
+        self.xdo("mousedown", 1)
+
+    def key(self, *keys: str) -> None:
+        self.xdo("key", "--delay", 30, *keys)
+
+    def has_title(self, title: str) -> bool:
+        return self.xdo("getwindowname", self.window) == title
+
+    def save(self) -> Path:
+        """Save the balls as a scene with the sandbox; return its file."""
+        before = set(self.folder.glob("*.toml"))
+        self.key("s")
+        self.wait_for(lambda: set(self.folder.glob("*.toml")) > before)
+        [file] = set(self.folder.glob("*.toml")) - before
+        return file
+
+    def slide(self, name: str, share: float) -> None:
+        """Drag a slider of the toolbar to a share of its track; unfold its group if it is folded away."""
+        layout, model = self.layout, self._model
+        assert model
+        widgets = model.toolbar.widgets
+        number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
+        if not layout.toolbar[number].width:
+            headers = [(k, each) for k, each in enumerate(widgets[:number]) if isinstance(each, GroupHeader)]
+            at, header = headers[-1]
+            self.xdo("mousemove", "--window", self.window, *layout.toolbar[at].center, "click", 1)
+            model.toolbar.by_hand[Group[header.name.upper()]] = True
+        place = self.layout.toolbar[number]
+        pad = place.height // 3
+        x = place.x + pad + round(share * (place.width - 2 * pad))
+        self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
+        self.xdo("mousemove", "--window", self.window, x, place.centery, "mouseup", 1)
+
+    def quit(self) -> list[Input]:
+        """Close the window; return the inputs it recorded."""
+        self.xdo("windowfocus", "--sync", self.window)
+        self.xdo("key", "--delay", 30, "Escape", "Escape")
+        assert self.process.wait(30) == 0
+        return load_inputs(self.folder / "inputs.jsonl", self.scene)
+
+
+class Mirror:
+    """The window's copy in this process: it knows where the widgets are."""
+
+    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
+        """Let the sandbox save what was done, and do the same here."""
+        before = set(desktop.folder.glob("*.jsonl"))
+        desktop.key("j")
+        desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
+        [file] = set(desktop.folder.glob("*.jsonl")) - before
+        self.inputs = load_inputs(file, desktop.scene)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("SDL_VIDEODRIVER", "dummy")
+            self.window = Window(desktop.scene, engines, self.inputs)
+            self.window.screen = pygame.display.set_mode(desktop.size)
+        self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
+        self.window.playback.paused = True
+        for _ in range(steps_of(self.inputs)):
+            self.window.playback.step()
+        self._desktop = desktop
+
+    def open(self, panel: Panel) -> None:
+        """Open a page of the side panel, in both windows."""
+        self.press(next(control.typed for control in CONTROLS if control.action is panel))
+        for _ in range(3):
+            self.window.frame(1 / 60)
+
+    def press(self, *keys: str, shift: bool = False) -> None:
+        """Press keys in both windows."""
+        self._desktop.key(*("Shift+" * shift + KEYSYMS.get(key, key) for key in keys))
+        press(self.window, *keys, shift=shift)
+
+    def type(self, field: str, text: str) -> None:
+        """Type a value into a field, in both windows."""
+        self.click(field)
+        self._desktop.xdo("type", "--delay", 30, text)
+        press(self.window, *text)
+        self.press("Enter")
+
+    @property
+    def contacts(self) -> tuple[OtherContact, ...]:
+        """The contacts that the page on why engines differ lists."""
+        why = self.window.why
+        return why.case.case.engines[why.engine].contacts if why.case.case else ()
+
+    def place_of(self, text: str) -> Rect:
+        """Return the place of the widget that shows a text, or has it as its name."""
+        texts = ((getattr(widget, "text", ""), getattr(widget, "name", "")) for widget, _ in self.window._placed)
+        number = next(k for k, shown in enumerate(texts) if text in shown)
+        return self.window._placed[number][1]
+
+    def click(self, text: str) -> None:
+        """Click a widget in both windows."""
+        self._drag(self.place_of(text).center, self.place_of(text).center)
+
+    def click_at(self, x: float, y: float) -> None:
+        """Click a place of the first pane, in both windows."""
+        self.drag((x, y), (x, y))
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag from a place of the first pane to another, in both windows."""
+        self._drag(point(self.window, *start), point(self.window, *end))
+
+    def slide(self, name: str, share: float) -> None:
+        """Drag a slider of the side panel to a share of its width, in both windows."""
+        place = self.place_of(name)
+        self._drag(place.center, (place.x + round(share * place.width), place.centery))
+
+    def _drag(self, start: tuple[int, int], end: tuple[int, int]) -> None:
+        xdo, window = self._desktop.xdo, self._desktop.window
+        xdo("mousemove", "--window", window, *start, "mousedown", 1)
+        xdo("mousemove", "--window", window, *end, "mouseup", 1)
+        drag(self.window, start, end)
+
+    def save(self, pane: int) -> Path:
+        """Save the balls as they are in a pane of the desktop; return the file."""
+        place = self.window.layout.arenas[pane].center
+        self._desktop.xdo("mousemove", "--window", self._desktop.window, *place)
+        return self._desktop.save()
+
+    def has_picture(self) -> bool:
+        """Return whether both windows show the same, but for the status line and the toolbar."""
+        corner = (2, 2)  # where nothing is pointed at
+        self._desktop.xdo("mousemove", "--window", self._desktop.window, *corner)
+        hover(self.window, corner)
+        self.window.frame(1 / 60)
+        layout, pictures = self.window.layout, (self._desktop.picture(), self.window.screen)
+        shown, drawn = (pixels(one)[:, layout.top : layout.status.y].astype(int) for one in pictures)
+        return bool((np.abs(shown - drawn).max(axis=2) > 64).mean() < MAX_CHANGED)
+
+    def check_picture(self) -> None:
+        """Wait until both windows show the same."""
+        self._desktop.wait_for(self.has_picture, seconds=10)
