@@ -46,6 +46,7 @@ class Playback:
         gc.collect()
         gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
+        self._admits_reference = False  # while paused
 
     def use_engines(self, names: Sequence[str]) -> bool:
         """Let other engines run instead, with the same inputs, to the same step; show a notice if one refuses.
@@ -98,6 +99,13 @@ class Playback:
                 break
         self.view.update()
         self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
+
+    def wait(self) -> None:
+        """Let a frame pass while paused: go on to the current step, also if the reference can only now run along."""
+        is_behind = self.session.steps_behind > 0
+        self._admits_reference = self.session.admit_reference() or (self._admits_reference and is_behind)
+        if self._admits_reference or not self.shows_current_step:
+            self.catch_up()
 
     def catch_up(self) -> bool:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind.

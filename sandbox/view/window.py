@@ -234,10 +234,10 @@ class Window:
         if self._compilation and self._compilation.is_running:
             self._compilation.poll()
             self._outdated = True
-        if not playback.paused:
+        if playback.paused:
+            playback.wait()
+        else:
             playback.advance(1 / video.fps if video else seconds)
-        elif not playback.shows_current_step:
-            playback.catch_up()
         if self.panel.open is Panel.WHY:
             self._outdated = self.why.update() or self._outdated
         if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):

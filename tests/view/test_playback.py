@@ -7,8 +7,10 @@ import pygame
 import pytest
 from window_driver import click, colour_at, mouse, press, run, shown, slider, step
 
+from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
+from sandbox.session.samples import Quantity
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -37,6 +39,28 @@ def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None
     for _ in range(20):
         press(window, "-")
     assert window.playback.speed == 0.01
+
+
+def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def create(*_: object) -> None:
+        raise NotCompiledYet
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sandbox.session.session.create", create)
+        window.begin(window.scene, ["pymunk"])
+        run(window, 40)
+        for _ in range(40):
+            window.frame(1 / 60)
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does a few steps
+    for _ in range(80):
+        window.frame(1 / 60)
+    assert not window.view.session.lacks_reference
+    gaps = window.view.session.samples.of(Quantity.GAP)
+    assert step(window) == 40
+    assert len(gaps) == 41
+    assert np.isfinite(gaps).all()
 
 
 def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
