@@ -14,11 +14,11 @@ from sandbox.sweeps.workers import core_count
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED
+from sandbox.view.pending import PRESSES
 from sandbox.view.primitives import panel, text_width, write
 
 TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
 BAR_WIDTH: Final = 160  # px
-PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
 class WindowCompiler:

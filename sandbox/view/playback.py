@@ -11,6 +11,7 @@ from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.pace import Pace
+from sandbox.view.pending import Stopped
 from sandbox.view.session_view import SessionView
 
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
@@ -21,7 +22,8 @@ SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.
 class Playback:
     """Plays a session, and goes to any of its steps.
 
-    show_progress is called while the engines run again before something can be done.
+    show_progress is called while the engines run again before something can be done. It may raise Stopped, and then
+    that is not done; what was undone or redone stays so, and `wait` and `advance` run the engines on.
     """
 
     def __init__(self, view: SessionView, notice: Notice, show_progress: Callable[[], None]) -> None:
@@ -66,6 +68,9 @@ class Playback:
             self.play(before)
             self._notice.show(str(error), Kind.ERROR)
             return False
+        except Stopped:
+            self.play(before)
+            raise
         self.seek(step)
         return True
 

@@ -1,17 +1,21 @@
 """Time passes, is paused, and goes back and forward."""
 
 import math
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pygame
 import pytest
-from window_driver import click, colour_at, mouse, press, run, shown, slider, step
+from pygame.event import Event
+from window_driver import click, colour_at, given, mouse, press, run, shown, slider, step
 
 from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
-from sandbox.view.window import Window
+from sandbox.view.pending import PendingEvents, Stopped
+from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
@@ -220,3 +224,81 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     press(window, ".", "Delete")
     assert window.view.panes[0].trail.positions().shape[1:] == (2, 2)
     window.draw()
+
+
+# While engines run again before something can be done
+
+
+def key(typed: str, code: int = 0) -> Event:
+    return Event(pygame.KEYDOWN, key=code, unicode=typed, mod=0)
+
+
+ESC: Final = key("", pygame.K_ESCAPE)
+
+
+@pytest.fixture
+def behind(window: Window, monkeypatch: pytest.MonkeyPatch) -> Window:
+    """Return a window whose engines must run 59 steps again before it can go on from where it is."""
+    run(window, 60)
+    press(window, "Left")
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # ten steps in each frame
+    pygame.event.clear()
+    return window
+
+
+@pytest.mark.parametrize("stop", [ESC, Event(pygame.QUIT)], ids=["Esc", "closing"])
+@pytest.mark.parametrize("asked", ["a", "Right", "s"])
+def test_what_waits_for_engines_is_stopped_at_once_and_not_done(behind: Window, asked: str, stop: Event) -> None:
+    before = step(behind), shown(behind)
+    pygame.event.post(stop)
+    press(behind, asked)
+    assert (step(behind), shown(behind)) == before
+    assert (given(behind), list(Path().iterdir())) == ([], [])
+    assert behind.notice.text == STOPPED
+    assert behind.view.session.lockstep.steps < 59
+    assert [event.type for event in behind._pending.take()] == ([] if stop is ESC else [pygame.QUIT])
+    press(behind, "Right")
+    assert step(behind) == 60
+
+
+def test_engines_that_take_too_long_to_come_here_are_given_up(behind: Window) -> None:
+    before = behind.view
+    pygame.event.post(ESC)
+    with pytest.raises(Stopped):
+        behind.use_engines(["exact"])
+    assert behind.view is before
+
+
+def test_an_undo_that_is_not_waited_for_is_finished_in_the_next_frames(behind: Window) -> None:
+    press(behind, "a")
+    run(behind, 30)
+    pygame.event.post(ESC)
+    press(behind, "undo")
+    assert (given(behind), behind.notice.text) == ([], STOPPED)
+    for _ in range(10):
+        behind.frame(1 / 60)
+    assert (step(behind), behind.playback.shows_current_step) == (59, True)
+
+
+def test_keys_pressed_while_engines_run_again_keep_their_order_and_are_done_afterwards(behind: Window) -> None:
+    for event in (key("v"), key("h"), key("v")):
+        pygame.event.post(event)
+    press(behind, "Right")
+    assert [event.unicode for event in behind._pending.take()] == ["v", "h", "v"]
+
+
+def test_esc_forgets_keys_pressed_before_it_and_no_releases() -> None:
+    release = Event(pygame.MOUSEBUTTONUP, button=1, pos=(0, 0))
+    arrivals = iter([[key("s"), release, key("n")], [ESC, key("v")], []])
+    pending = PendingEvents(lambda: next(arrivals))
+    pending.check()
+    with pytest.raises(Stopped):
+        pending.check()
+    assert pending.take() == [release, key("v")]
+
+
+def test_of_moves_of_the_mouse_in_a_row_the_last_counts() -> None:
+    move = [Event(pygame.MOUSEMOTION, pos=(x, 0), rel=(1, 0), buttons=(x // 4, 0, 0)) for x in range(8)]
+    press_between = key("v")
+    pending = PendingEvents(lambda: [*move[:2], press_between, *move[2:]])
+    assert pending.take() == [move[1], press_between, move[3], move[7]]
