@@ -22,7 +22,7 @@ from sandbox.session.history import History, Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Contacts, State, no_contacts
 
-STEPS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
+CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
 
 class Observer(Protocol):
@@ -63,6 +63,7 @@ class Session:
         self._history = History()
         self._observer = observer
         self._undone: list[list[Input]] = []
+        self._calls = 0  # of `admit_reference`
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
         silent = [name for name, runner in self.lockstep.engines.items() if not runner.traits.reports_contacts]
@@ -119,11 +120,17 @@ class Session:
 
     # Running
 
-    def admit_reference(self) -> None:
-        """If the reference waits to be compiled, and now is, let `catch_up` run everything again with it."""
-        if self.lacks_reference and self.step % STEPS_PER_TRY == 0 and self._can_run_along():
-            self.samples.series.cut(-1)
-            self._stale = True
+    def admit_reference(self) -> bool:
+        """If the reference waits to be compiled, and now is, let `catch_up` run everything again with it.
+
+        Called once a frame. Return whether the reference is there now and was not before.
+        """
+        self._calls += self.lacks_reference
+        if not self.lacks_reference or self._calls % CALLS_PER_TRY or not self._can_run_along():
+            return False
+        self.samples.series.cut(-1)
+        self._stale = True
+        return True
 
     def advance(self) -> None:
         """Run one step from here, with the inputs that were given there if it was reached before.

@@ -66,12 +66,13 @@ class Part(NamedTuple):
     compile: Callable[[], object]
 
 
+# In the order of what a window of few balls lacks: the charts, its engines at full speed, and then the marks.
 COMPUTATION: Final = (
-    Part("comparison", ("sandbox.analysis",), _compile_comparison),
     Part("exact", ("sandbox.engines.exact",), _compile_exact),
     Part("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
     Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
     Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
+    Part("comparison", ("sandbox.analysis",), _compile_comparison),
 )
 DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)
 

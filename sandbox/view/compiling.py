@@ -10,14 +10,15 @@ from pygame import Rect, Surface
 from sandbox.compiled import compile_by
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
+from sandbox.sweeps.workers import core_count
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED
+from sandbox.view.pending import PRESSES
 from sandbox.view.primitives import panel, text_width, write
 
 TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
 BAR_WIDTH: Final = 160  # px
-PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
 
 
 class WindowCompiler:
@@ -29,7 +30,8 @@ class WindowCompiler:
     shows_frames = True
 
     def __init__(self, size: tuple[int, int]) -> None:
-        self.compilation = Compilation((*COMPUTATION, DRAWING), at_once=1)
+        others = core_count() - 1  # than the one that the window needs
+        self.compilation = Compilation((*COMPUTATION, DRAWING), at_once=max(1, others))
         self._size = size
 
     def note_missing(self, module: str) -> None:

@@ -60,9 +60,7 @@ class Pane:
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, contrast(moment.scene.arena.background))
         if afresh or moment.scene is not self.scene:
-            scene = moment.scene
-            line = LINE if self.debug_draw or scene.turns else None
-            self._discs = Discs(scene.bodies.radius, scene.colors, line)
+            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors, LINE)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]

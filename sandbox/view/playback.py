@@ -11,6 +11,7 @@ from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.pace import Pace
+from sandbox.view.pending import Stopped
 from sandbox.view.session_view import SessionView
 
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
@@ -21,7 +22,8 @@ SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.
 class Playback:
     """Plays a session, and goes to any of its steps.
 
-    show_progress is called while the engines run again before something can be done.
+    show_progress is called while the engines run again before something can be done. It may raise Stopped, and then
+    that is not done; what was undone or redone stays so, and `wait` and `advance` run the engines on.
     """
 
     def __init__(self, view: SessionView, notice: Notice, show_progress: Callable[[], None]) -> None:
@@ -46,6 +48,7 @@ class Playback:
         gc.collect()
         gc.freeze()
         self._due = 0.0  # steps whose time has passed and that are not done yet
+        self._admits_reference = False  # while paused
 
     def use_engines(self, names: Sequence[str]) -> bool:
         """Let other engines run instead, with the same inputs, to the same step; show a notice if one refuses.
@@ -65,6 +68,9 @@ class Playback:
             self.play(before)
             self._notice.show(str(error), Kind.ERROR)
             return False
+        except Stopped:
+            self.play(before)
+            raise
         self.seek(step)
         return True
 
@@ -98,6 +104,13 @@ class Playback:
                 break
         self.view.update()
         self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
+
+    def wait(self) -> None:
+        """Let a frame pass while paused: go on to the current step, also if the reference can only now run along."""
+        is_behind = self.session.steps_behind > 0
+        self._admits_reference = self.session.admit_reference() or (self._admits_reference and is_behind)
+        if self._admits_reference or not self.shows_current_step:
+            self.catch_up()
 
     def catch_up(self) -> bool:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind.

@@ -257,5 +257,5 @@ def _draw_start(surface: Surface, scene: Scene) -> None:
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(rgb(scene.arena.background))
     draw_walls(inside, scene, scale)
-    discs = Discs(scene.bodies.radius, scene.colors, LINE if scene.turns else None)
+    discs = Discs(scene.bodies.radius, scene.colors, LINE)
     discs.draw(inside, state.position, scale, state.angle)

@@ -2,8 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -34,6 +34,7 @@ from sandbox.view.line_up import LineUp
 from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.notice import Notice
 from sandbox.view.palette import FRAME
+from sandbox.view.pending import PendingEvents, Stopped
 from sandbox.view.pixels import fill
 from sandbox.view.playback import Playback
 from sandbox.view.recorder import Recorder
@@ -52,6 +53,7 @@ from sandbox.view.widgets.widget import ARROWS, ENTER
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 QUIT_HINT: Final = "Esc again quits"
+STOPPED: Final = "stopped running again"
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -112,6 +114,8 @@ class Window:
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
         self.running = True
+        self._pending = PendingEvents()
+        self._waits = False  # something is to be done as soon as engines have run again
         self._cursor = pygame.SYSTEM_CURSOR_ARROW
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
@@ -212,7 +216,7 @@ class Window:
         clock = pygame.time.Clock()
         try:
             while self.running:
-                events = pygame.event.get()
+                events = self._pending.take()
                 for event in events:
                     self.on_event(event)
                 self._outdated = self.scenes.reload_if_edited() or self._outdated
@@ -230,14 +234,15 @@ class Window:
         playback, video = self.playback, self.recorder.video
         again = self.key_repeat.due(seconds)
         if again:
-            self._on_press(again)
+            with self._stoppable():
+                self._on_press(again)
         if self._compilation and self._compilation.is_running:
             self._compilation.poll()
             self._outdated = True
-        if not playback.paused:
+        if playback.paused:
+            playback.wait()
+        else:
             playback.advance(1 / video.fps if video else seconds)
-        elif not playback.shows_current_step:
-            playback.catch_up()
         if self._drawn[0] == self.view.moment.step:  # a frame without a step has time for it
             self._outdated = self.view.complete_marks() or self._outdated
         if self.panel.open is Panel.WHY:
@@ -251,8 +256,21 @@ class Window:
     # Events
 
     def on_event(self, event: Event) -> None:
-        """Handle an event."""
+        """Handle an event. If engines must run again for what it asks for, Esc or closing the window stops that."""
         self._outdated = True
+        with self._stoppable():
+            self._handle(event)
+
+    @contextmanager
+    def _stoppable(self) -> Iterator[None]:
+        try:
+            yield
+        except Stopped:
+            self.key_repeat.held = None
+            self.mouse.reset()
+            self.notice.show(STOPPED)
+
+    def _handle(self, event: Event) -> None:
         self.mouse.track(event)
         self.key_repeat.track(event)
         if event.type == pygame.KEYDOWN:
@@ -357,10 +375,12 @@ class Window:
     # Drawing
 
     def show_progress(self) -> None:
-        """Draw the window while engines run again and nothing else can be done."""
+        """Draw the window while engines run again and nothing else can be done. Raises Stopped if the user stops it."""
+        self._waits = True
         self.draw()
+        self._waits = False
         pygame.display.flip()
-        pygame.event.pump()
+        self._pending.check()
 
     @property
     def layout(self) -> Layout:
@@ -478,7 +498,7 @@ class Window:
     def _time_line(self) -> str:
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
-            return f"catching up: {behind:,} steps to go"
+            return f"catching up: {behind:,} steps to go{', Esc stops' if self._waits else ''}"
         pace = "paused" if playback.paused else playback.pace.text(playback.speed)
         return f"{self.view.moment.time:.2f} s    {pace}"
 

@@ -251,6 +251,14 @@ def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Windo
     assert knob.value() == 0.01
 
 
+def test_the_card_of_a_ball_that_turns_shows_its_spin() -> None:
+    window = Window(scene_of("radius = 10\nposition = [50, 60]\nmass = 4\nspin = -3"), ["pymunk", "exact"])
+    energy = 0.5 * (4 * 10**2 / 2) * 3**2  # I = m r²/2
+    titles, *rows = ball_table(window.view.panes, 0)
+    assert titles[3] == "spin, rad/s"
+    assert rows == [[name, "50.00, 60.00", "0.00, 0.00", "-3.00", f"{energy:g}"] for name in ("pymunk", "exact")]
+
+
 @pytest.mark.parametrize("x", [200, 600, 790])
 def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(x: int) -> None:
     scene = scene_of(*THREE_BALLS, f"radius = 10\nposition = [{x}, 590]\nvelocity = [0, -5]\nmass = 4")

@@ -67,6 +67,16 @@ def test_discs_in_debug_draw_show_their_angle(quarter: int) -> None:
     assert seen == [quarter % 4 == k for k in range(4)]
 
 
+def test_balls_that_cannot_turn_have_the_line_of_their_angle_in_every_pane_alike() -> None:
+    engines = ["pymunk", "article", "impulse", "exact"]
+    window = Window(scene_of(f'radius = 30\nposition = [200, 300]\ncolors = ["{RED}"]'), engines)
+    window.draw()
+    line = tuple(DrawOptions(window.screen).shape_outline_color.as_int())[:3]
+    for pane in range(4):
+        assert colour_at(window, 218, 300, pane) == line
+        assert colour_at(window, 182, 300, pane) == rgb(RED)
+
+
 def test_pymunk_draws_its_collision_points(window: Window) -> None:
     engine = window.view.session.lockstep.engines["pymunk"].engine
     assert isinstance(engine, PymunkEngine)

@@ -1,16 +1,22 @@
 """Time passes, is paused, and goes back and forward."""
 
 import math
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
-from window_driver import click, colour_at, mouse, press, run, shown, slider, step
+from pygame.event import Event
+from window_driver import click, colour_at, given, mouse, press, run, shown, slider, step
 
+from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
-from sandbox.view.window import Window
+from sandbox.session.samples import Quantity
+from sandbox.view.pending import PendingEvents, Stopped
+from sandbox.view.window import STOPPED, Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
 
@@ -38,6 +44,28 @@ def test_time_passes_at_the_scene_s_rate_times_the_speed(window: Window) -> None
     for _ in range(20):
         press(window, "-")
     assert window.playback.speed == 0.01
+
+
+def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def create(*_: object) -> None:
+        raise NotCompiledYet
+
+    with monkeypatch.context() as patch:
+        patch.setattr("sandbox.session.session.create", create)
+        window.begin(window.scene, ["pymunk"])
+        run(window, 40)
+        for _ in range(40):
+            window.frame(1 / 60)
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does a few steps
+    for _ in range(80):
+        window.frame(1 / 60)
+    assert not window.view.session.lacks_reference
+    gaps = window.view.session.samples.of(Quantity.GAP)
+    assert step(window) == 40
+    assert len(gaps) == 41
+    assert np.isfinite(gaps).all()
 
 
 def test_a_step_key_does_one_step_at_the_fastest_speed_too(window: Window) -> None:
@@ -214,3 +242,81 @@ def test_a_frame_without_a_step_marks_what_the_last_steps_show(memory_screen: No
         window.frame(1 / 60)
     assert step(window) == 50
     assert window.view.charts.marks.trust.undecided == pytest.approx(0.8298, abs=1e-4)
+
+
+# While engines run again before something can be done
+
+
+def key(typed: str, code: int = 0) -> Event:
+    return Event(pygame.KEYDOWN, key=code, unicode=typed, mod=0)
+
+
+ESC: Final = key("", pygame.K_ESCAPE)
+
+
+@pytest.fixture
+def behind(window: Window, monkeypatch: pytest.MonkeyPatch) -> Window:
+    """Return a window whose engines must run 59 steps again before it can go on from where it is."""
+    run(window, 60)
+    press(window, "Left")
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # ten steps in each frame
+    pygame.event.clear()
+    return window
+
+
+@pytest.mark.parametrize("stop", [ESC, Event(pygame.QUIT)], ids=["Esc", "closing"])
+@pytest.mark.parametrize("asked", ["a", "Right", "s"])
+def test_what_waits_for_engines_is_stopped_at_once_and_not_done(behind: Window, asked: str, stop: Event) -> None:
+    before = step(behind), shown(behind)
+    pygame.event.post(stop)
+    press(behind, asked)
+    assert (step(behind), shown(behind)) == before
+    assert (given(behind), list(Path().iterdir())) == ([], [])
+    assert behind.notice.text == STOPPED
+    assert behind.view.session.lockstep.steps < 59
+    assert [event.type for event in behind._pending.take()] == ([] if stop is ESC else [pygame.QUIT])
+    press(behind, "Right")
+    assert step(behind) == 60
+
+
+def test_engines_that_take_too_long_to_come_here_are_given_up(behind: Window) -> None:
+    before = behind.view
+    pygame.event.post(ESC)
+    with pytest.raises(Stopped):
+        behind.use_engines(["exact"])
+    assert behind.view is before
+
+
+def test_an_undo_that_is_not_waited_for_is_finished_in_the_next_frames(behind: Window) -> None:
+    press(behind, "a")
+    run(behind, 30)
+    pygame.event.post(ESC)
+    press(behind, "undo")
+    assert (given(behind), behind.notice.text) == ([], STOPPED)
+    for _ in range(10):
+        behind.frame(1 / 60)
+    assert (step(behind), behind.playback.shows_current_step) == (59, True)
+
+
+def test_keys_pressed_while_engines_run_again_keep_their_order_and_are_done_afterwards(behind: Window) -> None:
+    for event in (key("v"), key("h"), key("v")):
+        pygame.event.post(event)
+    press(behind, "Right")
+    assert [event.unicode for event in behind._pending.take()] == ["v", "h", "v"]
+
+
+def test_esc_forgets_keys_pressed_before_it_and_no_releases() -> None:
+    release = Event(pygame.MOUSEBUTTONUP, button=1, pos=(0, 0))
+    arrivals = iter([[key("s"), release, key("n")], [ESC, key("v")], []])
+    pending = PendingEvents(lambda: next(arrivals))
+    pending.check()
+    with pytest.raises(Stopped):
+        pending.check()
+    assert pending.take() == [release, key("v")]
+
+
+def test_of_moves_of_the_mouse_in_a_row_the_last_counts() -> None:
+    move = [Event(pygame.MOUSEMOTION, pos=(x, 0), rel=(1, 0), buttons=(x // 4, 0, 0)) for x in range(8)]
+    press_between = key("v")
+    pending = PendingEvents(lambda: [*move[:2], press_between, *move[2:]])
+    assert pending.take() == [move[1], press_between, move[3], move[7]]

@@ -1,0 +1,51 @@
+"""Events that wait while engines run again, and what stops that run."""
+
+from collections.abc import Callable
+from typing import Final
+
+import pygame
+from pygame.event import Event
+
+PRESSES: Final = (pygame.KEYDOWN, pygame.TEXTINPUT, pygame.MOUSEBUTTONDOWN, pygame.MOUSEWHEEL)
+
+
+class Stopped(Exception):
+    """The user stopped engines that ran again, so what was asked for is not done."""
+
+
+class PendingEvents:
+    """Events in the order of their arrival; of moves of the mouse in a row, the last. get: returns the new events."""
+
+    def __init__(self, get: Callable[[], list[Event]] = pygame.event.get) -> None:
+        self._get = get
+        self._waiting: list[Event] = []
+
+    def take(self) -> list[Event]:
+        """Return all events, to be handled now."""
+        self._collect()
+        events, self._waiting = self._waiting, []
+        return events
+
+    def check(self) -> None:
+        """Raise Stopped if the window is being closed, or at Esc, which also discards the presses before it."""
+        self._collect()
+        escapes = [k for k, event in enumerate(self._waiting) if is_escape(event)]
+        if escapes:
+            last = escapes[-1]
+            before = [event for event in self._waiting[:last] if event.type not in PRESSES]
+            self._waiting = before + self._waiting[last + 1 :]
+        if escapes or any(event.type == pygame.QUIT for event in self._waiting):
+            raise Stopped
+
+    def _collect(self) -> None:
+        for event in self._get():
+            before = self._waiting[-1] if self._waiting else None
+            if before and event.type == before.type == pygame.MOUSEMOTION and event.buttons == before.buttons:
+                self._waiting[-1] = event
+            else:
+                self._waiting.append(event)
+
+
+def is_escape(event: Event) -> bool:
+    """Return whether an event is a press of Esc."""
+    return bool(event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE)
