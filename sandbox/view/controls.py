@@ -168,6 +168,7 @@ CONTROLS = (
         "e",
         icon="engines",
     ),
+    Control(Group.SCENE, Panel.WHY, "W", "why engines differ: verdict, contacts and causes", (), "w", icon="why"),
     Control(Group.EDIT, Action.UNDO, "U, Ctrl Z", "undo the last throw or edit", (), "u\x1a", icon="undo"),
     Control(Group.EDIT, Action.REDO, "Y, Ctrl Y", "redo what was undone", (), "y\x19", icon="redo"),
     Control(Group.EDIT, Action.ADD_BALL, "A", "add a ball at the mouse, or where you click next", (), "a", icon="add"),
@@ -216,7 +217,6 @@ CONTROLS = (
     _layer(Layer.CHARTS, "H", "charts"),
     Control(Group.WINDOW, Action.FIRST_CHART, "1", "choose what the first chart shows", (), "1"),
     Control(Group.WINDOW, Action.SECOND_CHART, "2", "choose what the second chart shows", (), "2"),
-    Control(Group.WINDOW, Panel.WHY, "W", "why engines differ: verdict, contacts and causes", (), "w", icon="why"),
     Control(Group.WINDOW, Action.SHOW_ALL, "0", "show all of the arena again", (), "0"),
     Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,), icon="picture"),
     Control(
