@@ -338,9 +338,9 @@ def test_a_session_with_every_panel_ends_in_files_that_equal_its_replay(desktop:
     desktop.key("p")
     time.sleep(1)
     desktop.key("p")
-    mirror = Mirror(desktop, ["pymunk", "pymunk(iterations=100, substeps=4)", "exact"])
+    mirror = Mirror(desktop, ["pymunk", "pymunk(substeps=4, iterations=100)", "exact"])
     [file] = [file for file in desktop.folder.glob("*.jsonl") if load_inputs(file, desktop.scene) == mirror.inputs]
-    names = "'pymunk,pymunk(iterations=100, substeps=4),exact'"
+    names = "'pymunk,pymunk(substeps=4, iterations=100),exact'"
     assert desktop.clipboard() == f"sandbox run article --engines {names} --inputs {file.name}"
     saved = [spawn(load(mirror.save(pane))) for pane in range(3)]
     inputs = desktop.quit()
