@@ -8,6 +8,7 @@ import numpy as np
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import pair_friction
 from sandbox.analysis.flights import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
+from sandbox.analysis.start_overlaps import StartOverlap
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
@@ -80,6 +81,15 @@ def explain_start(ball: int, away: float, slower: float) -> str:
     return (
         f"When the comparison begins, ball {ball} is {away:.3g} px and {slower:.3g} px/s from the reference's: what "
         "follows begins with that."
+    )
+
+
+def explain_overlap(scene: Scene, overlap: StartOverlap) -> str:
+    """Explain a difference by two bodies that overlapped at the start."""
+    other = f"ball {overlap.second}" if overlap.second >= 0 else scene.wall_name(~overlap.second)
+    return (
+        f"Ball {overlap.first} and {other} overlapped by {overlap.depth:.3g} px when the comparison began: no step led "
+        "them there, and engines part them in different ways."
     )
 
 

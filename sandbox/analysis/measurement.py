@@ -234,6 +234,7 @@ class Measurement:
             self._ledger.missed,
             self._ledger.flights,
             self.start,
+            self._ledger.start_overlaps,
             self._traits.clamps_friction_early,
             self.runner.name,
             why_unjudged(self._traits),

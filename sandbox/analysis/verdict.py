@@ -164,6 +164,23 @@ def _alone(comparison: Comparison) -> str:
 
 
 def _start(comparison: Comparison) -> str:
+    """Say which engines begin elsewhere than the reference, as after edits, and which with what overlaps."""
+    return " ".join(filter(None, (_apart_at_start(comparison), _overlapping(comparison))))
+
+
+def _overlapping(comparison: Comparison) -> str:
+    """Say for which engines the first difference comes from bodies that overlapped at the start."""
+    firsts = {name: run.figures.first_difference for name, run in _others(comparison).items()}
+    names = [name for name, first in firsts.items() if first and first.cause == Cause.OVERLAPPED]
+    if not names:
+        return ""
+    return (
+        f"At the start, bodies overlap, which engines part in different ways: {' and '.join(names)} "
+        f"{'differ' if len(names) > 1 else 'differs'} first in that."
+    )
+
+
+def _apart_at_start(comparison: Comparison) -> str:
     """Say which engines begin elsewhere than the reference, as after edits of a run in which they were apart."""
     largest = SEEN_AT_START * float(comparison.scene.bodies.radius.min())
     away = {name: run.gap_max[0] for name, run in _others(comparison).items() if run.gap_max[0] > largest}
