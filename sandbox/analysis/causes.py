@@ -46,6 +46,7 @@ class Cause(IntEnum):
     SOFT = 25, "contacts that last several steps"
     START = 26, "apart at the start"
     OVERLAPPED = 27, "overlapping at the start"
+    RESCALED = 28, "impulse of a lasting contact rescaled"
 
     @property
     def key(self) -> str:

@@ -35,6 +35,8 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
         return _explain_friction(scene, contact, finding, clamps_early=clamps_early)
     if cause in (Cause.SMALL, Cause.LARGE):
         return _explain_impulse(scene, contact, finding)
+    if cause == Cause.RESCALED:
+        return _explain_rescaled(scene, contact)
     if cause in (Cause.LATE, Cause.EARLY):
         return _explain_timing(scene, contact, finding)
     if cause in (Cause.VELOCITY, Cause.NORMAL):
@@ -123,6 +125,21 @@ def explain_passage(scene: Scene, passage: Passage) -> str:
     return (
         f"The ball went through the wall between {ends}: it flew {passage.flown:.3g} px in the step, and the wall is "
         f"{wall.thickness:g} px thick."
+    )
+
+
+def _explain_rescaled(scene: Scene, contact: np.void) -> str:
+    """Name the change of dt, and what it made of the impulse that a lasting contact had before."""
+    clock = scene.clock
+    step = int(clock.steps_containing(float(contact["time"])))
+    before, now = (clock.length(clock.time(one)) for one in (step - 1, step))
+    took_back, so = "no more than the impulse itself", "the rest pushed the two apart"
+    if contact["impulse"] < 0:
+        took_back, so = "more than that", "it pulled at what was parting"
+    return (
+        f"dt {'grew' if now > before else 'shrank'} from {1e3 * before:.3g} to {1e3 * now:.3g} ms. Then Pymunk "
+        f"multiplies the impulse of a lasting contact by {now / before:.3g}, and its solver took back {took_back}: "
+        f"{so}. A constant dt avoids that."
     )
 
 

@@ -45,6 +45,7 @@ from sandbox.analysis.replay import (
     fly_to_contacts,
     sum_damped,
 )
+from sandbox.analysis.rescaled import RescaledImpulses
 from sandbox.analysis.stamps import true_times
 from sandbox.analysis.start_overlaps import StartOverlap, StartOverlaps
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
@@ -219,6 +220,7 @@ class Ledger:
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
         self._touched = np.full(len(bodies), -np.inf)
         self._deepening = no_deepening()
+        self._rescaled = RescaledImpulses(self._clock, scene.pymunk.collision_persistence)
         self._start_overlaps: StartOverlaps | None = None
         self.missed: list[Passage] = []
         self.max_overlap = 0.0
@@ -263,6 +265,7 @@ class Ledger:
             shared=np.zeros(len(contacts), np.bool_),
             crowded=_crowded(contacts),
             friction=pair_friction(self._scene, contacts),
+            rescaled=self._rescaled.find(contacts, self._steps + step_of),
         )
         torques, damped = np.empty(steps), np.empty((steps, 2))
         replayed = _replay(

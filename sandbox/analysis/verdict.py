@@ -133,6 +133,7 @@ def verdict_parts(comparison: Comparison) -> list[str]:
         _errors_of_reference,
         _energy,
         _damping,
+        _rescaled,
         _passages,
         _escapes,
         _statistics,
@@ -354,6 +355,21 @@ def _damping(comparison: Comparison) -> str:
     (share, name), *others = taken
     also = "".join(f", {share} in {name}" for share, name in others)
     return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
+
+
+def _rescaled(comparison: Comparison) -> str:
+    """Name the engines in which changes of dt rescaled impulses, and how to avoid it."""
+    names = [
+        name
+        for name, run in comparison.runs.items()
+        if any(entry.cause == Cause.RESCALED for entry in run.figures.ledger)
+    ]
+    if not names:
+        return ""
+    return (
+        f"In {' and '.join(names)}, dt changes while contacts last, which rescales their impulses; a constant dt, such "
+        "as 1/60 s, avoids it."
+    )
 
 
 def _of_damping(run: Run) -> list[Entry]:
