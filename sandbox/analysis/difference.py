@@ -203,8 +203,10 @@ def _start(own: State, reference: State, ball: int) -> Difference:
 class _Matches:
     """The contacts of an engine, matched with the reference's.
 
-    of_reference: for each contact of the engine the number of the reference's, or -1; matched: which of the
-    reference's have a match; at_ends_of_steps: whether that is where the engine has all its contacts.
+    trusted: s, up to which the engine and the reference can differ; until: s, up to which a contact that has no match
+    will have none; end: s, up to which contacts are known; of_reference: for each contact of the engine the number of
+    the reference's, or -1; matched: which of the reference's have a match; at_ends_of_steps: whether that is where the
+    engine has all its contacts.
     """
 
     def __init__(self, scene: Scene, own: Record, reference: Record, until: float, end: float) -> None:
@@ -212,7 +214,7 @@ class _Matches:
         self.clock = scene.clock
         times = own.contacts["time"]
         steps = self.clock.steps_containing(times)
-        self.until = min(until, end - self._slack(end))
+        self.trusted, self.until, self.end = until, min(until, end - self._slack(end)), end
         slack = self.clock.lengths_around(steps, MAX_TRACE_STEPS)
         self.of_reference, self.matched = match_contacts(own, reference, until + self._slack(until), slack)
         error = np.abs(times - self.clock.times(steps)) * self.clock.rates(steps)
@@ -278,15 +280,17 @@ class _Matches:
         has_impulse = self.own.contacts["impulse"][: len(self.of_reference)] != 0
         for k in np.flatnonzero((self.of_reference < 0) & has_impulse).tolist():
             place = Place(float(self.own.contacts["time"][k]), Kind.EXTRA, k, -1, _speed(self.own, k))
-            if place.time <= self.until and not (
-                self.own.findings["rests"][k] and self._has_others(self.reference, place)
-            ):
+            if self.own.findings["rests"][k] and self._has_others(self.reference, place):
+                continue
+            if place.time <= self.until:
                 yield place
+            elif place.time <= self.trusted and self.own_reason(place):  # its match may come after the end
+                yield place._replace(kind=Kind.OUTCOME)
         for r in np.flatnonzero(~self.matched).tolist():
             place = Place(float(self.reference.contacts["time"][r]), Kind.MISSING, -1, r, _speed(self.reference, r))
-            if place.time <= self.until and not (
-                self.reference.findings["rests"][r] and self._has_others(self.own, place)
-            ):
+            if self.reference.findings["rests"][r] and self._has_others(self.own, place):
+                continue
+            if place.time <= self.until or (place.time <= self.trusted and self.own_reason(place)):
                 yield place
 
     def displacements(self) -> tuple[Difference, ...]:
@@ -298,7 +302,8 @@ class _Matches:
             for error in errors_in_flight(
                 self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
             )
-            if error.time <= self.until + self.clock.length(self.until)
+            if error.time <= self.trusted + self.clock.length(self.trusted)
+            and error.time < self.end  # or else it may be of a contact that the engine reports in its next step
             and not (differing and differing[0].time <= error.time)
         ]
         return (self._flight(min(errors)), *differing) if errors else differing

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import scene_of
+from faults import EventDriven
 
 import sandbox.engines
 from sandbox.analysis.causes import Cause
@@ -382,6 +383,44 @@ def test_a_reference_of_which_no_cause_is_known_is_not_called_wrong() -> None:
     assert one is not None
     assert not one.in_reference
     assert one.because == "Gravity is integrated in steps: each ends 0.125 px short of the parabola."
+
+
+class KicksLate(EventDriven):
+    """Ball 0 gets another velocity at the end of step 59 of 60, or the number that a test sets."""
+
+    at = 59
+
+    def after_step(self) -> None:
+        if self.steps == self.at:
+            self.v[0] += 12
+
+
+@pytest.mark.parametrize(("at", "found"), [(57, True), (58, True), (59, True), (60, False)])
+def test_a_kick_near_the_end_is_a_difference_but_in_the_last_step(at: int, *, found: bool) -> None:
+    """At the end of the last one, the engine may have a contact that it reports in the next."""
+    scene = scene_of("radius = 20\nposition = [100, 300]\nvelocity = [100, 0]", more="seconds = 1")
+    late = type("KicksLate", (KicksLate,), {"at": at})
+    one = compare(scene, {"late": late, "exact": "exact"}).runs["late"].figures.first_difference
+    assert (one is not None) == found
+    if one:
+        assert (one.kind, one.cause, round(one.time * 60)) == ("flight", Cause.UNTOLD, at)
+
+
+def test_a_ball_that_passes_into_another_in_the_last_steps_is_missed() -> None:
+    """The two touch after 56.9 steps, and have gone deeper in two steps by the end; two would be found late."""
+
+    class Blind(EventDriven):
+        def sees(self, i: int, other: int) -> bool:
+            return other < 0
+
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [100, 0]",
+        "radius = 20\nposition = [234.8, 300]",
+        more="seconds = 1",
+    )
+    one = compare(scene, {"blind": Blind, "exact": "exact"}).runs["blind"].figures.first_difference
+    assert one is not None
+    assert (one.kind, one.cause) == ("missing", Cause.MISSED)
 
 
 def test_a_contact_without_impulse_is_no_difference() -> None:

@@ -82,6 +82,11 @@ def test_the_reason_is_given_where_an_impulse_that_grew_with_dt_pushes_a_ball() 
     assert "a constant dt, such as 1/60 s, avoids it" in verdict(watched.comparison)
 
 
+def test_a_push_in_the_last_step_is_a_difference_though_the_reference_may_have_a_contact_after_the_end() -> None:
+    """The two were parting: no contact of the reference can be its match."""
+    assert Cause.RESCALED in causes(dropped(1 / 60, 1 / 60, 0.018))
+
+
 def test_a_ball_that_is_pulled_back_after_dt_shrank_had_no_earlier_touch() -> None:
     watched = dropped(*[1 / 60] * 2, *[1 / 120] * 8)
     assert causes(watched)[Cause.RESCALED].startswith("dt shrank from 16.7 to 8.33 ms. Then Pymunk multiplies ")
