@@ -186,6 +186,15 @@ def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
     assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
 
 
+def test_a_bounce_in_the_middle_of_a_step_does_not_rest() -> None:
+    """Balls from both sides hit one between them after 2.5 steps, and are where they were before, a step later."""
+    gap, ball = 240 * 2.5 / 60, "radius = 20\nposition = [{}, 100]\nvelocity = [{}, 0]"
+    balls = ball.format(360 - gap, 240), ball.format(400, 0), ball.format(440 + gap, -240)
+    impacts = compare(scene_of(*balls, more="gravity = [0, 900]\nseconds = 0.1"), ["exact"]).runs["exact"].impacts
+    assert len(impacts) == 3
+    assert not impacts["rests"].any()
+
+
 def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
     """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
     one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
