@@ -53,6 +53,7 @@ from sandbox.state import Bools, Contacts, Floats, Integers, State
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
 GRAVITYS_PART: Final = 0.1  # of a difference; earlier bounces, each off by less than counts, have added the rest
+UNREPORTED: Final = Reason(Cause.UNTOLD, "The balls fly on as after this contact, but the engine does not report it.")
 Velocities = tuple[Vector, ...]
 Spins = tuple[float, ...]
 
@@ -133,12 +134,14 @@ def difference_of_states(time: float, ball: int, own: Record, reference: Record)
     return Difference(Kind.STATES, time, ball, None, *reason, None, None, None, None)
 
 
-def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
+def differences(
+    scene: Scene, own: Record, reference: Record, until: float, end: float, *, in_place: bool = False
+) -> tuple[Difference, ...]:
     """Return the differences between an engine and the reference up to a time (s), in order of their steps.
 
-    end: s, up to which contacts are known; one near it may have its match later. If all velocities agree, the
-    contacts that displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first
-    MAX_CONTACTS_COMPARED contacts.
+    end: s, up to which contacts are known; one near it may have its match later; in_place: whether all balls are where
+    the reference has them until then, so that none is on another course. If all velocities agree, the contacts that
+    displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first MAX_CONTACTS_COMPARED contacts.
     """
     for record in (own, reference):
         if len(record.contacts) > MAX_CONTACTS_COMPARED:
@@ -158,7 +161,11 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     led_on = matches.led_on(begin, apart)
     differing = [first]
     for place in others:
-        reason = matches.own_reason(place) or (follows if led_on(place) else matches.origin(place)[1])
+        if in_place:
+            later = UNREPORTED if place.kind == Kind.MISSING else matches.origin(place)[1]
+        else:
+            later = follows if led_on(place) else matches.origin(place)[1]
+        reason = matches.own_reason(place) or later
         differing.append(matches.difference(place, reason))
     return tuple(differing)
 

@@ -5,6 +5,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from conftest import scene_of
+from faults import EventDriven
 
 import sandbox.engines
 from sandbox.analysis.causes import Cause
@@ -13,6 +14,9 @@ from sandbox.analysis.difference import Difference
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.state import Contacts
+
+SIX = "count = 6\nradius = 20\nspeed = 250\ninside = [[20, 20], [380, 280]]"
 
 
 def row(*balls: tuple[float, float], more: str = "seconds = 1") -> Scene:
@@ -184,6 +188,22 @@ def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
     scene = scene_of(light, heavy, size="[80, 600]", more="gravity = [0, 900]\nseconds = 0.5")
     causes = {entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger}
     assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
+
+
+def test_balls_that_are_in_their_places_are_on_no_other_courses() -> None:
+    """The run is right, and no contact of two balls is reported."""
+
+    class Silent(EventDriven):
+        def contacts(self) -> Contacts:
+            contacts = super().contacts()
+            return contacts[contacts["second"] < 0]
+
+    scene = scene_of(SIX, size="[400, 300]", more="seed = 3\nseconds = 0.8")
+    run = compare(scene, {"silent": Silent, "exact": "exact"}).runs["silent"]
+    assert run.gap_max.max() < 1e-6
+    assert len(run.differences) > 1
+    assert {one.cause for one in run.differences} == {Cause.UNTOLD}
+    assert not any("other courses" in one.because for one in run.differences)
 
 
 def test_a_bounce_in_the_middle_of_a_step_does_not_rest() -> None:
