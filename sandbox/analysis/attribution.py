@@ -211,6 +211,7 @@ def _attribute_unmet(
         cause = Cause.UNKNOWN
     else:
         cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
+        cause = Cause.RESCALED if block.rescaled[k] else cause
     _, per_i, per_j, _ = pair_constants(constants, contact)
     finding.cause = cause if otherwise == Cause.ROUNDING else otherwise
     energy = impulse * (impulse * (per_i + per_j) / 2 - finding.approach)
@@ -232,6 +233,7 @@ def _cause_of_impulse(
     unowned: float,
     otherwise: int,
     at_rest: bool,
+    rescaled: bool,
 ) -> int:
     """Return why an impulse is not the expected one.
 
@@ -239,10 +241,12 @@ def _cause_of_impulse(
     """
     expected, impulse = finding.expected_impulse, contact.impulse
     error = abs(undamped - expected)
-    if impulse < 0 and constants.together:
-        cause = Cause.STALE
-    elif abs(impulse - expected) <= NEGLIGIBLE * expected:
+    if abs(impulse - expected) <= NEGLIGIBLE * expected:
         cause = Cause.ROUNDING
+    elif rescaled:
+        cause = Cause.RESCALED
+    elif impulse < 0 and constants.together:
+        cause = Cause.STALE
     elif error <= NEGLIGIBLE * expected:
         cause = Cause.DAMPING
     elif otherwise == Cause.NORMAL:
@@ -286,7 +290,8 @@ def attribute_single(
 
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     finding.rests = at_rest = is_at_rest(constants, block, k, contact, finding)
-    cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest)
+    rescaled = block.rescaled[k] and not at_rest
+    cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest, rescaled)
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)
@@ -387,22 +392,29 @@ def _enter_simultaneous_friction(constants: SceneConstants, block: Block, k: int
 
 
 @kernel
-def attribute_simultaneous(
-    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
-) -> None:
-    """Attribute what one of several contacts that share balls and were resolved together did."""
-    finding = block.findings[k]
-    e, per_i, per_j, reach = pair_constants(constants, contact)
-    mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
-    by_elasticity = -impulse * (1 - e) * u / 2 if impulse > 0 else 0.0
+def _cause_of_shared_impulse(
+    constants: SceneConstants,
+    block: Block,
+    k: int,
+    contact: Record,
+    unexplained: Unexplained,
+    error: float,
+    undamped_error: float,
+) -> int:
+    """Return why one of several contacts that share balls ends with a wrong velocity.
+
+    error: of the impulse, and undamped_error: without damping's part, kg px/s.
+    """
+    e, per_i, per_j, _ = pair_constants(constants, contact)
+    mu, u = 1 / (per_i + per_j), block.findings[k].approach
     nx, ny = contact.normal[0], contact.normal[1]
     step_pull = abs(constants.fall[0] * nx + constants.fall[1] * ny) * constants.dt
-    impulse_error = mu * abs(finding.approach_after + e * u)
-    undamped_error = mu * abs(finding.approach_after + e * u + _by_damping(constants, contact, finding))
-    if impulse < 0:
-        cause = Cause.STALE
-    elif impulse_error <= NEGLIGIBLE * mu * abs(u):
+    if contact.impulse < 0:
+        cause = Cause.RESCALED if block.rescaled[k] else Cause.STALE
+    elif error <= NEGLIGIBLE * mu * abs(u):
         cause = Cause.ROUNDING
+    elif block.rescaled[k]:
+        cause = Cause.RESCALED
     elif undamped_error <= NEGLIGIBLE * mu * abs(u):
         cause = Cause.DAMPING
     elif undamped_error <= 3 * (1 + e) * mu * sum_unsteady(unexplained, contact, 0):
@@ -413,7 +425,23 @@ def attribute_simultaneous(
         cause = Cause.UNKNOWN
     else:
         cause = Cause.UNCONVERGED
-    is_error = cause in (Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
+    return cause
+
+
+@kernel
+def attribute_simultaneous(
+    constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
+) -> None:
+    """Attribute what one of several contacts that share balls and were resolved together did."""
+    finding = block.findings[k]
+    e, per_i, per_j, reach = pair_constants(constants, contact)
+    mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse
+    by_elasticity = -impulse * (1 - e) * u / 2 if impulse > 0 else 0.0
+    nx, ny = contact.normal[0], contact.normal[1]
+    impulse_error = mu * abs(finding.approach_after + e * u)
+    undamped_error = mu * abs(finding.approach_after + e * u + _by_damping(constants, contact, finding))
+    cause = _cause_of_shared_impulse(constants, block, k, contact, unexplained, impulse_error, undamped_error)
+    is_error = cause in (Cause.RESCALED, Cause.STALE, Cause.UNCONVERGED, Cause.UNTOLD)
     _enter_simultaneous_friction(constants, block, k, contact)
     energy, finding.rests = (
         -impulse * (u + finding.approach_after) / 2,

@@ -45,6 +45,8 @@ class Cause(IntEnum):
     SILENT = 24, "no contacts reported"
     SOFT = 25, "contacts that last several steps"
     START = 26, "apart at the start"
+    OVERLAPPED = 27, "overlapping at the start"
+    RESCALED = 28, "impulse of a lasting contact rescaled"
 
     @property
     def key(self) -> str:

@@ -25,7 +25,7 @@ from sandbox.analysis.explain import (
     RESOLVED_TOGETHER,
     UNCONVERGED,
     WRONG_REFERENCE,
-    explain,
+    explain_overlap,
     explain_passage,
     explain_start,
 )
@@ -39,8 +39,10 @@ from sandbox.analysis.record import (
     errors_in_flight,
     errors_of_contacts,
     influence,
+    reason_of,
     significant,
 )
+from sandbox.analysis.start_overlaps import MAY_BE_BY_OVERLAP, SINGLE_PRECISION, StartOverlap, overlap_of
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
@@ -50,8 +52,8 @@ from sandbox.state import Bools, Contacts, Floats, Integers, State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
 MAX_CONTACTS_COMPARED: Final = 20_000  # the first of each engine
-SINGLE_PRECISION: Final = 4 * float(np.finfo(np.float32).eps)  # of a position: what some operations in float32 round
 GRAVITYS_PART: Final = 0.1  # of a difference; earlier bounces, each off by less than counts, have added the rest
+UNREPORTED: Final = Reason(Cause.UNTOLD, "The balls fly on as after this contact, but the engine does not report it.")
 Velocities = tuple[Vector, ...]
 Spins = tuple[float, ...]
 
@@ -132,12 +134,14 @@ def difference_of_states(time: float, ball: int, own: Record, reference: Record)
     return Difference(Kind.STATES, time, ball, None, *reason, None, None, None, None)
 
 
-def differences(scene: Scene, own: Record, reference: Record, until: float, end: float) -> tuple[Difference, ...]:
+def differences(
+    scene: Scene, own: Record, reference: Record, until: float, end: float, *, in_place: bool = False
+) -> tuple[Difference, ...]:
     """Return the differences between an engine and the reference up to a time (s), in order of their steps.
 
-    end: s, up to which contacts are known; one near it may have its match later. If all velocities agree, the
-    contacts that displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first
-    MAX_CONTACTS_COMPARED contacts.
+    end: s, up to which contacts are known; one near it may have its match later; in_place: whether all balls are where
+    the reference has them until then, so that none is on another course. If all velocities agree, the contacts that
+    displaced balls are returned. At most MAX_DIFFERENCES are returned, of the first MAX_CONTACTS_COMPARED contacts.
     """
     for record in (own, reference):
         if len(record.contacts) > MAX_CONTACTS_COMPARED:
@@ -157,7 +161,11 @@ def differences(scene: Scene, own: Record, reference: Record, until: float, end:
     led_on = matches.led_on(begin, apart)
     differing = [first]
     for place in others:
-        reason = matches.own_reason(place) or (follows if led_on(place) else matches.origin(place)[1])
+        if in_place:
+            later = UNREPORTED if place.kind == Kind.MISSING else matches.origin(place)[1]
+        else:
+            later = follows if led_on(place) else matches.origin(place)[1]
+        reason = matches.own_reason(place) or later
         differing.append(matches.difference(place, reason))
     return tuple(differing)
 
@@ -202,8 +210,10 @@ def _start(own: State, reference: State, ball: int) -> Difference:
 class _Matches:
     """The contacts of an engine, matched with the reference's.
 
-    of_reference: for each contact of the engine the number of the reference's, or -1; matched: which of the
-    reference's have a match; at_ends_of_steps: whether that is where the engine has all its contacts.
+    trusted: s, up to which the engine and the reference can differ; until: s, up to which a contact that has no match
+    will have none; end: s, up to which contacts are known; of_reference: for each contact of the engine the number of
+    the reference's, or -1; matched: which of the reference's have a match; at_ends_of_steps: whether that is where the
+    engine has all its contacts.
     """
 
     def __init__(self, scene: Scene, own: Record, reference: Record, until: float, end: float) -> None:
@@ -211,7 +221,7 @@ class _Matches:
         self.clock = scene.clock
         times = own.contacts["time"]
         steps = self.clock.steps_containing(times)
-        self.until = min(until, end - self._slack(end))
+        self.trusted, self.until, self.end = until, min(until, end - self._slack(end)), end
         slack = self.clock.lengths_around(steps, MAX_TRACE_STEPS)
         self.of_reference, self.matched = match_contacts(own, reference, until + self._slack(until), slack)
         error = np.abs(times - self.clock.times(steps)) * self.clock.rates(steps)
@@ -277,15 +287,17 @@ class _Matches:
         has_impulse = self.own.contacts["impulse"][: len(self.of_reference)] != 0
         for k in np.flatnonzero((self.of_reference < 0) & has_impulse).tolist():
             place = Place(float(self.own.contacts["time"][k]), Kind.EXTRA, k, -1, _speed(self.own, k))
-            if place.time <= self.until and not (
-                self.own.findings["rests"][k] and self._has_others(self.reference, place)
-            ):
+            if self.own.findings["rests"][k] and self._has_others(self.reference, place):
+                continue
+            if place.time <= self.until:
                 yield place
+            elif place.time <= self.trusted and self.own_reason(place):  # its match may come after the end
+                yield place._replace(kind=Kind.OUTCOME)
         for r in np.flatnonzero(~self.matched).tolist():
             place = Place(float(self.reference.contacts["time"][r]), Kind.MISSING, -1, r, _speed(self.reference, r))
-            if place.time <= self.until and not (
-                self.reference.findings["rests"][r] and self._has_others(self.own, place)
-            ):
+            if self.reference.findings["rests"][r] and self._has_others(self.own, place):
+                continue
+            if place.time <= self.until or (place.time <= self.trusted and self.own_reason(place)):
                 yield place
 
     def displacements(self) -> tuple[Difference, ...]:
@@ -297,7 +309,8 @@ class _Matches:
             for error in errors_in_flight(
                 self.scene, self.own, self.reference, dict.fromkeys(range(len(self.scene.bodies)), np.inf)
             )
-            if error.time <= self.until + self.clock.length(self.until)
+            if error.time <= self.trusted + self.clock.length(self.trusted)
+            and error.time < self.end  # or else it may be of a contact that the engine reports in its next step
             and not (differing and differing[0].time <= error.time)
         ]
         return (self._flight(min(errors)), *differing) if errors else differing
@@ -344,11 +357,18 @@ class _Matches:
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
+        cause = Cause.MISSED if place.own < 0 else Cause(self.own.findings["cause"][place.own])
+        if (overlap := self._start_overlap(place)) and cause in MAY_BE_BY_OVERLAP:
+            return Reason(Cause.OVERLAPPED, explain_overlap(self.scene, overlap))
         if place.own < 0:
             passage = self._passage(self.own, place.time, *self.bodies(place))
             return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
         return self._reason_of(place.own) if self._explains(contact, finding, place.size) else None
+
+    def _start_overlap(self, place: Place) -> StartOverlap | None:
+        """Return the overlap at the start of the bodies at a place, if they have not come apart since."""
+        return overlap_of(self.own.overlaps, self.bodies(place), place.time - SIMULTANEOUS)
 
     def _flight(self, error: Error) -> Difference:
         """Describe an error in flight as a difference of its own."""
@@ -390,9 +410,7 @@ class _Matches:
 
     def _reason_of(self, k: int) -> Reason:
         """Return the reason that the ledger found for an error of a contact of the engine."""
-        finding = self.own.findings[k]
-        because = explain(self.scene, self.own.contacts[k], finding, clamps_early=self.own.clamps_early)
-        return Reason(Cause(finding["cause"]), because)
+        return reason_of(self.scene, self.own, k)
 
     def bodies(self, place: Place) -> tuple[int, int]:
         """Return first and second of the contact at a place."""
@@ -408,8 +426,6 @@ class _Matches:
             return self._why_missing(place)
         if place.kind == Kind.ORDER and self.own.findings["delay"][place.own] > 0:
             return Reason(Cause.LATE, DISORDERED)
-        if place.own >= 0 and place.reference >= 0 and (reason := self._other_time(place)):
-            return reason
         shown = place.own >= 0 and self._shows_its_cause(place)
         return self._reason_of(place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
 
@@ -434,26 +450,10 @@ class _Matches:
                 return None
             at = (float(contact["time"]), int(contact["first"]), place.reference)
             if self._explains(contact, finding, place.size):
-                because = explain(self.scene, contact, finding, clamps_early=self.reference.clamps_early)
-                error = Error(False, *at, Reason(Cause(finding["cause"]), because))
+                error = Error(False, *at, reason_of(self.scene, self.reference, place.reference))
             elif self._has_unconverged_neighbour(self.reference, place.reference, place.size):
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
         return None if error is None or error.reason.cause == Cause.UNKNOWN else error
-
-    def _other_time(self, place: Place) -> Reason | None:
-        """Return the reason if balls that overlap are parted at another time, on another normal."""
-        contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
-        expected, expected_finding = self.reference.contacts[place.reference], self.reference.findings[place.reference]
-        after = float(contact["time"] - expected["time"])
-        turned = math.acos(min(1.0, float(contact["normal"] @ expected["normal"])))
-        before, expected_before = finding["before"], expected_finding["before"]
-        alike = np.abs(before - expected_before).max() <= NEGLIGIBLE * np.abs(before).max()
-        overlapped = contact["depth"] > NEGLIGIBLE * self.scene.bodies.radius[contact["first"]]
-        if not (alike and overlapped and turned > NEGLIGIBLE and after):
-            return None
-        when = f"{1e3 * abs(after):.3g} ms {'after' if after > 0 else 'before'} the reference"
-        because = f"Found {when}, on a normal that is turned by {math.degrees(turned):.2g}°."
-        return Reason(Cause.LATE if after > 0 else Cause.EARLY, because)
 
     def _has_others(self, record: Record, place: Place) -> bool:
         """Return whether an engine has a contact of the same two bodies near, with an impulse or without."""
@@ -537,7 +537,9 @@ class _Matches:
 
 
 def _in_reference(reason: Reason) -> Reason:
-    """Return a reason that lies in the reference."""
+    """Return a reason that lies in the reference; what overlapped at the start is nobody's error."""
+    if reason.cause == Cause.OVERLAPPED:
+        return reason
     return Reason(reason.cause, f"{WRONG_REFERENCE} {reason.because}", in_reference=True)
 
 

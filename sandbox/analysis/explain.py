@@ -8,6 +8,7 @@ import numpy as np
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import pair_friction
 from sandbox.analysis.flights import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
+from sandbox.analysis.start_overlaps import StartOverlap
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import ARENA_WALLS, Scene
 
@@ -34,6 +35,8 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
         return _explain_friction(scene, contact, finding, clamps_early=clamps_early)
     if cause in (Cause.SMALL, Cause.LARGE):
         return _explain_impulse(scene, contact, finding)
+    if cause == Cause.RESCALED:
+        return _explain_rescaled(scene, contact)
     if cause in (Cause.LATE, Cause.EARLY):
         return _explain_timing(scene, contact, finding)
     if cause in (Cause.VELOCITY, Cause.NORMAL):
@@ -83,6 +86,15 @@ def explain_start(ball: int, away: float, slower: float) -> str:
     )
 
 
+def explain_overlap(scene: Scene, overlap: StartOverlap) -> str:
+    """Explain a difference by two bodies that overlapped at the start."""
+    other = f"ball {overlap.second}" if overlap.second >= 0 else scene.wall_name(~overlap.second)
+    return (
+        f"Ball {overlap.first} and {other} overlapped by {overlap.depth:.3g} px when the comparison began: no step led "
+        "them there, and engines part them in different ways."
+    )
+
+
 def explain_gravity(scene: Scene, flights: Flights) -> str:
     """Explain how an engine's flight differs from the parabola of the scene's gravity."""
     (gx, gy), (x, y) = flights.gravity, scene.gravity
@@ -113,6 +125,21 @@ def explain_passage(scene: Scene, passage: Passage) -> str:
     return (
         f"The ball went through the wall between {ends}: it flew {passage.flown:.3g} px in the step, and the wall is "
         f"{wall.thickness:g} px thick."
+    )
+
+
+def _explain_rescaled(scene: Scene, contact: np.void) -> str:
+    """Name the change of dt, and what it made of the impulse that a lasting contact had before."""
+    clock = scene.clock
+    step = int(clock.steps_containing(float(contact["time"])))
+    before, now = (clock.length(clock.time(one)) for one in (step - 1, step))
+    took_back, so = "no more than the impulse itself", "the rest pushed the two apart"
+    if contact["impulse"] < 0:
+        took_back, so = "more than that", "it pulled at what was parting"
+    return (
+        f"dt {'grew' if now > before else 'shrank'} from {1e3 * before:.3g} to {1e3 * now:.3g} ms. Then Pymunk "
+        f"multiplies the impulse of a lasting contact by {now / before:.3g}, and its solver took back {took_back}: "
+        f"{so}. A constant dt avoids that."
     )
 
 

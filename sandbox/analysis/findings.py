@@ -130,7 +130,8 @@ class Block(NamedTuple):
     (contacts,), the cause that each contact's time was attributed to; line: (contacts, 2) px from the first to the
     second, as flown; line_before, line_after: the same at the start and the end of the step; shared: (contacts,),
     whether it was resolved together with another of its balls; crowded: (contacts,), whether one of its balls has
-    another contact at the same time; friction: (contacts,), the product of its two factors.
+    another contact at the same time; friction: (contacts,), the product of its two factors; rescaled: (contacts,),
+    whether its impulse is only what a change of dt left of an earlier one.
     """
 
     energy: Floats
@@ -146,6 +147,7 @@ class Block(NamedTuple):
     shared: Bools
     crowded: Bools
     friction: Floats
+    rescaled: Bools
 
 
 def pair_friction(scene: Scene, contacts: Contacts) -> Floats:

@@ -18,6 +18,7 @@ from sandbox.analysis.rest import enter_friction_at_rest
 from sandbox.compiled import Record, kernel
 
 WITHIN_ARM: Final = 1e-3  # of friction, that float32 and the iterations of a solver may be off
+_OF_FRICTION: Final = (Cause.FRICTION_SMALL, Cause.FRICTION_LARGE, Cause.RESCALED, Cause.UNTOLD)  # its errors
 MOMENT_RATIOS: Final = (0.0, 0.5, 1.25, -1.0)  # of a disc's moment to an infinite one, a ring's, a sphere's; wrong sign
 
 
@@ -140,6 +141,8 @@ def _cause_of_friction(
         cause = Cause.GRAVITY
     elif _is_by_arm(constants, contact, finding, friction):
         cause = Cause.LATE if contact.depth > 0 else Cause.EARLY
+    elif block.rescaled[k]:
+        cause = Cause.RESCALED
     elif tangential * right >= 0 and abs(tangential) > abs(right):
         cause = Cause.FRICTION_LARGE
     else:
@@ -205,7 +208,7 @@ def attribute_friction(
     finding.expected_tangential = right_t if abs(tangential - right_t) < abs(tangential - right) else right
     right = finding.expected_tangential
     cause = _cause_of_friction(constants, block, k, contact, unexplained, mass, otherwise, right)
-    error = abs(tangential - right) if cause in (Cause.FRICTION_SMALL, Cause.FRICTION_LARGE, Cause.UNTOLD) else 0.0
+    error = abs(tangential - right) if cause in _OF_FRICTION else 0.0
     is_reported = tangential == contact.tangential  # or else its energy is entered with the velocities
     unaccused = tangential if cause == Cause.FRICTION else right
     heat, heat_t = friction_heat(slip, unaccused, mass), friction_heat(slip_t, right_t, mass)

@@ -8,7 +8,7 @@ the replay leaves unexplained is entered too, so the lines of the ledger always 
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +45,9 @@ from sandbox.analysis.replay import (
     fly_to_contacts,
     sum_damped,
 )
+from sandbox.analysis.rescaled import RescaledImpulses
 from sandbox.analysis.stamps import true_times
+from sandbox.analysis.start_overlaps import StartOverlap, StartOverlaps
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import entry, kernel
 from sandbox.engines.engine import Traits
@@ -218,6 +220,8 @@ class Ledger:
         self._sums = np.zeros((4, len(Cause)))  # energy, momentum, displacement, contacts
         self._touched = np.full(len(bodies), -np.inf)
         self._deepening = no_deepening()
+        self._rescaled = RescaledImpulses(self._clock, scene.pymunk.collision_persistence)
+        self._start_overlaps: StartOverlaps | None = None
         self.missed: list[Passage] = []
         self.max_overlap = 0.0
         self._steps = 0
@@ -242,6 +246,7 @@ class Ledger:
             step_of, within = step_of + moved, np.where(moved, 0.0, within)
         if not self._steps:
             self._note_touching(position[0], contacts)
+            self._start_overlaps = StartOverlaps(self._scene, position[0])
         if self._off_parabola is None and self._unjudged is None:
             self._read_gravity(lengths.dt, position, velocity, contacts, step_of)
         within = true_times(self._constants, lengths, position, velocity, contacts, step_of, within)
@@ -260,6 +265,7 @@ class Ledger:
             shared=np.zeros(len(contacts), np.bool_),
             crowded=_crowded(contacts),
             friction=pair_friction(self._scene, contacts),
+            rescaled=self._rescaled.find(contacts, self._steps + step_of),
         )
         torques, damped = np.empty(steps), np.empty((steps, 2))
         replayed = _replay(
@@ -288,6 +294,8 @@ class Ledger:
             turning = spin_energy(states.spin[[0, -1]], self._scene.bodies.moment)
             self._sums[0, Cause.SPIN] += turning[1] - turning[0]
         self._check_overlaps(position, velocity, contacts, step_of)
+        if self._start_overlaps:
+            self._start_overlaps.follow(position[1:], clock.times(np.arange(self._steps - steps, self._steps) + 1))
         if self._unjudged is None:
             at_end = within >= lengths.dt[step_of - 1] * (1 - NEGLIGIBLE)
             self._check_inner_walls(position, contacts, step_of, ~at_end)
@@ -411,6 +419,11 @@ class Ledger:
     def findings(self) -> Findings:
         """What was found about every contact so far."""
         return np.concatenate(self._findings) if self._findings else np.empty(0, FINDING)
+
+    @property
+    def start_overlaps(self) -> Sequence[StartOverlap]:
+        """What overlapped at the start."""
+        return self._start_overlaps.found if self._start_overlaps else ()
 
     def entries(self) -> tuple[Entry, ...]:
         """Return a line for each cause that occurred, in the order of Cause."""

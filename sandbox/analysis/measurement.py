@@ -234,6 +234,7 @@ class Measurement:
             self._ledger.missed,
             self._ledger.flights,
             self.start,
+            self._ledger.start_overlaps,
             self._traits.clamps_friction_early,
             self.runner.name,
             why_unjudged(self._traits),
@@ -260,13 +261,14 @@ class Measurement:
         until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference_energy, means_energy)
+        steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
+        in_place = bool((gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all())
         differing: tuple[Difference, ...] = ()
         if reference and record.unjudged is None and reference.unjudged is None:
-            differing = differences(scene, record, reference, until, known)
+            differing = differences(scene, record, reference, until, known, in_place=in_place)
         elif reference and away:
             differing = (difference_of_states(*away, record, reference),)
-        steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
-        if (gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all():
+        if in_place:
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
         start = total_energy[0]
         scores = [self._scores[number] for number in sorted(self._scores)]

@@ -12,9 +12,12 @@ from sandbox.analysis.explain import (
     explain_damping,
     explain_flight,
     explain_gravity,
+    explain_overlap,
 )
 from sandbox.analysis.findings import Findings
 from sandbox.analysis.flights import DAMPED, PUSHED_OUT, PUT_ELSEWHERE, SPIN_CHANGED, VELOCITY_CHANGED, Flights
+from sandbox.analysis.start_overlaps import MAY_BE_BY_OVERLAP, StartOverlap, overlap_of
+from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, State
@@ -32,8 +35,9 @@ _IN_FLIGHT: Final = {
 class Record(NamedTuple):
     """An engine's contacts, what the ledger found about each, the contacts it missed, and its errors in flight.
 
-    start: its state when the comparison begins; clamps_early: whether the engine is known to limit friction by the
-    impulse without restitution; name: the engine's; unjudged: why its contacts cannot be judged one by one, if so.
+    start: its state when the comparison begins; overlaps: what overlapped then; clamps_early: whether the engine is
+    known to limit friction by the impulse without restitution; name: the engine's; unjudged: why its contacts cannot be
+    judged one by one, if so.
     """
 
     contacts: Contacts
@@ -41,6 +45,7 @@ class Record(NamedTuple):
     missed: Sequence[Passage]
     flights: Flights
     start: State
+    overlaps: Sequence[StartOverlap] = ()
     clamps_early: bool = False
     name: str = "The engine"
     unjudged: Cause | None = None
@@ -63,6 +68,17 @@ class Error(NamedTuple):
     contact: int  # its number, or -1 if the error is in flight
     reason: Reason
     size: float = math.inf  # px/s or px, of one step; infinite if every step repeats it
+
+
+def reason_of(scene: Scene, record: Record, k: int) -> Reason:
+    """Return the reason that the ledger found for an error of a contact, unless it is an overlap at the start."""
+    contact, finding = record.contacts[k], record.findings[k]
+    cause, time = Cause(finding["cause"]), float(contact["time"])
+    if cause in MAY_BE_BY_OVERLAP:
+        bodies = int(contact["first"]), int(contact["second"])
+        if overlap := overlap_of(record.overlaps, bodies, time - SIMULTANEOUS):
+            return Reason(Cause.OVERLAPPED, explain_overlap(scene, overlap))
+    return Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
 
 
 def influence(contacts: Contacts, bodies: Sequence[int], time: float) -> tuple[dict[int, float], list[int]]:
@@ -104,7 +120,7 @@ def errors_of_contacts(scene: Scene, record: Record, numbers: Sequence[int]) -> 
         fastest = np.abs(finding["before"]).max() + (bodies.radius[first] * np.abs(finding["spin_before"])).max()
         of_velocity = cause not in _OF_POSITIONS and speed > NEGLIGIBLE * fastest
         if of_velocity or finding["displacement_error"] > NEGLIGIBLE * bodies.radius[first]:
-            reason = Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
+            reason = reason_of(scene, record, k)
             size = float(speed if of_velocity else finding["displacement_error"])
             yield Error(not of_velocity, float(contact["time"]), first, k, reason, size)
 
@@ -117,6 +133,9 @@ def errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[in
             step = int(flights.step[ball, kind])
             if step and clock.time(step - 1) < time:
                 reason = Reason(cause, explain_flight(scene, flights, ball, kind))
+                overlap = overlap_of(record.overlaps, [ball], clock.time(step))
+                if kind == PUSHED_OUT and overlap:
+                    reason = Reason(Cause.OVERLAPPED, explain_overlap(scene, overlap))
                 size = math.hypot(*flights.change[ball, kind])
                 size *= scene.bodies.radius[ball] if kind == SPIN_CHANGED else 1.0
                 of_position = kind not in (VELOCITY_CHANGED, SPIN_CHANGED)

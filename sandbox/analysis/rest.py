@@ -19,11 +19,16 @@ BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than 
 def _keeps_its_place(constants: SceneConstants, block: Block, k: int, contact: Record) -> bool:
     """Return whether two bodies of a heap, with other contacts at the same time, do not move apart or round in a step.
 
-    Contacts that bear a heap's weight do so together, and mean nothing one after another.
+    Contacts that bear a heap's weight do so together, and mean nothing one after another. Two that bounce in the middle
+    of a step are in the same place after it too, but have moved further until then than gravity moves what rests.
     """
     _, _, _, reach = pair_constants(constants, contact)
-    x, y = block.line_after[k, 0] - block.line_before[k, 0], block.line_after[k, 1] - block.line_before[k, 1]
-    return bool(block.crowded[k] and not constants.together and math.hypot(x, y) <= NEGLIGIBLE * reach)
+    before, after, met = block.line_before[k], block.line_after[k], block.line[k]
+    slight = NEGLIGIBLE * reach
+    fallen = math.hypot(constants.fall[0], constants.fall[1]) * constants.dt**2
+    keeps = math.hypot(after[0] - before[0], after[1] - before[1]) <= slight
+    keeps = keeps and math.hypot(met[0] - before[0], met[1] - before[1]) <= fallen + slight
+    return bool(keeps and block.crowded[k] and not constants.together)
 
 
 @kernel

@@ -135,6 +135,7 @@ def verdict_parts(comparison: Comparison) -> list[str]:
         _errors_of_reference,
         _energy,
         _damping,
+        _rescaled,
         _passages,
         _escapes,
         _statistics,
@@ -166,6 +167,23 @@ def _alone(comparison: Comparison) -> str:
 
 
 def _start(comparison: Comparison) -> str:
+    """Say which engines begin elsewhere than the reference, as after edits, and which with what overlaps."""
+    return " ".join(filter(None, (_apart_at_start(comparison), _overlapping(comparison))))
+
+
+def _overlapping(comparison: Comparison) -> str:
+    """Say for which engines the first difference comes from bodies that overlapped at the start."""
+    firsts = {name: run.figures.first_difference for name, run in _others(comparison).items()}
+    names = [name for name, first in firsts.items() if first and first.cause == Cause.OVERLAPPED]
+    if not names:
+        return ""
+    return (
+        f"At the start, bodies overlap, which engines part in different ways: {' and '.join(names)} "
+        f"{'differ' if len(names) > 1 else 'differs'} first in that."
+    )
+
+
+def _apart_at_start(comparison: Comparison) -> str:
     """Say which engines begin elsewhere than the reference, as after edits of a run in which they were apart."""
     largest = SEEN_AT_START * float(comparison.scene.bodies.radius.min())
     away = {name: run.gap_max[0] for name, run in _others(comparison).items() if run.gap_max[0] > largest}
@@ -340,6 +358,21 @@ def _damping(comparison: Comparison) -> str:
     (share, name), *others = taken
     also = "".join(f", {share} in {name}" for share, name in others)
     return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
+
+
+def _rescaled(comparison: Comparison) -> str:
+    """Name the engines in which changes of dt rescaled impulses, and how to avoid it."""
+    names = [
+        name
+        for name, run in comparison.runs.items()
+        if any(entry.cause == Cause.RESCALED for entry in run.figures.ledger)
+    ]
+    if not names:
+        return ""
+    return (
+        f"In {' and '.join(names)}, dt changes while contacts last, which rescales their impulses; a constant dt, such "
+        "as 1/60 s, avoids it."
+    )
 
 
 def _of_damping(run: Run) -> list[Entry]:

@@ -5,6 +5,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from conftest import scene_of
+from faults import EventDriven
 
 import sandbox.engines
 from sandbox.analysis.causes import Cause
@@ -13,6 +14,9 @@ from sandbox.analysis.difference import Difference
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.state import Contacts
+
+SIX = "count = 6\nradius = 20\nspeed = 250\ninside = [[20, 20], [380, 280]]"
 
 
 def row(*balls: tuple[float, float], more: str = "seconds = 1") -> Scene:
@@ -45,6 +49,54 @@ def test_balls_that_an_edit_found_apart_differ_since_the_edit(engine: str) -> No
     assert one is not None
     assert (one.kind, one.time, one.second, one.cause) == ("start", 0.0, None, Cause.START)
     assert one.because.startswith(f"When the comparison begins, ball {one.first} is ")
+
+
+TURNED_PAIR = ("radius = 20\nposition = [300, 300]\nvelocity = [100, 0]", "radius = 20\nposition = [338, 310]")
+
+
+@pytest.mark.parametrize("engine", ["impulse", "pymunk"])
+@pytest.mark.parametrize("gravity", [0, 900])
+def test_balls_that_overlap_from_the_start_are_not_found_late(engine: str, gravity: int) -> None:
+    """They overlap by 0.7 px before any engine has run; one step later, the line through their centres has turned."""
+    one = first_of(scene_of(*TURNED_PAIR, more=f"gravity = [0, {gravity}]\nseconds = 0.1"), engine)
+    assert one is not None
+    assert (one.first, one.second, one.cause) == (0, 1, Cause.OVERLAPPED)
+    assert one.because.startswith("Ball 0 and ball 1 overlapped by 0.706 px when the comparison began: ")
+
+
+@pytest.mark.parametrize("engine", ["impulse", "pymunk"])
+def test_a_ball_in_a_wall_from_the_start_is_not_blamed_on_gravity(engine: str) -> None:
+    ball = "radius = 20\nelasticity = 0.5\nposition = [300, 590]"
+    scene = scene_of(ball, size="[800, 600]\noverlap = 10", more="gravity = [0, 900]\nseconds = 0.1")
+    one = first_of(scene, engine)
+    assert one is not None
+    assert one.cause == Cause.OVERLAPPED
+    assert one.because.startswith("Ball 0 and the bottom wall overlapped by 10 px when the comparison began: ")
+
+
+def test_balls_that_an_edit_leaves_overlapping_are_not_found_late() -> None:
+    """A slop of 1 px leaves their overlap alone until the edit lets them go."""
+    balls = "radius = 20\nposition = [300, 300]", "radius = 20\nposition = [338, 310]"
+    scene = scene_of(*balls, more="seconds = 0.3")
+    edit = SetVelocity(step=6, ball=0, velocity=(100.0, 0.0))
+    name = "pymunk(collision_slop=1)"
+    one = compare(scene, [name, "exact"], inputs=[edit]).runs[name].figures.first_difference
+    assert one is not None
+    assert one.cause == Cause.OVERLAPPED
+
+
+def test_balls_that_came_apart_after_an_overlap_at_the_start_can_be_found_late() -> None:
+    """Both part, and a wall sends one back: that an earlier overlap began the run explains nothing of it."""
+    balls = "radius = 20\nposition = [25, 300]\nvelocity = [-400, 0]", "radius = 20\nposition = [62, 303]"
+    one = first_of(scene_of(*balls, more="seconds = 0.3"), "impulse")
+    assert one is not None
+    assert one.cause == Cause.LATE
+
+
+def test_an_impulse_that_is_too_small_is_an_error_of_balls_that_overlap_from_the_start_too() -> None:
+    one = first_of(scene_of(*TURNED_PAIR, more="seconds = 0.1"), "article")
+    assert one is not None
+    assert one.cause == Cause.SMALL
 
 
 def test_an_edit_while_all_balls_are_in_their_places_is_no_difference() -> None:
@@ -136,6 +188,31 @@ def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
     scene = scene_of(light, heavy, size="[80, 600]", more="gravity = [0, 900]\nseconds = 0.5")
     causes = {entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger}
     assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
+
+
+def test_balls_that_are_in_their_places_are_on_no_other_courses() -> None:
+    """The run is right, and no contact of two balls is reported."""
+
+    class Silent(EventDriven):
+        def contacts(self) -> Contacts:
+            contacts = super().contacts()
+            return contacts[contacts["second"] < 0]
+
+    scene = scene_of(SIX, size="[400, 300]", more="seed = 3\nseconds = 0.8")
+    run = compare(scene, {"silent": Silent, "exact": "exact"}).runs["silent"]
+    assert run.gap_max.max() < 1e-6
+    assert len(run.differences) > 1
+    assert {one.cause for one in run.differences} == {Cause.UNTOLD}
+    assert not any("other courses" in one.because for one in run.differences)
+
+
+def test_a_bounce_in_the_middle_of_a_step_does_not_rest() -> None:
+    """Balls from both sides hit one between them after 2.5 steps, and are where they were before, a step later."""
+    gap, ball = 240 * 2.5 / 60, "radius = 20\nposition = [{}, 100]\nvelocity = [{}, 0]"
+    balls = ball.format(360 - gap, 240), ball.format(400, 0), ball.format(440 + gap, -240)
+    impacts = compare(scene_of(*balls, more="gravity = [0, 900]\nseconds = 0.1"), ["exact"]).runs["exact"].impacts
+    assert len(impacts) == 3
+    assert not impacts["rests"].any()
 
 
 def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:

@@ -48,6 +48,20 @@ def ledger(watched: Watched, engine: str = "space") -> dict[Cause, float]:
     return {entry.cause: entry.energy for entry in watched.comparison.runs[engine].figures.ledger}
 
 
+def test_balls_that_overlapped_when_watching_began_are_not_found_late() -> None:
+    space = box()
+    add_ball(space, 100, 100, 100)
+    add_ball(space, 119, 105)
+    with watch(space) as watched:
+        for _ in range(RATE // 2):
+            space.step(1 / RATE)
+    one = watched.comparison.runs["space"].figures.first_difference
+    assert one is not None
+    assert one.cause == Cause.OVERLAPPED
+    assert "overlapped by 0.353 px when the comparison began" in one.because
+    assert "At the start, bodies overlap, " in verdict(watched.comparison)
+
+
 def test_what_is_recorded_is_what_pymunk_does_with_the_scene() -> None:
     space = box(gravity=300)
     for k in range(6):
