@@ -26,7 +26,6 @@ from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
 KEYSYMS: Final = {",": "comma", ".": "period", "<": "less", ">": "greater", "Enter": "Return"}  # by names of keys
-MAX_CHANGED: Final = 0.01  # share of the pixels in which two pictures of the same may differ
 PASTE: Final = """
 import pygame
 pygame.display.init()
@@ -67,10 +66,11 @@ class Desktop:
             time.sleep(0.05)
         raise TimeoutError(f"nothing after {seconds} s")
 
-    def find(self) -> None:
-        """Wait until there is a window, and direct keys to it."""
+    def find(self, size: tuple[int, int] | None = None) -> bool:
+        """Wait until there is a window, and direct keys to it. Return whether it has a size, or any by default."""
         self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
         self.xdo("windowfocus", "--sync", self.window)
+        return size in (None, self.size)
 
     def open(self) -> None:
         """Wait until keys reach the window: they are lost before it is ready."""
@@ -261,8 +261,8 @@ class Mirror:
         hover(self.window, corner)
         self.window.frame(1 / 60)
         layout, pictures = self.window.layout, (self._desktop.picture(), self.window.screen)
-        shown, drawn = (pixels(one)[:, layout.top : layout.status.y].astype(int) for one in pictures)
-        return bool((np.abs(shown - drawn).max(axis=2) > 64).mean() < MAX_CHANGED)
+        shown, drawn = (pixels(one)[:, layout.top : layout.status.y] for one in pictures)
+        return np.array_equal(shown, drawn)
 
     def check_picture(self) -> None:
         """Wait until both windows show the same."""

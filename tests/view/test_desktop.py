@@ -239,8 +239,8 @@ def fill_the_screen(desktop: Desktop) -> None:
     for wanted in (desktop.screen, size):
         desktop.key("F11")
         time.sleep(0.5)
-        desktop.find()  # it is another one for the X server
-        assert desktop.size == desktop.picture().get_size() == wanted
+        desktop.wait_for(partial(desktop.find, wanted))  # it is another window for the X server
+        assert desktop.picture().get_size() == wanted
 
 
 def look_around(desktop: Desktop, mirror: Mirror) -> None:
