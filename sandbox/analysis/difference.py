@@ -107,9 +107,10 @@ class Difference:
 
 def pair_name(scene: Scene, contact: Difference | Passage) -> str:
     """Name the two bodies of a difference or a passage."""
-    first, second = contact.first, contact.second
-    if second is None:
-        return f"ball {first}"
+    return f"ball {contact.first}" if contact.second is None else _pair(scene, contact.first, contact.second)
+
+
+def _pair(scene: Scene, first: int, second: int) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
@@ -162,11 +163,10 @@ def differences(
     differing = [first]
     for place in others:
         if in_place:
-            later = UNREPORTED if place.kind == Kind.MISSING else matches.origin(place)[1]
+            later = UNREPORTED if place.kind == Kind.MISSING else matches.later_reason(place)
         else:
-            later = follows if led_on(place) else matches.origin(place)[1]
-        reason = matches.own_reason(place) or later
-        differing.append(matches.difference(place, reason))
+            later = follows if led_on(place) else matches.later_reason(place)
+        differing.append(matches.difference(place, matches.own_reason(place) or later))
     return tuple(differing)
 
 
@@ -332,6 +332,14 @@ class _Matches:
             return place, self._reason_elsewhere(place)
         return (place if error.contact < 0 else self._displacement_at(error.contact)), error.reason
 
+    def later_reason(self, place: Place) -> Reason:
+        """Return why a contact after the first difference differs, with the contact in which that began."""
+        begin, reason = self.origin(place)
+        if begin == place:
+            return reason
+        since = f"It follows from {begin.time:.3f} s, {_pair(self.scene, *self.bodies(begin))}"
+        return reason._replace(because=f"{since}: {reason.because}")
+
     def led_on(self, begin: float, bodies: Iterable[int]) -> Callable[[Place], bool]:
         """Return whether a place has a ball that some bodies, on other courses since a time (s), can have led on."""
         contacts = self.own.contacts[: len(self.of_reference)]
@@ -430,11 +438,15 @@ class _Matches:
         return self._reason_of(place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
 
     def _shows_its_cause(self, place: Place) -> bool:
-        """Return whether a contact was found at another time, or whether gravity is a part of its difference."""
+        """Return whether a contact was found at another time, or whether gravity is a part of its difference.
+
+        What gravity does until a late contact is no error of its impulse, but changes the slip, and so the friction.
+        """
         finding = self.own.findings[place.own]
-        mass = self.scene.bodies.mass[self.bodies(place)[0]]
-        by_gravity = finding["cause"] == Cause.GRAVITY and not finding["rests"]
-        by_gravity &= finding["momentum_error"] / mass >= GRAVITYS_PART * place.size
+        wrong = finding["momentum_error"] / self.scene.bodies.mass[self.bodies(place)[0]]
+        until_found = abs(finding["delay"]) * math.hypot(*self.scene.gravity)
+        by_gravity = wrong >= GRAVITYS_PART * place.size or until_found >= place.size / 2
+        by_gravity &= finding["cause"] == Cause.GRAVITY and not finding["rests"]
         return bool(finding["cause"] in (Cause.LATE, Cause.EARLY) or by_gravity)
 
     def _error_of_reference(self, place: Place) -> Error | None:

@@ -178,7 +178,7 @@ def _overlapping(comparison: Comparison) -> str:
     if not names:
         return ""
     return (
-        f"At the start, bodies overlap, which engines part in different ways: {' and '.join(names)} "
+        f"At the start, bodies overlap, which engines part in different ways: {listed(names)} "
         f"{'differ' if len(names) > 1 else 'differs'} first in that."
     )
 
@@ -370,7 +370,7 @@ def _rescaled(comparison: Comparison) -> str:
     if not names:
         return ""
     return (
-        f"In {' and '.join(names)}, dt changes while contacts last, which rescales their impulses; a constant dt, such "
+        f"In {listed(names)}, dt changes while contacts last, which rescales their impulses; a constant dt, such "
         "as 1/60 s, avoids it."
     )
 
@@ -531,7 +531,7 @@ def _remedies(comparison: Comparison) -> str:
     for name, run in _others(comparison).items():
         if settings_in(name)[0] == TUNED and (remedies := _remedies_of(run)):
             tuned.setdefault(remedies, []).append(name)
-    sentences = [f"For {' and '.join(names)}, {remedies}." for remedies, names in tuned.items()]
+    sentences = [f"For {listed(names)}, {remedies}." for remedies, names in tuned.items()]
     return " ".join([*sentences, "--advise tries that and more."]) if sentences else ""
 
 

@@ -13,7 +13,7 @@ from faults import EventDriven
 import sandbox.engines
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.difference import Difference
+from sandbox.analysis.difference import Difference, pair_name
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -515,6 +515,30 @@ def test_a_late_contact_is_compared_with_the_one_that_it_should_have_been() -> N
             assert one.before is not None
             assert one.should_before is not None
             assert np.allclose(one.before, one.should_before)
+
+
+@pytest.mark.parametrize("engine", ["pymunk", "impulse"])
+def test_a_depth_in_a_sentence_is_that_of_the_contact_that_the_sentence_names(engine: str) -> None:
+    """In a gas, one late contact leads to many others, found late by other times at other depths."""
+    scene = load("gas-100").changed(seconds=0.5)
+    found = compare(scene, [engine, "exact"]).runs[engine].differences
+    depths = {f"{one.time:.3f} s, {pair_name(scene, one)}": one.depth for one in found if one.depth is not None}
+    named = set[str]()
+    for one in found:
+        here = f"{one.time:.3f} s, {pair_name(scene, one)}"
+        where, _, because = one.because.removeprefix("It follows from ").rpartition(": ")
+        if because.startswith("Found ") and (where or here) in depths:
+            assert f" ms late, {depths[where or here]:.2g} px deep" in because
+            named.add(where)
+    assert len(named) > 5
+
+
+def test_friction_at_a_slip_that_gravity_sped_up_is_gravity_s() -> None:
+    """A ball falls on a rough slope between two steps."""
+    scene = load("pile").changed(seconds=0.76)
+    first = compare(scene, ["impulse", "exact"]).runs["impulse"].figures.first_difference
+    assert first
+    assert (first.cause, first.because[:33]) == (Cause.GRAVITY, "Gravity pulled for a whole step, ")
 
 
 def test_no_difference_is_reported_beyond_the_horizon() -> None:
