@@ -378,8 +378,8 @@ class Window:
         """Draw the window while engines run again and nothing else can be done. Raises Stopped if the user stops it."""
         self._waits = True
         self.draw()
-        self._waits = False
         pygame.display.flip()
+        self._waits = False
         self._pending.check()
 
     @property

@@ -244,6 +244,6 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
     lines: list[str] = []
     monkeypatch.setattr(pygame.display, "flip", lambda: lines.append(window.status))
     window.line_up.add("exact")
-    assert len(lines) == 9
-    assert "catching up: 90 steps to go" in lines[0]
+    assert len(lines) == 99
+    assert "catching up: 99 steps to go, Esc stops" in lines[0]
     assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
