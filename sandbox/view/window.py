@@ -210,6 +210,7 @@ class Window:
         self.mouse.release()
         if self.playback.use_engines(names):
             self.scenes.engines = names
+            self.notice.go_stale()  # such as the error of a name typed wrongly before
 
     def run(self) -> None:
         """Show the window until it is closed."""
