@@ -15,7 +15,6 @@ from sandbox.view.pending import Stopped
 from sandbox.view.session_view import SessionView
 
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
-STEPS_PER_CHECK: Final = 10  # steps run again between two checks of the clock
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 
 
@@ -125,7 +124,7 @@ class Playback:
         """Run the engines towards the current step for a frame. Raises SandboxError if one refuses an edit."""
         deadline = perf_counter() + FRAME_BUDGET
         while self.session.steps_behind:
-            self.session.catch_up(STEPS_PER_CHECK)
+            self.session.catch_up(max_steps=1)
             if perf_counter() > deadline:
                 break
         self.view.update()

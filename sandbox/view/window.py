@@ -210,6 +210,7 @@ class Window:
         self.mouse.release()
         if self.playback.use_engines(names):
             self.scenes.engines = names
+            self.notice.go_stale()  # such as the error of a name typed wrongly before
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -378,8 +379,8 @@ class Window:
         """Draw the window while engines run again and nothing else can be done. Raises Stopped if the user stops it."""
         self._waits = True
         self.draw()
-        self._waits = False
         pygame.display.flip()
+        self._waits = False
         self._pending.check()
 
     @property

@@ -12,6 +12,7 @@ from sandbox.run.edits import DeleteBall, SetGravity, SetRate
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.view.line_up import MAX_PANES
+from sandbox.view.notice import Kind
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -244,6 +245,14 @@ def test_progress_is_shown_while_the_engines_run_again(window: Window, monkeypat
     lines: list[str] = []
     monkeypatch.setattr(pygame.display, "flip", lambda: lines.append(window.status))
     window.line_up.add("exact")
-    assert len(lines) == 9
-    assert "catching up: 90 steps to go" in lines[0]
+    assert len(lines) == 99
+    assert "catching up: 99 steps to go, Esc stops" in lines[0]
     assert np.array_equal(window.view.panes[2].state.position[0], window.view.moment.states["exact"].position[0])
+
+
+def test_the_error_of_a_name_typed_wrongly_goes_when_the_right_one_runs(window: Window) -> None:
+    window.line_up.add("exakt")
+    assert window.notice.kind is Kind.ERROR
+    assert window.notice.text
+    window.line_up.add("exact")
+    assert not window.notice.text

@@ -58,7 +58,7 @@ def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
         run(window, 40)
         for _ in range(40):
             window.frame(1 / 60)
-    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does a few steps
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does one step
     for _ in range(80):
         window.frame(1 / 60)
     assert not window.view.session.lacks_reference
@@ -171,12 +171,12 @@ def test_playing_from_an_earlier_step_waits_until_the_engines_have_caught_up(
 ) -> None:
     run(window, 60)
     end = shown(window)
-    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame has time for one slice
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # every frame has time for one step
     window.playback.seek(25)
     window.playback.paused = False
     window.frame(1 / 60)
     assert step(window) == 25
-    assert "catching up: 15 steps to go" in window.status
+    assert "catching up: 24 steps to go  " in window.status
     while step(window) < 60:
         window.frame(1 / 60)
     assert shown(window) == end
@@ -259,7 +259,7 @@ def behind(window: Window, monkeypatch: pytest.MonkeyPatch) -> Window:
     """Return a window whose engines must run 59 steps again before it can go on from where it is."""
     run(window, 60)
     press(window, "Left")
-    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # ten steps in each frame
+    monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # a step in each frame
     pygame.event.clear()
     return window
 
@@ -273,7 +273,7 @@ def test_what_waits_for_engines_is_stopped_at_once_and_not_done(behind: Window, 
     assert (step(behind), shown(behind)) == before
     assert (given(behind), list(Path().iterdir())) == ([], [])
     assert behind.notice.text == STOPPED
-    assert behind.view.session.lockstep.steps < 59
+    assert behind.view.session.lockstep.steps == 1  # an engine may be slow
     assert [event.type for event in behind._pending.take()] == ([] if stop is ESC else [pygame.QUIT])
     press(behind, "Right")
     assert step(behind) == 60
@@ -293,7 +293,7 @@ def test_an_undo_that_is_not_waited_for_is_finished_in_the_next_frames(behind: W
     pygame.event.post(ESC)
     press(behind, "undo")
     assert (given(behind), behind.notice.text) == ([], STOPPED)
-    for _ in range(10):
+    for _ in range(59):
         behind.frame(1 / 60)
     assert (step(behind), behind.playback.shows_current_step) == (59, True)
 
