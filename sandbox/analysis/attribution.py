@@ -409,13 +409,14 @@ def _cause_of_shared_impulse(
     mu, u = 1 / (per_i + per_j), block.findings[k].approach
     nx, ny = contact.normal[0], contact.normal[1]
     step_pull = abs(constants.fall[0] * nx + constants.fall[1] * ny) * constants.dt
+    slight = NEGLIGIBLE * mu * (abs(u) + math.hypot(constants.fall[0], constants.fall[1]) * constants.dt)
     if contact.impulse < 0:
         cause = Cause.RESCALED if block.rescaled[k] else Cause.STALE
-    elif error <= NEGLIGIBLE * mu * abs(u):
+    elif error <= slight:
         cause = Cause.ROUNDING
     elif block.rescaled[k]:
         cause = Cause.RESCALED
-    elif undamped_error <= NEGLIGIBLE * mu * abs(u):
+    elif undamped_error <= slight:
         cause = Cause.DAMPING
     elif undamped_error <= 3 * (1 + e) * mu * sum_unsteady(unexplained, contact, 0):
         cause = Cause.UNTOLD

@@ -206,6 +206,15 @@ def test_balls_that_are_in_their_places_are_on_no_other_courses() -> None:
     assert not any("other courses" in one.because for one in run.differences)
 
 
+def test_a_solver_has_converged_if_only_rounding_is_left_of_a_stack_at_rest() -> None:
+    """Its speeds are some 1e-15 px/s, so that a millionth of them is no measure: gravity gives 15 px/s in a step."""
+    ball = "radius = 20\nelasticity = 0.5\nposition = [300, {}]"
+    scene = scene_of(ball.format(580), ball.format(539), more="gravity = [0, 900]\nseconds = 1")
+    name = "pymunk(iterations=3000, collision_persistence=1)"
+    [ledger] = (run.figures.ledger for one, run in compare(scene, [name, "exact"]).runs.items() if one != "exact")
+    assert Cause.UNCONVERGED not in {entry.cause for entry in ledger}
+
+
 def test_a_bounce_in_the_middle_of_a_step_does_not_rest() -> None:
     """Balls from both sides hit one between them after 2.5 steps, and are where they were before, a step later."""
     gap, ball = 240 * 2.5 / 60, "radius = 20\nposition = [{}, 100]\nvelocity = [{}, 0]"
