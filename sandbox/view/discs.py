@@ -11,7 +11,7 @@ from pygame import Surface
 
 from sandbox.scene.fields import Vector, rgb
 from sandbox.state import Floats
-from sandbox.view.pixels import NODES, WEIGHTS, pixel_of, pixels_of, place_of, stamp_discs, suits_kernels
+from sandbox.view.pixels import MIN_TURNED, NODES, WEIGHTS, pixel_of, pixels_of, place_of, stamp_discs, suits_kernels
 from sandbox.view.primitives import capsule
 
 MIN_RADIUS: Final = 1.0  # px; smaller discs are drawn with it, or they would hardly be seen
@@ -116,6 +116,8 @@ def _coverage(radius: float, side: int) -> Floats:
 def turned_disc(radius: float, colour: str, turn: int, line: tuple[int, int, int]) -> Surface:
     """Draw a disc with the line that shows its angle, as pymunk does. turn: one of TURNS."""
     picture = disc(radius, colour).copy()
+    if radius - 1 <= MIN_TURNED:
+        return picture
     half, angle = picture.get_width() // 2, turn * math.tau / TURNS
     edge = half + round((radius - 1) * math.cos(angle)), half + round((radius - 1) * math.sin(angle))
     pygame.draw.line(picture, line, (half, half), edge, 2 if radius > 20 else 1)

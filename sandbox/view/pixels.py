@@ -18,7 +18,7 @@ MANY: Final = 300  # shapes, from which on a kernel takes about as long as pygam
 NODES: Final = (0.1127016653792583, 0.5, 0.8872983346207417)
 WEIGHTS: Final = (5 / 18, 8 / 18, 5 / 18)
 MIN_RUN: Final = 3.0  # px; in narrower rows, pixels that are covered wholly are not looked for
-MIN_TURNED: Final = 0.5  # px; the direction of a shorter line cannot be seen
+MIN_TURNED: Final = 0.5  # px; the direction of a shorter line cannot be seen, so it is not drawn
 
 
 def suits_kernels(surface: Surface, count: int) -> bool:
@@ -131,9 +131,7 @@ def _stamp_disc(pixels, row, place, x, y, radius, value):  # type: ignore[no-unt
 @kernel
 def _stamp_line(pixels, row, place, x, y, length, angle, value):  # type: ignore[no-untyped-def]
     """Draw a line of some length from a point, 1 px wide and smooth; 2 px from a length of 20 px on, as Pymunk does."""
-    along_x, along_y = 1.0, 0.0
-    if length > MIN_TURNED:
-        along_x, along_y = math.cos(angle), math.sin(angle)
+    along_x, along_y = math.cos(angle), math.sin(angle)
     half = 1.0 if length > 20.0 else 0.5
     reach = half + 0.5
     end_x, end_y = x + length * along_x, y + length * along_y
@@ -165,7 +163,7 @@ def stamp_discs(pixels, row, place, centre, radius, values, angle, line):  # typ
         if not (x + r > place[0] and x - r < place[2] and y + r > place[1] and y - r < place[3]):  # or not a number
             continue
         _stamp_disc(pixels, row, place, x, y, r, values[ball])
-        if line >= 0:
+        if line >= 0 and r - 1.0 > MIN_TURNED:
             _stamp_line(pixels, row, place, x, y, r - 1.0, angle[ball], line)
 
 

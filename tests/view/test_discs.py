@@ -125,6 +125,12 @@ def test_the_line_shows_the_angle(degrees: int) -> None:
     assert dark.sum() == pytest.approx(11.0, rel=0.12)
 
 
+def test_a_line_too_short_to_show_an_angle_is_not_drawn() -> None:
+    for radius, is_drawn in ((1.4, False), (1.6, True)):
+        pictures = [drawn(Surface((80, 80)), np.array([[40.0, 40.0]]), radius, angle=angle) for angle in (None, 1.0)]
+        assert (pictures[0] != pictures[1]).any() == is_drawn
+
+
 @pytest.mark.parametrize("balls", [30, 1500])
 @pytest.mark.parametrize("scale", [0.3, 1.0, 2.5])
 def test_collision_points_are_those_of_stock_debug_draw(
