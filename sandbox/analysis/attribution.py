@@ -210,7 +210,8 @@ def _attribute_unmet(
     elif abs(impulse) <= unowned:
         cause = Cause.UNKNOWN
     else:
-        cause = Cause.STALE if constants.together else Cause.TURNED if contact.second < 0 else Cause.LARGE
+        pulls_back = contact.second < 0 and impulse < 0
+        cause = Cause.STALE if constants.together else Cause.TURNED if pulls_back else Cause.LARGE
         cause = Cause.RESCALED if block.rescaled[k] else cause
     _, per_i, per_j, _ = pair_constants(constants, contact)
     finding.cause = cause if otherwise == Cause.ROUNDING else otherwise

@@ -297,8 +297,20 @@ class _Matches:
             place = Place(float(self.reference.contacts["time"][r]), Kind.MISSING, -1, r, _speed(self.reference, r))
             if self.reference.findings["rests"][r] and self._has_others(self.own, place):
                 continue
+            if self._is_of_settling(place):
+                continue
             if place.time <= self.until or (place.time <= self.trusted and self.own_reason(place)):
                 yield place
+
+    def _is_of_settling(self, place: Place) -> bool:
+        """Return whether the reference's contact is one of the small ones in which bodies come to rest on each other.
+
+        It changes velocities by no more than gravity does in a step, and the engine has others of the two near, or the
+        two part already: so `exact` hands weight on. No engine of steps can have the same ones.
+        """
+        pull = math.hypot(*self.scene.gravity) * self.clock.length(place.time)
+        parts = self.reference.findings["approach"][place.reference] <= 0
+        return place.size <= pull and bool(parts or self._has_others(self.own, place))
 
     def displacements(self) -> tuple[Difference, ...]:
         """Return what displaced balls, if no contact has other velocities: contacts, or a flight before them."""
@@ -452,8 +464,9 @@ class _Matches:
     def _error_of_reference(self, place: Place) -> Error | None:
         """Return the reference's error in its contact at a place, or else the first before it.
 
-        Returns None if its contact displaces the balls less wrongly than the engine's own, or if the cause of its error
-        is unknown: such an error is no evidence against the reference.
+        Returns None if its contact displaces the balls less wrongly than the engine's own, if the cause of its error is
+        unknown, or if the error is no larger than what gravity does in a step: in contacts that small, `exact` brings
+        bodies to rest on each other. Such errors are no evidence against the reference.
         """
         error = self._first_error(self.reference, place)
         if place.reference >= 0:
@@ -465,7 +478,10 @@ class _Matches:
                 error = Error(False, *at, reason_of(self.scene, self.reference, place.reference))
             elif self._has_unconverged_neighbour(self.reference, place.reference, place.size):
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
-        return None if error is None or error.reason.cause == Cause.UNKNOWN else error
+        if error is None or error.reason.cause == Cause.UNKNOWN:
+            return None
+        pull = math.hypot(*self.scene.gravity) * self.clock.length(place.time)
+        return error if error.of_position or error.size > pull else None
 
     def _has_others(self, record: Record, place: Place) -> bool:
         """Return whether an engine has a contact of the same two bodies near, with an impulse or without."""

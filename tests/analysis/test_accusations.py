@@ -229,3 +229,22 @@ def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -
     one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
     assert one is not None
     assert one.cause == Cause.GRAVITY
+
+
+@pytest.mark.parametrize("elasticity", [0.0, 0.5])
+@pytest.mark.parametrize("above", ["[100, 539]", "[100, 530]", "[100, 539], [100, 498]"])
+def test_exact_is_not_called_wrong_where_balls_come_to_rest_on_each_other(elasticity: float, above: str) -> None:
+    """Its contacts are small there, and hand weight on; an engine of steps has others."""
+    balls = f"radius = 20\nelasticity = {elasticity}\npositions = [[100, 580], {above}]"
+    scene = scene_of(balls, size=f"[240, 600]\nelasticity = {elasticity}", more="seconds = 1\ngravity = [0, 900]")
+    runs = compare(scene, ["pymunk", "impulse", "exact"]).runs
+    assert not [one.because for name in ("pymunk", "impulse") for one in runs[name].differences if one.in_reference]
+
+
+def test_a_ball_that_is_pushed_on_from_a_wall_is_not_said_to_be_reversed() -> None:
+    """In a stack that lands, `exact` pushes the lowest ball on, which is already leaving the floor."""
+    balls = "radius = 20\nelasticity = 0\npositions = [[100, 580], [100, 539]]"
+    scene = scene_of(balls, size="[240, 600]\nelasticity = 0", more="seconds = 1\ngravity = [0, 900]")
+    causes = [entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger]
+    assert Cause.TURNED not in causes
+    assert Cause.LARGE in causes
