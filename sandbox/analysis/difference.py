@@ -25,7 +25,6 @@ from sandbox.analysis.explain import (
     RESOLVED_TOGETHER,
     UNCONVERGED,
     WRONG_REFERENCE,
-    explain_overlap,
     explain_passage,
     explain_start,
 )
@@ -39,10 +38,11 @@ from sandbox.analysis.record import (
     errors_in_flight,
     errors_of_contacts,
     influence,
+    overlap_reason,
     reason_of,
     significant,
 )
-from sandbox.analysis.start_overlaps import MAY_BE_BY_OVERLAP, SINGLE_PRECISION, StartOverlap, overlap_of
+from sandbox.analysis.start_overlaps import SINGLE_PRECISION
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.quantity import length
@@ -308,14 +308,19 @@ class _Matches:
         It changes velocities by no more than gravity does in a step, and the engine has others of the two near, or the
         two part already: so `exact` hands weight on. No engine of steps can have the same ones.
         """
-        pull = math.hypot(*self.scene.gravity) * self.clock.length(place.time)
         parts = self.reference.findings["approach"][place.reference] <= 0
-        return place.size <= pull and bool(parts or self._has_others(self.own, place))
+        return place.size <= self._pull(place.time) and bool(parts or self._has_others(self.own, place))
+
+    def _pull(self, time: float) -> float:
+        """Return what gravity adds to a velocity in the step that contains a time (s), px/s."""
+        return math.hypot(*self.scene.gravity) * self.clock.length(time)
 
     def displacements(self) -> tuple[Difference, ...]:
         """Return what displaced balls, if no contact has other velocities: contacts, or a flight before them."""
         contacts = np.flatnonzero(self._displacement_errors())[:MAX_DIFFERENCES].tolist()
-        differing = tuple(self.difference(self._displacement_at(k), self._reason_of(k)) for k in contacts)
+        differing = tuple(
+            self.difference(self._displacement_at(k), reason_of(self.scene, self.own, k)) for k in contacts
+        )
         errors = [
             error
             for error in errors_in_flight(
@@ -378,17 +383,13 @@ class _Matches:
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
         cause = Cause.MISSED if place.own < 0 else Cause(self.own.findings["cause"][place.own])
-        if (overlap := self._start_overlap(place)) and cause in MAY_BE_BY_OVERLAP:
-            return Reason(Cause.OVERLAPPED, explain_overlap(self.scene, overlap))
+        if reason := overlap_reason(self.scene, self.own, cause, self.bodies(place), place.time - SIMULTANEOUS):
+            return reason
         if place.own < 0:
             passage = self._passage(self.own, place.time, *self.bodies(place))
             return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
-        return self._reason_of(place.own) if self._explains(contact, finding, place.size) else None
-
-    def _start_overlap(self, place: Place) -> StartOverlap | None:
-        """Return the overlap at the start of the bodies at a place, if they have not come apart since."""
-        return overlap_of(self.own.overlaps, self.bodies(place), place.time - SIMULTANEOUS)
+        return reason_of(self.scene, self.own, place.own) if self._explains(contact, finding, place.size) else None
 
     def _flight(self, error: Error) -> Difference:
         """Describe an error in flight as a difference of its own."""
@@ -428,10 +429,6 @@ class _Matches:
     def _displacement_at(self, k: int) -> Place:
         return Place(float(self.own.contacts["time"][k]), Kind.OUTCOME, k, int(self.of_reference[k]), 0.0)
 
-    def _reason_of(self, k: int) -> Reason:
-        """Return the reason that the ledger found for an error of a contact of the engine."""
-        return reason_of(self.scene, self.own, k)
-
     def bodies(self, place: Place) -> tuple[int, int]:
         """Return first and second of the contact at a place."""
         contact = self.reference.contacts[place.reference] if place.own < 0 else self.own.contacts[place.own]
@@ -447,7 +444,7 @@ class _Matches:
         if place.kind == Kind.ORDER and self.own.findings["delay"][place.own] > 0:
             return Reason(Cause.LATE, DISORDERED)
         shown = place.own >= 0 and self._shows_its_cause(place)
-        return self._reason_of(place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
+        return reason_of(self.scene, self.own, place.own) if shown else Reason(Cause.UNKNOWN, NO_CAUSE)
 
     def _shows_its_cause(self, place: Place) -> bool:
         """Return whether a contact was found at another time, or whether gravity is a part of its difference.
@@ -480,8 +477,7 @@ class _Matches:
                 error = Error(False, *at, Reason(Cause.UNCONVERGED, UNCONVERGED))
         if error is None or error.reason.cause == Cause.UNKNOWN:
             return None
-        pull = math.hypot(*self.scene.gravity) * self.clock.length(place.time)
-        return error if error.of_position or error.size > pull else None
+        return error if error.of_position or error.size > self._pull(place.time) else None
 
     def _has_others(self, record: Record, place: Place) -> bool:
         """Return whether an engine has a contact of the same two bodies near, with an impulse or without."""
@@ -565,7 +561,7 @@ class _Matches:
 
 
 def _in_reference(reason: Reason) -> Reason:
-    """Return a reason that lies in the reference; what overlapped at the start is nobody's error."""
+    """Return a reason as the reference's error, unless bodies overlapped at the start: no engine caused that."""
     if reason.cause == Cause.OVERLAPPED:
         return reason
     return Reason(reason.cause, f"{WRONG_REFERENCE} {reason.because}", in_reference=True)

@@ -107,15 +107,14 @@ class Twins:
 
         It does not matter how many are done in one call. time: (steps,) s.
         """
-        if len(time):
-            twins = {runner: States.empty(*original.spin.shape) for runner in self.runners}
-            for runner, states in twins.items():
-                runner.follow(states, self._hands)
-            self._compare(original, twins, time)
+        if not self.runners or not len(time):
+            return
+        twins = {runner: States.empty(*original.spin.shape) for runner in self.runners}
+        for runner, states in twins.items():
+            runner.follow(states, self._hands)
+        self._compare(original, twins, time)
 
     def _compare(self, original: States, twins: Mapping[Runner, States], time: Floats) -> None:
-        if not twins:
-            return
         row = min(_first(self._is_away(original, twins[runner])) for runner in self._shifted)
         rows = slice(row + 1)  # what comes after the horizon does not count
         for search in self._searches:

@@ -93,7 +93,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class Style:
-    """How an engine's lines and bars are drawn. Each has its own marker, to be told apart without colours.
+    """How an engine's lines and bars are drawn. The marker distinguishes engines even without colours.
 
     color, dark: on light and on dark pages.
     """

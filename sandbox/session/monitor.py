@@ -207,7 +207,8 @@ class _FollowedEngine:
     def record(self) -> Record:
         """Return all contacts so far with what the ledger found about them."""
         ledger = self._ledger
-        return Record(np.concatenate(self._contacts), ledger.findings, ledger.missed, ledger.flights, self._start)
+        contacts = np.concatenate(self._contacts)
+        return Record(contacts, ledger.findings, ledger.missed, ledger.flights, self._start, ledger.start_overlaps)
 
 
 def _since(contacts: Contacts, time: float) -> Contacts:
