@@ -12,10 +12,9 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import State
 from sandbox.view.discs import Discs
-from sandbox.view.primitives import capsule, thin_lines
+from sandbox.view.primitives import draw_wall, thin_lines
 
 POINT_LENGTH: Final = 2.0  # px of the space, by which pymunk lengthens the line between a contact's two points
-EDGE: Final = 0.5  # px; a wall of which less is on the surface, as of the arena's after rounding, is not drawn
 
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
@@ -35,7 +34,7 @@ class DebugDraw(DrawOptions):
         self.flags = DrawOptions.DRAW_CONSTRAINTS
         self._ink = ink
         self._space = space
-        self._walls = [(s.a, s.b, s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
+        self._walls = [(s.a, s.b, 2 * s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
         self._buffer = Buffer()
 
     def draw(
@@ -52,9 +51,9 @@ class DebugDraw(DrawOptions):
         """
         self.surface = surface
         self.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-        walls = [(wall.start, wall.to, wall.thickness / 2) for wall in past[0].walls] if past else self._walls
-        for start, to, radius in walls:
-            self._draw_wall(start, to, radius, scale, origin)
+        walls = [(wall.start, wall.to, wall.thickness) for wall in past[0].walls] if past else self._walls
+        for start, to, thickness in walls:
+            draw_wall(surface, self._ink, (start, to), thickness, scale, origin)
         if past is not None:
             discs.draw(surface, past[1].position, scale, past[1].angle, origin)
             return
@@ -79,12 +78,3 @@ class DebugDraw(DrawOptions):
         normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
         ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
         thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
-
-    def _draw_wall(self, start: Vector, to: Vector, radius: float, scale: float, origin: Vector) -> None:
-        """Draw a wall, if more of it than its edge is on the surface. start, to, radius: px of the space."""
-        (x0, y0), (x1, y1) = ((x * scale + origin[0], y * scale + origin[1]) for x, y in (start, to))
-        reach, (width, height) = radius * scale - EDGE, self.surface.get_size()
-        in_width = -reach < max(x0, x1) and min(x0, x1) < width + reach
-        in_height = -reach < max(y0, y1) and min(y0, y1) < height + reach
-        if in_width and in_height:
-            capsule(self.surface, self._ink, (x0, y0), (x1, y1), radius * scale)

@@ -18,6 +18,7 @@ from sandbox.view.palette import FAINT, FRAME, INK, Palette
 from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suits_kernels
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
+EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
@@ -110,8 +111,11 @@ def wrapped(text: str, width: int, height: int, indent: str = "") -> tuple[str, 
 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
-    """Draw a segment with round ends. a, b, radius: px of the surface."""
+    """Draw a segment with round ends, if more of it than its edge is on the surface. a, b, radius: px of that."""
     radius = max(radius, 0.5)
+    for low, high, size in zip(map(min, a, b), map(max, a, b), surface.get_size(), strict=True):
+        if high < EDGE - radius or low > size - EDGE + radius:
+            return
     distance = math.dist(a, b) or 1.0
     across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
     sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]
