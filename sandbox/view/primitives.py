@@ -22,6 +22,7 @@ EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's w
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
+_PIECE: Final = re.compile(r"\d|\D+")  # of a text, which is drawn at once
 _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|kg|rad|%)(?:\W|$))")
 Point = Sequence[float]
 Ink = Color | tuple[int, ...]
@@ -51,8 +52,7 @@ def _width(text: str, height: int) -> int:
 @lru_cache(maxsize=1024)
 def text_width(text: str, height: int) -> int:
     """Return the width of a line of text, px."""
-    words = drawable(text).split(" ")
-    return sum(_width(word, height) for word in words) + (len(words) - 1) * _width(" ", height)
+    return sum(_width(piece, height) for piece in _PIECE.findall(drawable(text)))
 
 
 def fitting(width: int, room: int, height: int) -> int:
@@ -73,15 +73,15 @@ def lettering(text: str, colour: Color, height: int) -> Surface:
 def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
     """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
 
-    Its words are drawn one by one: most of them are the same in every frame, and found in the cache.
+    Its digits are drawn one by one: what is between them is the same in every frame, and found in the cache.
     """
-    x, space = place.x, _width(" ", height)
-    for word in drawable(text).split(" "):
-        line = lettering(word, colour, height)
+    x = place.x
+    for piece in _PIECE.findall(drawable(text)):
+        line = lettering(piece, colour, height)
         room = max(0, place.right - x)
         surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
-        x += line.get_width() + space
-    return min(x - space, place.right)
+        x += line.get_width()
+    return min(x, place.right)
 
 
 @lru_cache(maxsize=256)
