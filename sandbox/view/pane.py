@@ -14,7 +14,7 @@ from sandbox.session.history import Moment
 from sandbox.session.samples import change_of_energy
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
-from sandbox.view.discs import LINE, Discs
+from sandbox.view.discs import Discs
 from sandbox.view.error_card import draw_failure_card
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
@@ -60,7 +60,7 @@ class Pane:
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, contrast(moment.scene.arena.background))
         if afresh or moment.scene is not self.scene:
-            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors, LINE)
+            self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]

@@ -1,4 +1,4 @@
-"""Many small shapes at once: kernels that draw smooth discs and lines into the pixels of a surface."""
+"""Kernels that draw many smooth discs and lines at once into the pixels of a surface."""
 
 import math
 from functools import cache
@@ -12,8 +12,6 @@ from pygame.surfarray import pixels2d
 from sandbox.compiled import NotCompiledYet, between_frames, entry, kernel
 from sandbox.state import Integers
 
-MANY: Final = 300  # shapes, from which on a kernel takes about as long as pygame; for thousands, a fifth
-
 # Gauss's nodes and weights for integrals from 0 to 1: where a disc's width is measured in each row of pixels.
 NODES: Final = (0.1127016653792583, 0.5, 0.8872983346207417)
 WEIGHTS: Final = (5 / 18, 8 / 18, 5 / 18)
@@ -21,9 +19,9 @@ MIN_RUN: Final = 3.0  # px; in narrower rows, pixels that are covered wholly are
 MIN_TURNED: Final = 0.5  # px; the direction of a shorter line cannot be seen, so it is not drawn
 
 
-def suits_kernels(surface: Surface, count: int) -> bool:
-    """Return whether so many shapes are better drawn on a surface by a kernel, and it is compiled."""
-    if count < MANY or not has_byte_channels(surface):
+def has_kernels(surface: Surface) -> bool:
+    """Return whether kernels can draw on a surface, and are compiled."""
+    if not has_byte_channels(surface):
         return False
     try:
         with between_frames():
@@ -146,7 +144,9 @@ def _stamp_line(pixels, row, place, x, y, length, angle, value):  # type: ignore
             off_x = column + 0.5 - x
             across = min(max(reach - abs(off_x * along_y - off_y * along_x), 0.0), 1.0)
             along = off_x * along_x + off_y * along_y
-            _blend(pixels, line * row + column, value, across * min(max(min(along, length - along) + 0.5, 0.0), 1.0))
+            coverage = across * min(max(min(along, length - along) + 0.5, 0.0), 1.0)
+            if coverage > 0.0:
+                _blend(pixels, line * row + column, value, coverage)
 
 
 @entry
@@ -155,15 +155,14 @@ def stamp_discs(pixels, row, place, centre, radius, values, angle, line):  # typ
 
     pixels: (rows * row,) uint32, of a surface with `row` pixels from one row to the next; place: its left, top, right
     and bottom, px, from which centres are measured and outside of which nothing is drawn; centre: (n, 2) px; radius:
-    (n,) px; values: (n,) of pixels in the discs' colours; angle: (n,); line: value of the lines that show the angles,
-    or -1 for none.
+    (n,) px; values: (n,) of pixels in the discs' colours; angle: (n,); line: value of the lines that show the angles.
     """
     for ball in range(len(radius)):
         x, y, r = centre[ball, 0] + place[0], centre[ball, 1] + place[1], radius[ball]
         if not (x + r > place[0] and x - r < place[2] and y + r > place[1] and y - r < place[3]):  # or not a number
             continue
         _stamp_disc(pixels, row, place, x, y, r, values[ball])
-        if line >= 0 and r - 1.0 > MIN_TURNED:
+        if r - 1.0 > MIN_TURNED:
             _stamp_line(pixels, row, place, x, y, r - 1.0, angle[ball], line)
 
 

@@ -15,7 +15,7 @@ from pygame import Color, Rect, Surface
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import FAINT, FRAME, INK, Palette
-from sandbox.view.pixels import pixel_of, pixels_of, place_of, stamp_lines, suits_kernels
+from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stamp_lines
 
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
@@ -160,7 +160,7 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
 
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
     """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
-    if suits_kernels(surface, len(ends)):
+    if has_kernels(surface):
         stamp_lines(*pixels_of(surface), place_of(surface), ends, pixel_of(surface, colour))
         return
     for x0, y0, x1, y1 in np.clip(ends, -MAX_PYGAME_SHAPE, MAX_PYGAME_SHAPE).tolist():

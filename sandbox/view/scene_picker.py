@@ -17,7 +17,7 @@ from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
-from sandbox.view.discs import LINE, Discs
+from sandbox.view.discs import Discs
 from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
 from sandbox.view.pane import draw_walls
 from sandbox.view.primitives import panel, text_width, wrapped, write
@@ -257,5 +257,5 @@ def _draw_start(surface: Surface, scene: Scene) -> None:
     inside = surface.subsurface(arena.clip(surface.get_rect()))
     inside.fill(rgb(scene.arena.background))
     draw_walls(inside, scene, scale)
-    discs = Discs(scene.bodies.radius, scene.colors, LINE)
+    discs = Discs(scene.bodies.radius, scene.colors)
     discs.draw(inside, state.position, scale, state.angle)

@@ -13,7 +13,6 @@ from sandbox.scene.model import Scene
 from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
 from sandbox.view.charts import Charts
-from sandbox.view.discs import forget_pictures
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout, ScreenPoint
 from sandbox.view.pane import Pane, draw_panes
@@ -41,7 +40,6 @@ class SessionView:
         self.charts = Charts(self.session.samples, scene.arena.background, scene.seconds)
         self.charts.moment = self.moment
         self._live = True
-        self._disc_scale = 0.0  # in which the cached pictures of discs were drawn
 
     def update(self) -> None:
         """Show the session's current step, or the nearest in its history."""
@@ -86,9 +84,6 @@ class SessionView:
         self, surface: Surface, layout: Layout, showing: Collection[Layer], point: ScreenPoint | None = None
     ) -> None:
         """Draw panes and charts, with the values in these at a point of the screen."""
-        if layout.scale != self._disc_scale:  # discs of another size are not drawn again
-            forget_pictures()
-            self._disc_scale = layout.scale
         draw_panes(surface, layout, self.panes, showing, self.session.reference, self.moment.states)
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time, point)
 
