@@ -85,9 +85,10 @@ def wall_impulse(contacts: Contacts, size: Sequence[float]) -> float:
     size: of the arena, px. The length is the whole wall's, though no disc touches it within a radius of its ends.
     """
     width, height = size
-    at_wall = contacts[contacts["second"] < 0]
-    impulse = np.bincount(~at_wall["second"], at_wall["impulse"], minlength=len(ARENA_WALLS))[: len(ARENA_WALLS)]
-    return float(np.mean(impulse / (height, width, height, width)))
+    wall = ~contacts["second"]  # negative for a ball
+    at_arena = (wall >= 0) & (wall < len(ARENA_WALLS))
+    lengths = np.array([height, width, height, width])
+    return float(np.sum(contacts["impulse"][at_arena] / lengths[wall[at_arena]])) / len(ARENA_WALLS)
 
 
 def virial_pressure(contacts: Contacts, radius: Floats, kinetic: float, size: Sequence[float], seconds: float) -> float:

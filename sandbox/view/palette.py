@@ -63,6 +63,7 @@ def chart_background(background: str) -> str:
     return "white" if contrast(background) == Color("black") else DARK_BACKGROUND
 
 
+@lru_cache(maxsize=64)
 def contrast(background: str) -> Color:
     """Choose black or white, whichever stands out from a background."""
     red, green, blue = rgb(background)

@@ -1,5 +1,6 @@
 """What a pane keeps of the latest steps: where the balls were, and their contacts."""
 
+import math
 from collections import deque
 from typing import Final
 
@@ -12,6 +13,7 @@ MAX_POSITIONS_OF_ALL: Final = 20_000  # kept of all balls together
 MAX_PAUSE: Final = 1.0  # s between two positions of one trail
 CONTACT_SECONDS: Final = 0.4  # s of the scene that a contact is kept for
 MAX_CONTACTS: Final = 200  # kept at once, the latest
+LOCATED: Final = np.dtype([("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
 
 
 class Trail:
@@ -42,26 +44,36 @@ class RecentContacts:
     """
 
     def __init__(self) -> None:
-        self._kept = np.empty(0, [("time", "f8"), ("point", "f8", (2,)), ("normal", "f8", (2,)), ("impulse", "f8")])
+        self._kept = deque[Contacts]()  # those of each step that had some, oldest first
+        self._time = -math.inf  # s, of the last call
 
     def add(self, contacts: Contacts, state: State, radius: Floats) -> None:
-        """Add an engine's contacts since the last call. state: of the engine now; radius: of its balls, (n,) px."""
-        contacts = contacts[contacts["time"] <= state.time][-MAX_CONTACTS:]  # of many, the others are not kept anyway
-        if len(contacts):
-            self._kept = np.concatenate([self._kept, self._located(contacts, state, radius)])
-        time = self._kept["time"]
-        self._kept = self._kept[(time > state.time - CONTACT_SECONDS) & (time <= state.time)][-MAX_CONTACTS:]
+        """Add an engine's contacts since the last call. Later ones are dropped if time has gone back.
 
-    def _located(self, contacts: Contacts, state: State, radius: Floats) -> Contacts:
-        """Return what is kept of some contacts."""
-        new = np.empty(len(contacts), self._kept.dtype)
-        first, since = contacts["first"], (state.time - contacts["time"])[:, None]
-        centre = state.position[first] - since * state.velocity[first]
-        new["point"] = centre + radius[first, None] * contacts["normal"]
-        for name in ("time", "normal", "impulse"):
-            new[name] = contacts[name]
-        return new
+        state: of the engine now; radius: of its balls, (n,) px.
+        """
+        self._time, kept = state.time, self._kept
+        while kept and kept[-1]["time"][-1] > state.time:
+            kept.pop()
+        if len(contacts):
+            kept.append(_located(contacts[-MAX_CONTACTS:], state, radius))  # of many, the others are not kept anyway
+        while kept and (
+            kept[0]["time"][-1] <= state.time - CONTACT_SECONDS or sum(map(len, kept)) - len(kept[0]) >= MAX_CONTACTS
+        ):
+            kept.popleft()
 
     def latest(self) -> Contacts:
         """Return time (s), point (px), normal and impulse (kg px/s) of the contacts kept, oldest first."""
-        return self._kept
+        kept = np.concatenate([np.empty(0, LOCATED), *self._kept])
+        return kept[kept["time"] > self._time - CONTACT_SECONDS][-MAX_CONTACTS:]
+
+
+def _located(contacts: Contacts, state: State, radius: Floats) -> Contacts:
+    """Return what is kept of some contacts."""
+    new = np.empty(len(contacts), LOCATED)
+    first, since = contacts["first"], (state.time - contacts["time"])[:, None]
+    centre = state.position[first] - since * state.velocity[first]
+    new["point"] = centre + radius[first, None] * contacts["normal"]
+    for name in ("time", "normal", "impulse"):
+        new[name] = contacts[name]
+    return new
