@@ -237,9 +237,9 @@ class _Matches:
         What an engine that finds contacts at the ends of steps lacks, it lacks at the end of a step, and may lack
         because of what it found there.
         """
-        lacks = place.own < 0
-        end = self.clock.time(int(self.clock.steps_containing(place.time)))
-        time = end if lacks and self.at_ends_of_steps else place.time
+        lacks, time = place.own < 0, place.time
+        if lacks and self.at_ends_of_steps:
+            time = self.clock.time(int(self.clock.steps_containing(time)))
         return time, lacks, place.own, place.reference
 
     def other_contacts(self) -> list[Place]:

@@ -108,7 +108,7 @@ class Clock:
 
     def length(self, time: float) -> float:
         """Return how long the step is in which a time (s) lies, s."""
-        return float(1 / self.rates(self.steps_containing(time)))
+        return float(1 / (self.rates(self.steps_containing(time)) if self.varies else self._rates[0]))
 
     def lengths_around(self, steps: Integers, count: float) -> Floats:
         """Return a number of times the longest of the steps that are at most as many from each of some, s."""

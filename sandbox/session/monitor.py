@@ -14,7 +14,10 @@ from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines.engine import Traits
 from sandbox.errors import SandboxError
 from sandbox.run.lockstep import Lockstep
+from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 from sandbox.state import PUSH, Contacts, State, States, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
@@ -143,7 +146,7 @@ class Monitor:
         if not self._compiled:
             try:
                 with between_frames():
-                    next(iter(self._followed.values())).try_ledger()
+                    _try_ledger()
             except NotCompiledYet:
                 return False
         self._compiled = True
@@ -191,11 +194,6 @@ class _FollowedEngine:
         self._pushes += [(len(self._states), ball, dv) for ball, dv in lockstep.pushes.get(self._name, ())]
         self._states.append(state)
 
-    def try_ledger(self) -> None:
-        """Enter a step in which nothing happens in a new ledger. Raises NotCompiledYet if its kernels are missing."""
-        states = States.stack([self._states[0]] * 2)
-        Ledger(self._scene, Traits()).add(states, no_contacts(), np.empty(0, PUSH))
-
     def enter(self) -> None:
         """Enter the steps added since the last call in the ledger."""
         contacts = np.concatenate(self._block)
@@ -209,6 +207,12 @@ class _FollowedEngine:
         ledger = self._ledger
         contacts = np.concatenate(self._contacts)
         return Record(contacts, ledger.findings, ledger.missed, ledger.flights, self._start, ledger.start_overlaps)
+
+
+def _try_ledger() -> None:
+    """Enter a step in which a ball rests. Raises NotCompiledYet if the ledger's kernels are missing."""
+    scene = Scene(arena={"size": (9.0, 9.0)}, balls=[BallGroup(radius=1, positions=((5.0, 5.0),))])
+    Ledger(scene, Traits()).add(States.stack([spawn(scene)] * 2), no_contacts(), np.empty(0, PUSH))
 
 
 def _since(contacts: Contacts, time: float) -> Contacts:
