@@ -49,7 +49,7 @@ class Discs:
         stamp_discs(*pixels_of(surface), place_of(surface), centre, radius, self._values, angle, line)
 
     def _draw_plainly(self, surface: Surface, centre: Floats, radius: Floats, angle: Floats) -> None:
-        """Draw the discs as pygame does it: slower, and their edges are not smooth."""
+        """Draw the discs where kernels cannot, or are not compiled yet: slowly, and with ragged edges."""
         middle = np.divide(surface.get_size(), 2)
         seen = (np.abs(centre - middle) < middle + radius[:, None]).all(axis=1)
         for k in np.flatnonzero(seen).tolist():
