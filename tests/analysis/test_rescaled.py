@@ -7,7 +7,7 @@ import pymunk
 import pytest
 
 from sandbox.analysis.causes import Cause
-from sandbox.analysis.rescaled import RescaledImpulses
+from sandbox.analysis.rescaled import PERSISTENCE, RescaledImpulses
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SpaceWarning
 from sandbox.scene.clock import Clock
@@ -39,6 +39,10 @@ def test_a_touch_after_two_have_parted_is_no_lasting_contact() -> None:
     """What is left of the impulse is counted at the next touch, but none of it is applied."""
     assert found_in([0.01, 0.01, 0.02], [(1, 100), (3, 100)]) == [False, False]
     assert found_in([0.01, 0.01, 0.005], [(1, 100), (3, -30)]) == [False, False]
+
+
+def test_a_contact_s_impulse_is_kept_as_long_as_pymunk_keeps_it_by_default() -> None:
+    assert pymunk.Space().collision_persistence == PERSISTENCE
 
 
 def found_in(lengths: list[float], impulses: list[tuple[int, float]]) -> list[bool]:

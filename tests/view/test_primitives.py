@@ -9,7 +9,7 @@ from window_driver import pixels
 
 from sandbox.analysis.scales import round_up
 from sandbox.state import Bools, Floats
-from sandbox.view.primitives import capsule
+from sandbox.view.primitives import capsule, text_width, wrapped
 
 
 @pytest.mark.parametrize(("size", "up"), [(1, 1), (1.1, 2), (3, 5), (7, 10), (0.03, 0.05), (400, 500), (2e-7, 2e-7)])
@@ -36,3 +36,18 @@ def test_walls_that_extend_far_beyond_the_arena_are_drawn_where_visible(
     x, y = np.mgrid[0:800, 0:600].astype(float)
     drawn = pixels(surface)[..., 0] > 0
     assert (drawn != seen(x, y)).sum() < 2500  # at the edges
+
+
+@pytest.mark.parametrize("unit", ["ms", "s", "px", "kg", "rad", "%", "px/s,"])
+def test_a_number_keeps_its_unit_where_a_line_is_broken(unit: str) -> None:
+    text = f"the ball is off by 0.25 {unit}"
+    broken = [wrapped(text, width, 16) for width in range(text_width("the ball is off", 16), text_width(text, 16))]
+    assert {" ".join(lines) for lines in broken} == {text}
+    first_words = {line.split(" ")[0] for lines in broken for line in lines}
+    assert "0.25" in first_words
+    assert unit not in first_words
+
+
+def test_a_line_may_be_broken_between_a_number_and_a_word_that_begins_like_a_unit() -> None:
+    broken = [wrapped("the ball has 12 steps left", width, 16) for width in range(200)]
+    assert any(line.startswith("steps") for lines in broken for line in lines)

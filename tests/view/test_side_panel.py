@@ -1,17 +1,19 @@
 """The side panel shows a page of widgets beside the panes, by mouse alone and by keyboard alone."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 import pygame
 import pytest
+from numpy.typing import NDArray
 from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.controls import Panel
 from sandbox.view.layout import Layout
 from sandbox.view.palette import ACCENT
+from sandbox.view.primitives import SMALLEST_TEXT, text_width
 from sandbox.view.side_panel import SidePanel
 from sandbox.view.widgets.bar import Bar
 from sandbox.view.widgets.field import Field
@@ -139,6 +141,39 @@ def test_what_was_typed_is_given_up(how: str) -> None:
     else:
         desk.send(Event(pygame.MOUSEBUTTONDOWN, pos=(10, 10), button=1))
     assert (desk.page.mass, desk.page.field.typed) == ("1.5", None)
+
+
+LABELLED: list[Callable[[str], Widget]] = [
+    lambda text: TextButton(text, print),
+    lambda text: TextButton(text, print, colour=ACCENT),
+    lambda text: Field("mass", lambda: text, print),
+    lambda text: Field(text, lambda: "1.5", print, unit="kg"),
+]
+
+
+@pytest.mark.parametrize("labelled", LABELLED, ids=["button", "marked button", "value", "name of a value"])
+def test_the_end_of_a_text_is_seen_in_a_narrow_widget(labelled: Callable[[str], Widget]) -> None:
+    """At its usual height the text would not fit, and two that differ in their ends only would look the same."""
+    for width in range(text_width("collision_persist", TEXT_HEIGHT), text_width("collision_persist H", TEXT_HEIGHT)):
+        seen = [picture(labelled(f"collision_persist {end}"), width) for end in "EH"]
+        assert (seen[0] != seen[1]).any()
+
+
+def test_a_text_too_long_for_its_button_can_still_be_read() -> None:
+    """It is as high as the smallest text, and its end is cut off."""
+    heights = []
+    for width, text_height in ((4 * TEXT_HEIGHT, TEXT_HEIGHT), (800, SMALLEST_TEXT)):
+        plain, lettered = (picture(TextButton(text, print), width, text_height) for text in ("", 20 * "H"))
+        _, rows = np.nonzero((plain != lettered).any(axis=2))
+        heights.append(np.ptp(rows))
+    assert heights[0] == heights[1]
+
+
+def picture(widget: Widget, width: int, text_height: int = TEXT_HEIGHT) -> NDArray[np.uint8]:
+    """Draw a widget of a width, px. Return its pixels: (width, height, 3)."""
+    surface = Surface((width, 2 * TEXT_HEIGHT))
+    widget.draw(surface, surface.get_rect(), text_height, hot=False)
+    return pygame.surfarray.array3d(surface)
 
 
 def test_a_button_that_is_refused_does_nothing_and_says_why() -> None:
