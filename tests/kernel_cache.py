@@ -11,6 +11,7 @@ import re
 import shutil
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from operator import call
 from pathlib import Path
 
@@ -22,6 +23,7 @@ COMPILES = re.compile(r"^from (?:numba|sandbox\.compiled) import .*\b(?:njit|ker
 IMPORTS = re.compile(r"^from (sandbox[\w.]*) import", re.MULTILINE)
 
 
+@cache
 def folder() -> Path:
     """Return the folder for the kernels of these sources, and remove those of earlier ones."""
     current = CACHE / digest(kernel_sources(ROOT))

@@ -24,6 +24,7 @@ from sandbox.state import CONTACT, PUSH, States
 ENGINES = tuple(registry())
 SCENES = (*bundled(), *bundled("truths"))
 OWN = ("pymunk", "article", "impulse", "exact")  # that report everything they do
+LONGEST = {"pile": 1.5}  # s, for the time that exact needs; every cause that its heap has at 2 s is there by then
 
 
 def ledger_of(scene: Scene, engine: str) -> tuple[Run, dict[str, Entry]]:
@@ -42,7 +43,7 @@ def remainder(run: Run) -> float:
 def test_the_lines_add_up_to_the_whole_change(name: str) -> None:
     scene = load(name)
     engines = [engine for engine in ENGINES if can_run(engine, scene)]
-    for engine, run in compare(scene.changed(seconds=min(scene.seconds, 2.0)), engines).runs.items():
+    for engine, run in compare(scene.changed(seconds=min(scene.seconds, LONGEST.get(name, 2.0))), engines).runs.items():
         energies = {entry.cause: entry.energy for entry in run.figures.ledger}
         assert remainder(run) < 1e-9, engine
         if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts

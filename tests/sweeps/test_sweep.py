@@ -224,11 +224,11 @@ def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch:
 # Where it runs
 
 
-@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize("count", [1, 3])
 def test_every_job_runs_once_whoever_runs_it(count: int) -> None:
-    """Four processes share three groups of jobs, so some run jobs of a group that another one has begun."""
+    """Three processes share two groups of jobs, so one runs jobs of a group that another one has begun."""
     scene = load("article").changed(seconds=0.1)
-    sweep = plan(scene, range(3), [60], ["pymunk"], {"iterations": range(1, 6)})
+    sweep = plan(scene, range(2), [60], ["pymunk"], {"iterations": range(1, 6)})
     done = [outcome.job for outcome in run_locally(sweep, sweep.jobs, count)]
     assert sorted(done) == sorted(sweep.jobs)
 
