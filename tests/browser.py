@@ -100,21 +100,24 @@ class Browser:
         self.wait_for(READY)
 
     @contextmanager
-    def frame_of(self, page: Path, number: int = 0) -> Iterator[None]:
-        """Load a page, and send commands to one of the frames in it, which have their own origins."""
+    def frames_of(self, page: Path, count: int) -> Iterator[Iterator[None]]:
+        """Load a page with some frames, which have their own origins; yield as commands are sent to each in turn."""
         self.call("Page.navigate", url="about:blank")
         while self._frames():  # of the page before
             time.sleep(0.05)
         self.call("Page.navigate", url=page.as_uri())
-        while len(self._frames()) <= number:
+        while len(self._frames()) < count:
             time.sleep(0.05)
         self.requests.clear()
         self.errors.clear()
-        self._attach(self._frames()[number])
+        sessions = [self._attach(frame) for frame in self._frames()]
         try:
-            yield
+            yield map(self._switch, sessions)
         finally:
             self._session = self._page
+
+    def _switch(self, session: str) -> None:
+        self._session = session
 
     def _frames(self) -> list[str]:
         targets = self.call("Target.getTargets")["targetInfos"]

@@ -81,21 +81,19 @@ def test_a_cell_that_runs_again_has_bokeh_again(monkeypatch: pytest.MonkeyPatch)
     assert found == [True, False, False, True, False]
 
 
-@pytest.mark.parametrize("number", [0, 1, 2])
-def test_every_output_of_a_notebook_has_charts_and_balls(
-    browser: Browser, outputs: list[str], tmp_path: Path, number: int
-) -> None:
+def test_every_output_of_a_notebook_has_charts_and_balls(browser: Browser, outputs: list[str], tmp_path: Path) -> None:
     file = tmp_path / "notebook.html"
     cells = "".join(f"<div>{output}</div>" for output in outputs)
     file.write_text(f"<!doctype html><meta charset=utf-8>{cells}", encoding="utf-8")
-    with browser.frame_of(file, number):
-        browser.wait_for(READY)
-        assert browser.run("document.querySelectorAll('.charts canvas, .charts .bk-Figure').length") > 0
-        assert browser.run("document.getElementById('waiting')") is None
-        browser.run("document.getElementById('on').click()")
-        assert browser.run("scrubber.value") == "1"
-        assert browser.errors == []
-        assert browser.requests == []
+    with browser.frames_of(file, len(outputs)) as frames:
+        for _ in frames:
+            browser.wait_for(READY)
+            assert browser.run("document.querySelectorAll('.charts canvas, .charts .bk-Figure').length") > 0
+            assert browser.run("document.getElementById('waiting')") is None
+            browser.run("document.getElementById('on').click()")
+            assert browser.run("scrubber.value") == "1"
+            assert browser.errors == []
+            assert browser.requests == []
 
 
 def test_without_the_output_that_has_bokeh_the_page_plays_and_says_what_is_missing(
@@ -103,7 +101,8 @@ def test_without_the_output_that_has_bokeh_the_page_plays_and_says_what_is_missi
 ) -> None:
     file = tmp_path / "notebook.html"
     file.write_text(f"<!doctype html><meta charset=utf-8>{outputs[1]}", encoding="utf-8")
-    with browser.frame_of(file):
+    with browser.frames_of(file, 1) as frames:
+        next(frames)
         browser.wait_for("document.readyState === 'complete'")
         assert "restart the kernel" in browser.run("document.getElementById('waiting').innerText")
         browser.run("play.click()")
