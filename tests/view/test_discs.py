@@ -130,15 +130,10 @@ def test_the_line_shows_the_angle(degrees: int) -> None:
     assert dark.sum() == pytest.approx(11.0, rel=0.12)
 
 
-@pytest.mark.parametrize("count", [1, MANY])
+@pytest.mark.parametrize("depth", [16, 32])
 @pytest.mark.parametrize(("radius", "is_drawn"), [(1.4, False), (1.6, True)])
-def test_a_line_too_short_to_show_an_angle_is_not_drawn(count: int, radius: float, is_drawn: bool) -> None:
-    pictures = []
-    for angle in (None, np.full(count, 1.0)):
-        surface = Surface((80, 80))
-        discs = Discs(np.full(count, radius), [RED] * count, (0, 0, 0))
-        discs.draw(surface, np.full((count, 2), 40.0), 1.0, angle)
-        pictures.append(pixels(surface))
+def test_a_line_too_short_to_show_an_angle_is_not_drawn(radius: float, is_drawn: bool, depth: int) -> None:
+    pictures = [drawn(white_surface(depth), np.array([[40.0, 40.0]]), radius, angle=angle) for angle in (None, 1.0)]
     assert (pictures[0] != pictures[1]).any() == is_drawn
 
 
