@@ -154,8 +154,8 @@ LABELLED: list[Callable[[str], Widget]] = [
 @pytest.mark.parametrize("labelled", LABELLED, ids=["button", "marked button", "value", "name of a value"])
 def test_the_end_of_a_text_is_seen_in_a_narrow_widget(labelled: Callable[[str], Widget]) -> None:
     """At its usual height the text would not fit, and two that differ in their ends only would look the same."""
-    for width in range(text_width("collision_persist", TEXT_HEIGHT), text_width("collision_persist H", TEXT_HEIGHT)):
-        seen = [picture(labelled(f"collision_persist {end}"), width) for end in "EH"]
+    for width in range(text_width("collision_persist", TEXT_HEIGHT), text_width("collision_persist 8", TEXT_HEIGHT)):
+        seen = [picture(labelled(f"collision_persist {end}"), width) for end in "08"]  # as wide as each other
         assert (seen[0] != seen[1]).any()
 
 
