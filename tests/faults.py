@@ -612,6 +612,22 @@ class FrictionAlongTheSlip(EventDriven):
 
 
 @fault(Cause.FRICTION_LARGE, fits=is_rough)
+class NoLimitOfFriction(EventDriven):
+    """Friction stops every slip, whatever the impulse along the normal allows."""
+
+    def rub(self, slip: float, mass: float, most: float) -> float:
+        return slip * mass / 3 if most else 0.0
+
+
+@fault(Cause.FRICTION_SMALL, Cause.FRICTION_LARGE, fits=is_rough)
+class SlipWithoutSpin(EventDriven):
+    """Friction is of the velocities along the tangent, without what the spins add to them."""
+
+    def slip(self, i: int, other: int, n: complex) -> float:
+        return self.approach(i, other, 1j * n)
+
+
+@fault(Cause.FRICTION_LARGE, fits=is_rough)
 class SumOfFrictions(EventDriven):
     """The friction of a pair is the sum of both factors, not the product."""
 
@@ -1064,6 +1080,26 @@ class SemiImplicitGravity(Stepped):
             self.x[i] += self.dt * self.v[i]
 
 
+@fault(Cause.GRAVITY, Cause.LATE, Cause.OVERSHOOT, fits=lambda scene: with_gravity(scene) and not scene.walls)
+class PositionVerlet(Stepped):
+    """Places follow from the two before, and velocities from them. What is found in a wall is put on it."""
+
+    reflects: ClassVar = False
+
+    def __init__(self, scene: Scene, initial: State) -> None:
+        super().__init__(scene, initial)
+        self.before = [x - self.dt * v for x, v in zip(self.x, self.v, strict=True)]
+
+    def move(self) -> None:
+        places = zip(self.x, self.before, strict=True)
+        self.x, self.before = [2 * x - before + self.dt**2 * self.g for x, before in places], self.x
+        self.v = [(x - before) / self.dt for x, before in zip(self.x, self.before, strict=True)]
+
+    def step(self) -> None:
+        super().step()
+        self.before = [x - self.dt * v for x, v in zip(self.x, self.v, strict=True)]
+
+
 # Engines in steps. Those without inner walls would miss them.
 
 LATE_BY_ITSELF: Final = (Cause.LATE, Cause.MISSED)  # of a stepped engine: shorter touches than a step are missed
@@ -1080,6 +1116,14 @@ class SteppedImpulseTooLarge(Stepped):
 
     def impulse(self, i: int, other: int, right: float) -> float:
         return 1.02 * right
+
+
+@fault(*LATE_BY_ITSELF, Cause.SMALL, fits=lambda scene: without_inner_walls(scene) and with_gravity(scene))
+class SteppedWallsTooSoft(Stepped):
+    """Besides being late, walls return 3 % too little."""
+
+    def restitution(self, i: int, other: int) -> float:
+        return super().restitution(i, other) * (0.97 if other < 0 else 1.0)
 
 
 @fault(*LATE_BY_ITSELF, Cause.OVERSHOOT, fits=without_inner_walls)

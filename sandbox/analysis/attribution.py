@@ -235,10 +235,13 @@ def _cause_of_impulse(
     otherwise: int,
     at_rest: bool,
     rescaled: bool,
+    within_timing: bool,
 ) -> int:
     """Return why an impulse is not the expected one.
 
-    undamped: the impulse without damping's part, kg px/s; the others: as for `_attribute_unmet`.
+    undamped: the impulse without damping's part, kg px/s; within_timing: whether it is between what is right as found
+    and what is right at first touch, so that it is too large for one and too small for the other; the others: as for
+    `_attribute_unmet`.
     """
     expected, impulse = finding.expected_impulse, contact.impulse
     error = abs(undamped - expected)
@@ -258,6 +261,8 @@ def _cause_of_impulse(
         cause = Cause.UNKNOWN
     elif at_rest or (contact.second < 0 and _by_gravity(constants, contact, finding, undamped)):
         cause = Cause.GRAVITY
+    elif within_timing:
+        cause = Cause.LATE if finding.delay > 0 else Cause.EARLY
     else:
         cause = Cause.SMALL if undamped < expected else Cause.LARGE
     return cause
@@ -292,7 +297,18 @@ def attribute_single(
     # Its errors: of the impulse, of its time, of its normal, of friction, and what it did besides.
     finding.rests = at_rest = is_at_rest(constants, block, k, contact, finding)
     rescaled = block.rescaled[k] and not at_rest
-    cause = _cause_of_impulse(constants, contact, finding, undamped, uncertain, unowned, otherwise, at_rest, rescaled)
+    cause = _cause_of_impulse(
+        constants,
+        contact,
+        finding,
+        undamped,
+        uncertain,
+        unowned,
+        otherwise,
+        at_rest,
+        rescaled,
+        (undamped - as_found) * (undamped - at_touch) < 0,
+    )
     impulse_error = abs(impulse - expected)
     turning = expected * math.hypot(contact.normal[0] - lx, contact.normal[1] - ly)
     timing_error = math.hypot(expected * lx - at_touch * tx, expected * ly - at_touch * ty)

@@ -265,7 +265,9 @@ def _explain_timing(scene: Scene, contact: np.void, finding: np.void) -> str:
     delay, depth = float(finding["delay"]), float(finding["depth"])
     off = f"positions are then {finding['displacement_error']:.3g} px off."
     step = scene.clock.length(float(contact["time"]))
-    steps = f", which is more than a step of {1e3 * step:.3g} ms" if delay > MORE_THAN * step else ""
+    before_step = (delay - MORE_THAN * step) * float(finding["approach"])  # px deep as it began, on a parabola
+    longer = before_step > math.hypot(*scene.gravity) * step**2  # no integration of gravity is off by more
+    steps = f", which is more than a step of {1e3 * step:.3g} ms" if longer else ""
     if depth > 0 and contact["depth"] < depth / 2:  # the two were held before they overlapped
         return f"Velocities changed {1e3 * delay:.3g} ms after the two touched{steps}; {off}"
     found = f"Found {1e3 * abs(delay):.3g} ms {'late' if delay > 0 else 'early'}{steps}, "

@@ -110,11 +110,13 @@ def _cause_of_friction(
     mass: float,
     otherwise: int,
     right: float,
+    within_timing: bool,
 ) -> int:
     """Return why a contact's friction is not the right one, kg px/s. mass: μ, kg; otherwise: as `_attribute_unmet`.
 
     At a wall, the slip may lack gravity's pull of the step. If the contact is found at a distance, friction may act in
-    the middle of the gap, or of the overlap, and so have another arm.
+    the middle of the gap, or of the overlap, and so have another arm. within_timing: whether it is between what is
+    right as found and what is right at first touch.
     """
     finding, friction = block.findings[k], block.friction[k]
     tangential, slip = finding.tangential, finding.slip
@@ -139,8 +141,8 @@ def _cause_of_friction(
         cause = Cause.UNKNOWN
     elif least <= tangential <= most:
         cause = Cause.GRAVITY
-    elif _is_by_arm(constants, contact, finding, friction):
-        cause = Cause.LATE if contact.depth > 0 else Cause.EARLY
+    elif within_timing or _is_by_arm(constants, contact, finding, friction):
+        cause = Cause.LATE if finding.depth > 0 else Cause.EARLY
     elif block.rescaled[k]:
         cause = Cause.RESCALED
     elif tangential * right >= 0 and abs(tangential) > abs(right):
@@ -205,9 +207,10 @@ def attribute_friction(
     if contact.second < 0:
         slip_t -= (constants.fall[1] * tx - constants.fall[0] * ty) * finding.delay
     right, right_t = coulomb(slip, contact.impulse, friction, mass), coulomb(slip_t, at_touch, friction, mass)
+    within_timing = finding.delay != 0 and (tangential - right) * (tangential - right_t) < 0
     finding.expected_tangential = right_t if abs(tangential - right_t) < abs(tangential - right) else right
     right = finding.expected_tangential
-    cause = _cause_of_friction(constants, block, k, contact, unexplained, mass, otherwise, right)
+    cause = _cause_of_friction(constants, block, k, contact, unexplained, mass, otherwise, right, within_timing)
     error = abs(tangential - right) if cause in _OF_FRICTION else 0.0
     is_reported = tangential == contact.tangential  # or else its energy is entered with the velocities
     unaccused = tangential if cause == Cause.FRICTION else right

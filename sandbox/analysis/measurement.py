@@ -263,6 +263,7 @@ class Measurement:
         energy_gap = self._energy_gap(reference_energy, means_energy)
         steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
         in_place = bool((gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all())
+        in_place &= not (np.abs(energy_gap[steps]) > NEGLIGIBLE).any()  # places show no spins
         differing: tuple[Difference, ...] = ()
         if reference and record.unjudged is None and reference.unjudged is None:
             differing = differences(scene, record, reference, until, known, in_place=in_place)

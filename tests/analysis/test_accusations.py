@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from conftest import scene_of
-from faults import EventDriven
+from faults import EventDriven, SemiImplicitGravity, SteppedWallsTooSoft
 
 import sandbox.engines
 from sandbox.analysis.causes import Cause
@@ -248,3 +248,40 @@ def test_a_ball_that_is_pushed_on_from_a_wall_is_not_said_to_be_reversed() -> No
     causes = [entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger]
     assert Cause.TURNED not in causes
     assert Cause.LARGE in causes
+
+
+@pytest.mark.parametrize("height", [101, 150, 233])
+def test_a_wall_that_returns_too_little_late_is_not_said_to_return_too_much(height: float) -> None:
+    """Gravity has made the ball faster by then: 3 % less of that may be more than is right at first touch."""
+    ball = f"radius = 20\nelasticity = 0.8\nposition = [100, {580 - height}]"
+    scene = scene_of(ball, size="[200, 600]", more="gravity = [0, 900]\nseconds = 3")
+    run = compare(scene, {"soft": SteppedWallsTooSoft, "exact": "exact"}).runs["soft"]
+    causes = {entry.cause for entry in run.figures.ledger}
+    assert Cause.LARGE not in causes
+    assert Cause.LATE in causes
+
+
+class HalfMoment(EventDriven):
+    """Friction turns balls by twice as much as discs."""
+
+    def turn(self, i: int, rubs: float) -> None:
+        super().turn(i, 2 * rubs)
+
+
+def test_a_spin_that_is_wrong_shows_although_all_balls_are_in_their_places() -> None:
+    """No ball touches another again, so no place shows the spins, but the energy does."""
+    run = compare(load("truths/friction-pair-slides"), {"half": HalfMoment, "exact": "exact"}).runs["half"]
+    assert run.gap_max.max() < 1e-6
+    one = run.figures.first_difference
+    assert one is not None
+    assert one.cause == Cause.UNKNOWN
+    assert "changed the spin of ball 0 by 2.56 rad/s, where friction of 16 kg px/s" in one.because
+
+
+def test_a_contact_is_not_late_by_more_than_a_step_if_each_step_looks_for_it() -> None:
+    """Flown in straight steps, a slow ball was traced back on a parabola to before the step."""
+    ball = "radius = 20\nelasticity = 0.5\nposition = [100, {}]"
+    for height in range(20, 60, 4):
+        scene = scene_of(ball.format(580 - height), size="[200, 600]", more="gravity = [0, 900]\nseconds = 2")
+        run = compare(scene, {"straight": SemiImplicitGravity, "exact": "exact"}).runs["straight"]
+        assert not [one.because for one in run.differences if "more than a step" in one.because]
