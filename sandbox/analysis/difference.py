@@ -382,13 +382,16 @@ class _Matches:
 
     def own_reason(self, place: Place) -> Reason | None:
         """Return the reason that lies in the contact itself, None if it is right or explains too little."""
-        cause = Cause.MISSED if place.own < 0 else Cause(self.own.findings["cause"][place.own])
-        if reason := overlap_reason(self.scene, self.own, cause, self.bodies(place), place.time - SIMULTANEOUS):
-            return reason
+        bodies, displaced = self.bodies(place), place.size * self.clock.length(place.time)
+        time = place.time - SIMULTANEOUS
         if place.own < 0:
-            passage = self._passage(self.own, place.time, *self.bodies(place))
-            return Reason(Cause.MISSED, explain_passage(self.scene, passage)) if passage else None
+            if passage := self._passage(self.own, place.time, *bodies):
+                return Reason(Cause.MISSED, explain_passage(self.scene, passage))
+            return overlap_reason(self.scene, self.own, Cause.MISSED, bodies, time, displaced)
         contact, finding = self.own.contacts[place.own], self.own.findings[place.own]
+        displaced = max(displaced, float(finding["displacement_error"]))
+        if reason := overlap_reason(self.scene, self.own, Cause(finding["cause"]), bodies, time, displaced):
+            return reason
         return reason_of(self.scene, self.own, place.own) if self._explains(contact, finding, place.size) else None
 
     def _flight(self, error: Error) -> Difference:

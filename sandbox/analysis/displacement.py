@@ -135,10 +135,13 @@ def _cause_of_displacement(
     finding, slight = block.findings[k], NEGLIGIBLE * constants.radius[contact.first]
     fall = math.hypot(constants.fall[0], constants.fall[1])
     delay, at_rest = finding.delay, block.timing[k] == Cause.GRAVITY
-    _, _, _, reach = pair_constants(constants, contact)
+    _, per_i, per_j, reach = pair_constants(constants, contact)
     depth = reach - math.hypot(block.line[k, 0], block.line[k, 1])
     overlap = max(contact.depth, reach - math.hypot(block.line_before[k, 0], block.line_before[k, 1]), 0.0)
     mends = mends and depth <= 2 * overlap + slight  # or else they were held before they overlapped
+    way = 0.0  # px, by which the impulse parts the two in the time in which they came as deep
+    if finding.approach > 0:
+        way = abs(depth / finding.approach * contact.impulse) * (per_i + per_j)
     if error <= slight:
         cause = Cause.ROUNDING
     elif error <= 3 * sum_unsteady(unexplained, contact, 1):
@@ -155,13 +158,12 @@ def _cause_of_displacement(
         mistimed = Cause.LATE if delay > 0 else Cause.EARLY
         put_on_wall = Cause.OVERSHOOT if contact.depth / 2 < put_back < way_back - slight else mistimed
         cause = Cause.PUSHED if contact.second >= 0 or delay == 0 else put_on_wall
-    elif abs(depth) <= 10 * slight or finding.approach <= 0:
+    elif abs(depth) <= 10 * slight or error > 3 * way:
         cause = Cause.PLACED
     else:  # resolved at another time than reported
-        way_back = abs(depth / finding.approach * contact.impulse) / constants.mass[contact.first]
         cause = Cause.LATE if depth > 0 else Cause.EARLY
-        if contact.second < 0 and depth / 2 < put_back < way_back - slight:
-            cause, finding.displacement_error = Cause.OVERSHOOT, way_back - put_back
+        if contact.second < 0 and depth / 2 < put_back < way - slight:
+            cause, finding.displacement_error = Cause.OVERSHOOT, way - put_back
         if finding.cause in NO_ERROR:  # or else its time has explained a larger error
             finding.depth, finding.delay = depth, depth / finding.approach
     return cause

@@ -43,7 +43,7 @@ def explain(scene: Scene, contact: np.void, finding: np.void, *, clamps_early: b
         return _explain_velocity(scene, contact, finding)
     off = f"{finding['displacement_error']:.3g} px"
     return {
-        Cause.PLACED: f"The contact left a ball {off} from where it should be, though there was no overlap to mend.",
+        Cause.PLACED: f"The contact left a ball {off} from where it should be, though no overlap is that deep.",
         Cause.UNTOLD: "Velocities change in flight, without a reported contact, and the impulse is off by no more.",
         Cause.UNKNOWN: _explain_unknown(scene, contact, finding),
         Cause.OVERSHOOT: f"The ball was put back on the wall, which discarded {off} of its way.",

@@ -1,6 +1,7 @@
 """Where and when the bodies of a contact first touched: their flight traced back, and checked against the places."""
 
 import math
+from typing import Final
 
 from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.findings import (
@@ -11,6 +12,8 @@ from sandbox.analysis.findings import (
 )
 from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
+
+TOUCHING: Final = 0.1  # of a depth; bodies that overlapped by less of it before their flight only touched then
 
 
 @kernel
@@ -102,20 +105,21 @@ def trace_back(
 ) -> tuple[float, float, float, float]:
     """Trace a contact back to first touch; return its delay, and the speed of approach and the normal at that time.
 
-    Bodies that overlapped before the last contact of either did not come to overlap in this flight; their contact
-    counts as found in time, and so does one that is off by rounding.
+    Bodies that overlapped before the last contact of either, and did not only touch, did not come to overlap in this
+    flight; their contact counts as found in time, and so does one that is off by rounding.
     """
     wx, wy = finding.before[0, 0] - finding.before[1, 0], finding.before[0, 1] - finding.before[1, 1]
     speed = wx * nx + wy * ny
     if abs(depth) <= NEGLIGIBLE * reach or speed <= 0:
         return 0.0, speed, nx, ny
-    j, longest = contact.second, min(finding.free_flight, constants.traced) * (1 + NEGLIGIBLE)
+    j, flight = contact.second, min(finding.free_flight, constants.traced)
+    longest = flight / (1 - TOUCHING)
     if j < 0 and abs(constants.wall[~j, 0] * nx + constants.wall[~j, 1] * ny) < NEGLIGIBLE:
         acceleration = constants.fall[0] * nx + constants.fall[1] * ny
         delay, then = first_touch_of_face(depth, speed, acceleration)
-        return (delay, then, nx, ny) if delay <= longest else (0.0, speed, nx, ny)
+        return (min(delay, flight), then, nx, ny) if delay <= longest else (0.0, speed, nx, ny)
     apart = reach - depth
     delay, tx, ty = _first_touch(apart * nx, apart * ny, wx, wy, reach)
     if delay > longest:
         return 0.0, speed, nx, ny
-    return delay, max(wx * tx + wy * ty, 0.0), tx, ty
+    return min(delay, flight), max(wx * tx + wy * ty, 0.0), tx, ty

@@ -74,16 +74,19 @@ def reason_of(scene: Scene, record: Record, k: int) -> Reason:
     """Return the reason that the ledger found for an error of a contact, unless it is an overlap at the start."""
     contact, finding = record.contacts[k], record.findings[k]
     cause, bodies = Cause(finding["cause"]), (int(contact["first"]), int(contact["second"]))
-    overlapped = overlap_reason(scene, record, cause, bodies, float(contact["time"]) - SIMULTANEOUS)
+    displaced, time = float(finding["displacement_error"]), float(contact["time"]) - SIMULTANEOUS
+    overlapped = overlap_reason(scene, record, cause, bodies, time, displaced)
     return overlapped or Reason(cause, explain(scene, contact, finding, clamps_early=record.clamps_early))
 
 
-def overlap_reason(scene: Scene, record: Record, cause: Cause, bodies: Sequence[int], time: float) -> Reason | None:
+def overlap_reason(
+    scene: Scene, record: Record, cause: Cause, bodies: Sequence[int], time: float, displaced: float
+) -> Reason | None:
     """Return the reason if an error of a cause is that of bodies that overlapped at the start, or else None.
 
-    bodies: a pair, or one ball; time: s, up to which they have not come apart.
+    bodies: a pair, or one ball; time: s, up to which they have not come apart; displaced: px, by the error.
     """
-    overlap = overlap_of(record.overlaps, bodies, time) if cause in MAY_BE_BY_OVERLAP else None
+    overlap = overlap_of(record.overlaps, bodies, time, displaced) if cause in MAY_BE_BY_OVERLAP else None
     return Reason(Cause.OVERLAPPED, explain_overlap(scene, overlap)) if overlap else None
 
 
@@ -139,9 +142,9 @@ def errors_in_flight(scene: Scene, record: Record, other: Record, until: dict[in
             step = int(flights.step[ball, kind])
             if step and clock.time(step - 1) < time:
                 reason = Reason(cause, explain_flight(scene, flights, ball, kind))
-                if kind == PUSHED_OUT:
-                    reason = overlap_reason(scene, record, cause, [ball], clock.time(step)) or reason
                 size = math.hypot(*flights.change[ball, kind])
+                if kind == PUSHED_OUT:
+                    reason = overlap_reason(scene, record, cause, [ball], clock.time(step), size) or reason
                 size *= scene.bodies.radius[ball] if kind == SPIN_CHANGED else 1.0
                 of_position = kind not in (VELOCITY_CHANGED, SPIN_CHANGED)
                 yield Error(of_position, clock.time(step), ball, -1, reason, float(size))

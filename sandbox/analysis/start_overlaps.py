@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
+from sandbox.analysis.first_touch import TOUCHING
 from sandbox.quantity import deepest_overlap, length, segment_distance
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Floats
@@ -24,6 +25,7 @@ MAY_BE_BY_OVERLAP: Final = (
     Cause.ROUNDING,
     Cause.UNKNOWN,
 )
+MAX_BY_OVERLAP: Final = 2 / TOUCHING  # times its depth, the way that it explains: out of it, and as far again
 
 
 class StartOverlap(NamedTuple):
@@ -53,9 +55,15 @@ class StartOverlaps:
                 self.found[k] = self.found[k]._replace(until=float(times[int(apart.argmax())]))
 
 
-def overlap_of(overlaps: Sequence[StartOverlap], bodies: Sequence[int], time: float) -> StartOverlap | None:
-    """Return the overlap of some bodies, a pair or one ball, that had not come apart before a time (s), or None."""
-    return next((one for one in overlaps if {*bodies} <= {one.first, one.second} and time <= one.until), None)
+def overlap_of(
+    overlaps: Sequence[StartOverlap], bodies: Sequence[int], time: float, displaced: float
+) -> StartOverlap | None:
+    """Return the overlap of some bodies, a pair or one ball, that can have displaced them by so much (px), or None.
+
+    They must not have come apart before a time (s). What rounding has left of a touch explains no more than rounding.
+    """
+    alike = (one for one in overlaps if {*bodies} <= {one.first, one.second} and time <= one.until)
+    return next((one for one in alike if displaced <= MAX_BY_OVERLAP * one.depth), None)
 
 
 def _of_balls(scene: Scene, position: Floats, least: float) -> Iterator[StartOverlap]:

@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 from conftest import scene_of
-from faults import EventDriven, SemiImplicitGravity, SteppedWallsTooSoft
+from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 
 import sandbox.engines
 from sandbox.analysis.causes import Cause
@@ -62,6 +62,49 @@ def test_balls_that_overlap_from_the_start_are_not_found_late(engine: str, gravi
     assert one is not None
     assert (one.first, one.second, one.cause) == (0, 1, Cause.OVERLAPPED)
     assert one.because.startswith("Ball 0 and ball 1 overlapped by 0.706 px when the comparison began: ")
+
+
+def touching_pair(overlap: float) -> Scene:
+    """Return two balls that overlap along (0.96, 0.28), px; the first moves on into the second."""
+    x, y = 300 + 0.96 * (40 - overlap), 300 + 0.28 * (40 - overlap)
+    balls = "radius = 20\nposition = [300, 300]\nvelocity = [100, 0]", f"radius = 20\nposition = [{x}, {y}]"
+    return scene_of(*balls, more="seconds = 0.3")
+
+
+@pytest.mark.parametrize(
+    ("engine", "cause"),
+    [
+        ("impulse", Cause.LATE),
+        ("pymunk", Cause.LATE),
+        (PutsApart, Cause.PLACED),
+        (IgnoresPair, Cause.MISSED),
+    ],
+)
+def test_an_overlap_that_is_only_rounding_explains_no_more_than_that(engine: str | type, cause: Cause) -> None:
+    """Places were typed to three digits. The engines that step find the two 1.6 px deep."""
+    runs = compare(touching_pair(0.001), {"engine": engine, "exact": "exact"}).runs
+    one = runs["engine"].figures.first_difference
+    assert one is not None
+    assert one.cause == cause
+
+
+def test_balls_that_pass_through_each_other_are_not_only_overlapping_from_the_start() -> None:
+    one = compare(touching_pair(0.7), {"engine": IgnoresPair, "exact": "exact"}).runs["engine"].figures.first_difference
+    assert one is not None
+    assert one.cause == Cause.MISSED
+
+
+def test_a_contact_that_puts_balls_far_away_is_not_only_late() -> None:
+    """Each contact is found a hundredth of a pixel deep, and then puts both a fifth of a pixel further apart."""
+
+    class LateAndApart(PutsApart):
+        def reach(self, i: int, other: int) -> float:
+            return super().reach(i, other) - 0.01
+
+    runs = compare(row((100, 200), (300, 0)), {"apart": LateAndApart, "exact": "exact"}).runs
+    one = runs["apart"].figures.first_difference
+    assert one is not None
+    assert one.cause == Cause.PLACED
 
 
 @pytest.mark.parametrize("engine", ["impulse", "pymunk"])
