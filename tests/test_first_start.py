@@ -20,7 +20,7 @@ from sandbox.engines import can_run
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.session.monitor import Monitor, _FollowedEngine
+from sandbox.session import monitor
 from sandbox.session.session import Session
 from sandbox.view.compilation import Compilation, Part
 from sandbox.view.compiling import WindowCompiler
@@ -201,22 +201,22 @@ def test_only_a_window_does_without_kernels(
 
 def test_marks_are_the_same_when_the_ledger_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:
     def marks_after(steps: int) -> Any:
-        monitor = Monitor()
-        session = Session(load("article"), ["pymunk", "article"], observer=monitor)
+        observer = monitor.Monitor()
+        session = Session(load("article"), ["pymunk", "article"], observer=observer)
         for _ in range(steps):
             session.advance()
-        return monitor.marks
+        return observer.marks
 
     expected = marks_after(180)
     assert expected.differences
     tries = []
 
-    def try_ledger(_: _FollowedEngine) -> None:
+    def try_ledger() -> None:
         tries.append(1)
         if len(tries) < 10:
             raise NotCompiledYet
 
-    monkeypatch.setattr(_FollowedEngine, "try_ledger", try_ledger)
+    monkeypatch.setattr(monitor, "_try_ledger", try_ledger)
     assert not marks_after(75).differences
     tries.clear()
     assert marks_after(180) == expected
