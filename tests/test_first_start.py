@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from sandbox.cli.progress import _TerminalCompiler
-from sandbox.compiled import NotCompiledYet, between_frames, entry
+from sandbox.compiled import NotCompiledYet, _Cache, between_frames, entry
 from sandbox.engines import can_run
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
@@ -71,6 +71,18 @@ def run_python(code: str, **environment: str) -> str:
     return subprocess.run(command, env=settings, capture_output=True, check=True, text=True).stdout
 
 
+def note_loaded() -> set[tuple[str, str, str]]:
+    """Return a set to which every kernel that is loaded from now on is added: its module, name and signature."""
+    loaded, load_overload = set[tuple[str, str, str]](), _Cache.load_overload
+
+    def note(cache: Any, signature: object, context: object) -> object:
+        loaded.add((cache._py_func.__module__, cache._py_func.__name__, str(signature)))
+        return load_overload(cache, signature, context)
+
+    _Cache.load_overload = note  # type: ignore[assignment, method-assign]
+    return loaded
+
+
 def test_small_calls_run_in_python_to_the_same_bits_when_nothing_is_compiled(tmp_path: Path) -> None:
     code = """
 import json
@@ -101,20 +113,14 @@ def test_a_short_trace_ends_without_compiling(tmp_path: Path) -> None:
 def test_the_parts_call_every_kernel_that_the_bundled_scenes_need() -> None:
     code = """
 import json
-from sandbox import compiled
 from sandbox.analysis.comparison import compare
 from sandbox.engines import can_run
 from sandbox.scene.files import bundled, load
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.view.compilation import COMPUTATION, DRAWING
+from test_first_start import note_loaded
 
-loaded = set()
-load_overload = compiled._Cache.load_overload
-def note(self, signature, context):
-    loaded.add((self._py_func.__module__, self._py_func.__name__, str(signature)))
-    return load_overload(self, signature, context)
-compiled._Cache.load_overload = note
-
+loaded = note_loaded()
 for part in (*COMPUTATION, DRAWING):
     before = set(loaded)
     part.compile()
@@ -127,6 +133,36 @@ for name in (*bundled(), *bundled("truths")):
     names = ["pymunk", "article", "impulse", "exact"]
     compare(scene, [name for name in names if can_run(name, scene)])
 print(json.dumps(sorted(loaded - by_parts)))
+"""
+    assert json.loads(run_python(code)) == []
+
+
+def test_a_ledger_in_the_window_needs_no_kernel_that_was_not_tried() -> None:
+    """Once it is in use, the window would stand still for it. The scene has inner walls."""
+    code = """
+import json
+from sandbox.analysis.ledger import Ledger
+from sandbox.scene.files import load
+from sandbox.session import monitor
+from sandbox.session.session import Session
+from test_first_start import note_loaded
+
+add, later = Ledger.add, []
+def noting_add(*arguments):
+    before = set(loaded)
+    try:
+        return add(*arguments)
+    finally:
+        later.extend(loaded - before)
+
+loaded = note_loaded()
+monitor._try_ledger()
+assert loaded
+Ledger.add = noting_add
+session = Session(load("funnel"), ["pymunk", "impulse"], observer=monitor.Monitor())
+for _ in range(30):
+    session.advance()
+print(json.dumps(later))
 """
     assert json.loads(run_python(code)) == []
 

@@ -16,7 +16,7 @@ from sandbox.errors import SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Scene
+from sandbox.scene.model import Scene, Wall
 from sandbox.scene.spawn import spawn
 from sandbox.state import PUSH, Contacts, State, States, no_contacts
 
@@ -210,8 +210,9 @@ class _FollowedEngine:
 
 
 def _try_ledger() -> None:
-    """Enter a step in which a ball rests. Raises NotCompiledYet if the ledger's kernels are missing."""
-    scene = Scene(arena={"size": (9.0, 9.0)}, balls=[BallGroup(radius=1, positions=((5.0, 5.0),))])
+    """Enter a step in which a ball rests near a wall. Raises NotCompiledYet if the ledger's kernels are missing."""
+    ball, wall = BallGroup(radius=1, positions=((5.0, 5.0),)), Wall(start=(1.0, 1.0), to=(1.0, 9.0))
+    scene = Scene(arena={"size": (9.0, 9.0)}, balls=[ball], walls=[wall])
     Ledger(scene, Traits()).add(States.stack([spawn(scene)] * 2), no_contacts(), np.empty(0, PUSH))
 
 
