@@ -24,7 +24,7 @@ def _depth_in(constants: SceneConstants, position: Floats, ball: int, other: int
     if other >= 0:
         reach = constants.radius[ball] + constants.radius[other]
         dx, dy = position[other, 0] - x, position[other, 1] - y
-        if abs(dx) >= reach or abs(dy) >= reach:  # nearly all pairs; a root would take ten times as long
+        if abs(dx) >= reach or abs(dy) >= reach:  # nearly all pairs, which are spared a root
             return 0.0
     else:
         reach = constants.radius[ball] + constants.wall[~other, 2]

@@ -53,8 +53,8 @@ class Discs:
         middle = np.divide(surface.get_size(), 2)
         seen = (np.abs(centre - middle) < middle + radius[:, None]).all(axis=1)
         for k in np.flatnonzero(seen).tolist():
-            (x, y), length = centre[k].tolist(), float(radius[k]) - 1
-            capsule(surface, rgb(self._colours[k]), (x, y), (x, y), length + 1)
-            if MIN_TURNED < length < MAX_PYGAME_SHAPE:
-                rim = int(x + length * math.cos(angle[k])), int(y + length * math.sin(angle[k]))
-                pygame.draw.line(surface, LINE, (int(x), int(y)), rim, 2 if length > 20 else 1)
+            (x, y), r = centre[k].tolist(), float(radius[k])
+            capsule(surface, rgb(self._colours[k]), (x, y), (x, y), r)
+            if MIN_TURNED < r - 1 < MAX_PYGAME_SHAPE:
+                rim = int(x + (r - 1) * math.cos(angle[k])), int(y + (r - 1) * math.sin(angle[k]))
+                pygame.draw.line(surface, LINE, (int(x), int(y)), rim, 2 if r - 1 > 20 else 1)

@@ -44,7 +44,7 @@ class RecentContacts:
     """
 
     def __init__(self) -> None:
-        self._kept = deque[Contacts]()  # those of each step that had some, oldest first
+        self._kept = deque[Contacts](maxlen=MAX_CONTACTS)  # those of each step that had some, oldest first
         self._time = -math.inf  # s, of the last call
 
     def add(self, contacts: Contacts, state: State, radius: Floats) -> None:
@@ -57,9 +57,7 @@ class RecentContacts:
             kept.pop()
         if len(contacts):
             kept.append(_located(contacts[-MAX_CONTACTS:], state, radius))  # of many, the others are not kept anyway
-        while kept and (
-            kept[0]["time"][-1] <= state.time - CONTACT_SECONDS or sum(map(len, kept)) - len(kept[0]) >= MAX_CONTACTS
-        ):
+        while kept and kept[0]["time"][-1] <= state.time - CONTACT_SECONDS:
             kept.popleft()
 
     def latest(self) -> Contacts:
