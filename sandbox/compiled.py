@@ -8,6 +8,9 @@ and time to compile. Without reference counts, a kernel cannot make an array: Py
 `portable_entry` gives the same bits in Python. The cache checks the entry's own file only: after an edit to a kernel in
 another file, delete the cache (in `__pycache__`, or in NUMBA_CACHE_DIR). The tests do so by themselves.
 
+Signal handlers wait until a kernel is compiled, loaded or saved: llvmlite runs Python in callbacks, where an exception
+is lost, and releases LLVM's memory in destructors, which an exception would leave half done.
+
 Compiling takes seconds, once. A program with something to show in that time has it done by a `Compiler`.
 """
 
@@ -22,6 +25,8 @@ from numba import njit, types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
+
+from sandbox.signals import signals_deferred
 
 _OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
 MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel gets, to run in Python meanwhile
@@ -93,8 +98,12 @@ class _Cache(FunctionCache):
             found = self._load(signature, context)
         return found
 
+    def save_overload(self, signature: object, compiled: object) -> None:
+        with signals_deferred():
+            super().save_overload(signature, compiled)  # type: ignore[no-untyped-call]
+
     def _load(self, signature: object, context: object) -> object:
-        with self._guard_against_spurious_io_errors():
+        with signals_deferred(), self._guard_against_spurious_io_errors():
             return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
 
 
@@ -109,6 +118,7 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel that Python calls, when it is first called."""
     compiled = njit(**_OPTIONS)(function)
     compiled._cache = _Cache(function)  # type: ignore[no-untyped-call]
+    compiled._compiler.compile = signals_deferred()(compiled._compiler.compile)
     return cast("Callable[..., Any]", compiled)
 
 

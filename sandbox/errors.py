@@ -42,6 +42,17 @@ class EngineError(SandboxError):
         self.details = "".join(f"{printable(line)}\n" for line in details.splitlines())
 
 
+class LimitReached(SandboxError):
+    """An engine ends early, since it would exceed a limit; up to there it is right.
+
+    engine: its name; time: s since the start of the run, the end of the last step within the limit; why: which limit.
+    """
+
+    def __init__(self, engine: str, time: float, why: str) -> None:
+        super().__init__(f"{engine} ends at {time:.4g} s: {why}")
+        self.engine, self.time, self.why = engine, time, why
+
+
 class SpaceWarning(UserWarning):
     """A scene, or a recording, of a `pymunk.Space` leaves something out or differs from it."""
 

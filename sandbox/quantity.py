@@ -106,6 +106,32 @@ def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tupl
     return deepest, first, second
 
 
+def count_overlaps(position: Floats, radius: Floats, most: int) -> int:
+    """Return how many pairs of balls overlap, counting up to a number. position: (n, 2) px; radius: (n,) px."""
+    axis = int(np.ptp(position, axis=0).argmax())
+    order = np.argsort(position[:, axis])
+    return _count_overlaps(position[order], radius[order], float(radius.min()), axis, most)
+
+
+@portable_entry
+def _count_overlaps(position: Floats, radius: Floats, smallest: float, axis: int, most: int) -> int:
+    """Compare each ball with the balls no larger than it, as `_sweep` does."""
+    count = 0
+    for i in range(len(position)):
+        for direction in (1, -1):
+            if direction < 0 and radius[i] == smallest:
+                break
+            j = i + direction
+            while 0 <= j < len(position) and count < most:
+                if abs(position[j, axis] - position[i, axis]) >= 2 * radius[i]:
+                    break
+                if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
+                    distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
+                    count += distance < radius[i] + radius[j]
+                j += direction
+    return count
+
+
 def dot(a: Floats, b: Floats) -> Floats:
     """Return the scalar product of vectors: (..., 2) and (..., 2) -> (...)."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -11,9 +12,6 @@ from sandbox.errors import Terminated
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
 RERAISE_DELAY: Final = 0.001  # s
-
-_deferrals: Final[list[None]] = []  # as many as there are `signals_deferred` in progress
-_deferred: Final[list[int]] = []  # signals that arrived meanwhile
 
 
 @contextmanager
@@ -35,14 +33,29 @@ def signals_as_exceptions() -> Iterator[None]:
 
 @contextmanager
 def signals_deferred() -> Iterator[None]:
-    """Defer signals until the end of a section that must not be left half done."""
-    _deferrals.append(None)
+    """Defer every signal handler in Python until the end of a section that must not be left half done."""
+    if threading.current_thread() is not threading.main_thread():  # which alone runs handlers
+        yield
+        return
+    arrived, defers = list[int](), True
+
+    def defer(number: int, frame: FrameType | None) -> None:
+        if defers:
+            arrived.append(number)
+        else:  # while they are restored below
+            handlers[number](number, frame)
+
+    handlers = {int(each): handler for each in signal.valid_signals() if callable(handler := signal.getsignal(each))}
     try:
+        for each in handlers:
+            signal.signal(each, defer)
         yield
     finally:
-        _deferrals.pop()
-        if _deferred and not _deferrals:
-            _terminate(_deferred.pop())
+        defers = False
+        for each, handler in handlers.items():
+            signal.signal(each, handler)
+        for number in arrived:
+            signal.raise_signal(number)
 
 
 @contextmanager
@@ -62,9 +75,6 @@ def sigint_blocked() -> Iterator[None]:
 
 
 def _terminate(number: int, _frame: FrameType | None = None) -> None:
-    if _deferrals:
-        _deferred.append(number)
-        return
     signal.signal(number, signal.SIG_DFL)  # a second signal ends the program at once
     raise Terminated(number)
 

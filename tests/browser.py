@@ -21,6 +21,7 @@ FLAGS = (
     "--hide-scrollbars",
     "--no-first-run",
     "--disable-dev-shm-usage",
+    "--allow-pre-commit-input",  # else keys and clicks before a page's first paint are discarded
 )
 KEYS = {" ": ("Space", 32), "ArrowLeft": ("ArrowLeft", 37), "ArrowRight": ("ArrowRight", 39)} | {
     "Home": ("Home", 36), "End": ("End", 35), "Tab": ("Tab", 9), "d": ("KeyD", 68), "g": ("KeyG", 71)

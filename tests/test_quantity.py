@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sandbox.quantity import (
+    count_overlaps,
     deepest_overlap,
     energy,
     kinetic_energy,
@@ -100,6 +101,10 @@ def test_the_deepest_overlap_equals_that_of_all_pairs(balls: list[tuple[float, f
         for i in range(len(balls))
         for j in range(i + 1, len(balls))
     }
+    pairs = sum(overlap > 0 for overlap in overlaps.values())
+    if all(abs(overlap) > 1e-9 for overlap in overlaps.values()):
+        assert count_overlaps(position, radius, 10_000) == pairs
+        assert count_overlaps(position, radius, 3) == min(pairs, 3)
     found, first, second = deepest_overlap(position, radius)
     deepest = max(overlaps.values(), default=0.0)
     if deepest > 1e-9:

@@ -187,7 +187,10 @@ def try_settings(
     for number, rate in enumerate(rates):
         group = [changes for changes in tried if changes.get("rate", scene.rate) == rate]
         done = partial(_show_part, progress, number / len(rates), 1 / len(rates)) if progress else None
-        trials += _run_together(scene, rate, group, against, inputs, done)
+        comparison, names = _run_together(scene, rate, group, against, inputs, done)
+        trials += [_trial(comparison, name, changes) for changes, name in zip(group, names, strict=True)]
+        if comparison.ended:  # so that all trials are of the same time
+            scene = scene.changed(seconds=comparison.since + float(comparison.time[-1]))
     return sorted(trials, key=lambda trial: tried.index(trial.changes))
 
 
@@ -244,13 +247,12 @@ def _run_together(
     against: str,
     inputs: Sequence[Input],
     progress: Callable[[float], object] | None,
-) -> Iterator[Trial]:
-    """Run trials of one rate in one comparison."""
+) -> tuple[Comparison, list[str]]:
+    """Run trials of one rate in one comparison. Return it, and the name of each trial in it."""
     names = [with_settings(TUNED, {key: n for key, n in changes.items() if key != "rate"}) for changes in group]
     inputs, against = at_rate(inputs, scene.rate, rate), _reference_at(rate, scene, against)
-    comparison = compare(scene.changed(rate=rate), [*names, against], against=against, inputs=inputs, progress=progress)
-    for changes, name in zip(group, names, strict=True):
-        yield _trial(comparison, name, changes)
+    scene = scene.changed(rate=rate)
+    return compare(scene, [*names, against], against=against, inputs=inputs, progress=progress), names
 
 
 def at_rate(inputs: Sequence[Input], old: int, new: int) -> list[Input]:
@@ -269,7 +271,7 @@ def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
     return Trial(
         changes,
         passages=len(run.missed),
-        escapes=run.escape.balls if run.escape else 0,
+        escapes=run.figures.escaped,
         apart=run.apart,
         until=until,
         gap=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,

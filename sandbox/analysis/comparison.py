@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Final
+from functools import partial
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -11,11 +12,12 @@ from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
 from sandbox.analysis.record import Record
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
-from sandbox.engines import Engines, default_engines, named
-from sandbox.errors import EngineError, SandboxError, suggestion
+from sandbox.engines import Engines, Source, default_engines, named
+from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
+from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 from sandbox.text import CsvDialect, csv_text
@@ -23,6 +25,7 @@ from sandbox.text import CsvDialect, csv_text
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
 MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,8 @@ class Comparison:
 
     since: s, the time of the last edit, 0 without edits; the comparison covers what follows, and its times count from
     there; time: (steps + 1,) s; trust: until when the reference means anything; stride: steps between two frames of the
-    runs' paths; inputs: replayed into all engines; failed: engines that have no run, because they failed.
+    runs' paths; inputs: replayed into all engines; failed: engines that have no run, because they failed; ended: the
+    limit of an engine that ends the comparison before the scene's seconds, None if none does.
     """
 
     scene: Scene
@@ -52,6 +56,7 @@ class Comparison:
     stride: int
     inputs: tuple[Input, ...]
     failed: Mapping[str, EngineError] = field(default_factory=dict)
+    ended: LimitReached | None = None
 
     @property
     def horizon(self) -> float | None:
@@ -67,6 +72,16 @@ class Comparison:
     def unresolved(self) -> float | None:
         """When the reference's treatment of a heap begins to matter, s; None if it does not."""
         return self.trust.unresolved
+
+    @property
+    def reference_until(self) -> float | None:
+        """Where the comparison ends early, s; None if it covers the scene's seconds."""
+        return float(self.time[-1]) if self.ended else None
+
+    @property
+    def energy_scale(self) -> float:
+        """What all shares of energy are of, kg px²/s², see `EnergyScale`; 0 if nothing moves in the reference."""
+        return next(iter(self.runs.values())).energy_scale
 
     @property
     def trusted_until(self) -> float | None:
@@ -93,6 +108,8 @@ class Comparison:
             horizon=self.horizon,
             undecided=self.undecided,
             unresolved=self.unresolved,
+            reference_until=self.reference_until,
+            energy_scale=self.energy_scale,
         )
 
     def as_csv(self, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
@@ -120,14 +137,16 @@ class Comparison:
         for name, run in self.runs.items():
             for what, limit, values, unit in (
                 ("gap", max_gap, run.gap_max, " px"),
-                ("drift", max_drift, np.abs(run.energy / (run.energy[0] or np.nan) - 1), ""),
+                ("drift", max_drift, np.abs(run.energy_change), ""),
                 ("energy error", max_energy_error, np.abs(run.energy_gap), ""),
             ):
                 if limit is None:
                     continue
                 if np.isnan(values[1:]).all():
-                    why = f"{self.against} means nothing from the start" if run.energy[0] else "its energy starts at 0"
-                    raise SandboxError(f"{name}: there is no {what} to compare with the limit of {limit:g}: {why}")
+                    why = "means nothing from the start" if run.energy_scale else "has no ball that moves"
+                    raise SandboxError(
+                        f"{name}: there is no {what} to compare with the limit of {limit:g}: {self.against} {why}"
+                    )
                 message = ""
                 if (values > limit).any():
                     since = self.time[int((values > limit).argmax())]
@@ -140,13 +159,13 @@ class Comparison:
 
 def _as_json(run: Run) -> dict[str, Any]:
     """Return an engine's part of `--json`."""
-    start = float(run.energy[0])
+    scale = run.energy_scale
     figures = asdict(run.figures)
     if first := run.figures.first_difference:
         figures["first_difference"] |= {"kind": first.kind.value, "cause": first.cause.key}
     figures["ledger"] = {
         entry.cause.key: {key: value for key, value in asdict(entry).items() if key != "cause"}
-        | {"share": entry.energy / start if start else None}
+        | {"share": entry.energy / scale if scale else None}
         for entry in run.figures.ledger
     }
     if run.theory:
@@ -180,34 +199,67 @@ def compare(
     takes part, else the last; inputs: recorded inputs to
     replay; progress: called now and then with the fraction that is done. If inputs edit the scene, the comparison
     covers what follows the last edit.
-    An engine that is not built in and fails has no run, but an EngineError in `failed`.
+    An engine that is not built in and fails has no run, but an EngineError in `failed`. Where an engine reaches a
+    limit, the comparison ends for all, with a LimitReached in `ended`.
     Raises SandboxError if an engine is unknown, Refused if one cannot run the scene, EngineError if the reference
-    fails.
+    fails, LimitReached if an engine reaches a limit in the first step.
     """
-    steps = clock_of(scene.clock, inputs).step(scene.seconds)
+    clock = clock_of(scene.clock, inputs)
+    steps = clock.step(scene.seconds)
     sources = named(engines or _default_names(scene, [one for one in inputs if one.step < steps]))
     against = against or reference_of(list(sources))
     if against not in sources:
         hint = suggestion(against, sources)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
-    failed: dict[str, EngineError] = {}
+    run = partial(_compare_those_that_run, scene, sources, against, inputs, progress)
+    comparison, ended = _up_to_limit(run, steps, clock)
+    return replace(comparison, ended=ended)
+
+
+def _up_to_limit(run: Callable[[int], T], steps: int, clock: Clock) -> tuple[T, LimitReached | None]:
+    """Run so many steps, or else as many as no engine reaches a limit in. Return what that returns, and the limit.
+
+    All is run again for fewer steps, so the result is that of a run of just these. Raises LimitReached if there are
+    none.
+    """
+    ended = None
     while True:
         try:
-            return replace(_compare(scene, sources, against, steps, inputs, progress), failed=failed)
+            return run(steps), ended
+        except LimitReached as limit:
+            steps = min(clock.step(limit.time), steps - 1)
+            if steps < 1:
+                raise
+            ended = limit
+
+
+def _compare_those_that_run(
+    scene: Scene,
+    sources: Mapping[str, Source],
+    against: str,
+    inputs: Sequence[Input],
+    progress: Callable[[float], object] | None,
+    steps: int,
+) -> Comparison:
+    """Run a scene in several engines for some steps, without those that fail. Raises EngineError if `against` does."""
+    running, failed = dict(sources), dict[str, EngineError]()
+    while True:
+        try:
+            return replace(_compare(scene, running, against, inputs, progress, steps), failed=failed)
         except EngineError as error:
             if error.engine == against:
                 raise
             failed[error.engine] = error
-            del sources[error.engine]
+            del running[error.engine]
 
 
 def _compare(
     scene: Scene,
     engines: Engines,
     against: str,
-    steps: int,
     inputs: Sequence[Input],
     progress: Callable[[float], object] | None,
+    steps: int,
 ) -> Comparison:
     """Run a scene in several engines for some steps. Raises EngineError as soon as one fails."""
     lockstep = Lockstep(scene, engines, inputs)
@@ -227,7 +279,7 @@ def _compare(
 class Reference:
     """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    position: (steps + 1, n, 2) px.
+    position: (steps + 1, n, 2) px; ended: the limit at which it ends before the scene's seconds, None if at none.
     """
 
     engine: str
@@ -235,11 +287,22 @@ class Reference:
     record: Record
     position: Floats
     trust: Trust
+    ended: LimitReached | None = None
+
+    @property
+    def steps(self) -> int:
+        """The number of steps that it did."""
+        return len(self.position) - 1
 
     @property
     def energy(self) -> Floats:
         """Its energy, (steps + 1,) kg px²/s²."""
         return self.run.energy
+
+    @property
+    def energy_scale(self) -> float:
+        """The scale of its energy, kg px²/s²."""
+        return self.run.energy_scale
 
     def positions(self, rows: slice, before: int) -> Floats:
         """Return where the balls are in some rows of a block that begins after so many steps: (steps, n, 2) px."""
@@ -247,19 +310,33 @@ class Reference:
 
 
 def run_reference(scene: Scene, engine: str) -> Reference:
-    """Run the engine that others will be measured against, for the scene's seconds."""
-    lockstep, position = Lockstep(scene, [engine]), np.empty((scene.steps + 1, len(scene.bodies), 2))
-    segment = _Segment(lockstep, [engine], engine, scene.steps, kept=position)
+    """Run the engine that others will be measured against, for the scene's seconds, or as long as it can.
+
+    Raises LimitReached if it reaches a limit in the first step.
+    """
+    reference, ended = _up_to_limit(partial(_run_reference, scene, engine), scene.steps, scene.clock)
+    return replace(reference, ended=ended)
+
+
+def _run_reference(scene: Scene, engine: str, steps: int) -> Reference:
+    lockstep, position = Lockstep(scene, [engine]), np.empty((steps + 1, len(scene.bodies), 2))
+    segment = _Segment(lockstep, [engine], engine, steps, kept=position)
     comparison = segment.complete()
     return Reference(engine, comparison.runs[engine], segment.reference.record, position, segment.reference.trust)
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
+    steps = reference.steps
     if engine == reference.engine:
-        time, stride = scene.clock.times(np.arange(scene.steps + 1)), _path_stride(scene, scene.steps)
-        return Comparison(scene, engine, 0.0, time, {engine: reference.run}, reference.trust, stride, ())
-    return _Segment(Lockstep(scene, [engine]), [engine], reference.engine, scene.steps, reference).complete()
+        time, stride = scene.clock.times(np.arange(steps + 1)), _path_stride(scene, steps)
+        runs = {engine: reference.run}
+        return Comparison(scene, engine, 0.0, time, runs, reference.trust, stride, (), ended=reference.ended)
+    try:
+        comparison = _Segment(Lockstep(scene, [engine]), [engine], reference.engine, steps, reference).complete()
+    except LimitReached:  # so the reference is needed up to there only
+        return compare(scene, [engine, reference.engine], against=reference.engine)
+    return replace(comparison, ended=reference.ended)
 
 
 class _RunningReference:
@@ -291,6 +368,11 @@ class _RunningReference:
         return self._measurement.energy
 
     @property
+    def energy_scale(self) -> float:
+        """The scale of its energy, kg px²/s², at the end of the run."""
+        return self._measurement.scale.value
+
+    @property
     def trust(self) -> Trust:
         """Until when its paths mean anything, at the end of the run."""
         return self._twins.trust(self._measurement.record.contacts)
@@ -315,6 +397,7 @@ class _Segment:
     ) -> None:
         self.lockstep, self.against, self.scene = lockstep, against, lockstep.scene
         self.since = lockstep.time
+        self.work_before = dict(lockstep.work)  # kg px²/s², by the mouse and edits of earlier segments
         edited = any(isinstance(given, Edit) for given in lockstep.given)
         self.expect = () if edited else self.scene.expect  # what was expected may not hold after an edit
         self.steps = steps
@@ -325,7 +408,6 @@ class _Segment:
         self.measurements = {
             name: Measurement(self.scene, lockstep.engines[name], self.rows, self.stride, steps) for name in names
         }
-        self.initial = self.measurements[names[0]].start
         self.states = {measurement.runner: measurement.states for measurement in self.measurements.values()}
         self.reference: Reference | _RunningReference
         if reference:
@@ -344,6 +426,7 @@ class _Segment:
             self.disturbed[self.before + rows.start] = True
             for name, measurement in self.measurements.items():
                 measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
+                measurement.scale.give(self.lockstep.work[name] - self.work_before[name])
         if self.filled == end:
             self._measure()
         if self.filled == self.rows:
@@ -356,10 +439,11 @@ class _Segment:
         for name, measurement in self.measurements.items():
             measurement.measure(rows, None if name == self.against else reference, self.before)
         for number, expect in enumerate(self.expect):
-            around = [step - self.before for step in steps_around(expect.at, self.scene.rate)]
+            first, last = steps_around(expect.at, self.scene.rate)
+            around = first - self.before, last - self.before
             if rows.start <= around[1] < rows.stop and not self.disturbed[: self.before + around[1] + 1].any():
                 for measurement in self.measurements.values():
-                    measurement.score(number, expect, self.initial, around, self.before)
+                    measurement.expect(number, expect, around, self.before)
         self.measured = self.filled
 
     def _enter(self) -> None:
@@ -386,8 +470,9 @@ class _Segment:
                 for measurement in self.measurements.values():
                     measurement.skip(number, expect)
         record, energy, trust = self.reference.record, self.reference.energy, self.reference.trust
+        scale = self.reference.energy_scale
         runs = {
-            name: measurement.run(None if name == self.against else record, energy, trust.until, self.disturbed)
+            name: measurement.run(None if name == self.against else record, energy, scale, trust.until, self.disturbed)
             for name, measurement in self.measurements.items()
         }
         time = self.scene.clock.times(np.arange(self.steps + 1))

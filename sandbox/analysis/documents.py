@@ -33,6 +33,8 @@ class Conditions:
     horizon: float | None  # s
     undecided: float | None  # s
     unresolved: float | None  # s
+    reference_until: float | None  # s
+    energy_scale: float  # kg px²/s²
 
 
 @dataclass(frozen=True)

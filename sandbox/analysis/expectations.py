@@ -154,11 +154,12 @@ def steps_around(at: float, rate: int) -> tuple[int, int]:
     return math.floor(at * rate), math.ceil(at * rate)
 
 
-def score(scene: Scene, expect: Expect, initial: State, before: State, after: State) -> Score:
+def score(scene: Scene, expect: Expect, initial: State, before: State, after: State, energy_scale: float) -> Score:
     """Score an engine by its states at the steps around the time of an expectation, as of `steps_around`.
 
     Between two steps, the state of the nearer one is flown to that time: x + v t + g t²/2, v + g t. If a ball that the
     expectation is about touched something in this step, no state is known for that time, and the score is skipped.
+    energy_scale: kg px²/s², what shares of energy are of; if it is 0, there are none.
     """
     if after.time > before.time and (touched := _first_touched(scene, expect, before, after)) is not None:
         return Score(
@@ -166,9 +167,9 @@ def score(scene: Scene, expect: Expect, initial: State, before: State, after: St
         )
     nearest = min((before, after), key=lambda state: abs(state.time - expect.at))
     state = nearest if after.time == before.time else _flown(scene, nearest, expect.at)
-    if expect.energy_ratio is not None and not _energy(scene, initial):
-        return Score(expect, skipped="the energy at the start is 0, so it has no ratio")
-    return Score(expect, tuple(_deviations(scene, expect, initial, state)))
+    if expect.energy_ratio is not None and not energy_scale:
+        return Score(expect, skipped="nothing moves, so the energy has no ratio")
+    return Score(expect, tuple(_deviations(scene, expect, initial, state, energy_scale)))
 
 
 def _first_touched(scene: Scene, expect: Expect, before: State, after: State) -> int | None:
@@ -190,7 +191,7 @@ def _flown(scene: Scene, state: State, at: float) -> State:
     )
 
 
-def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> Iterator[Deviation]:
+def _deviations(scene: Scene, expect: Expect, initial: State, state: State, energy_scale: float) -> Iterator[Deviation]:
     mass = scene.bodies.mass
     if expect.ball is not None:
         for quantity, expected, found in (
@@ -202,7 +203,8 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State) -> I
         if expect.spin is not None:
             yield Deviation(Quantity.SPIN, expect.spin, float(state.spin[expect.ball]))
     if expect.energy_ratio is not None:
-        yield Deviation(Quantity.ENERGY_RATIO, expect.energy_ratio, _energy(scene, state) / _energy(scene, initial))
+        ratio = 1 + (_energy(scene, state) - _energy(scene, initial)) / energy_scale
+        yield Deviation(Quantity.ENERGY_RATIO, expect.energy_ratio, ratio)
     if expect.momentum is not None:
         yield Deviation(Quantity.MOMENTUM, expect.momentum, _vector(momentum(state.velocity, mass)))
     if expect.centre_of_mass is not None:

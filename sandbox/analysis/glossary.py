@@ -44,6 +44,11 @@ GLOSSARY: Final[Mapping[str, Word]] = {
         "restitution|elasticit",
     ),
     "RMS": Word("The root of the mean of the squares: an average in which large values count most.", "RMS"),
+    "Scale of energy": Word(
+        "What 100 % of energy is: the largest kinetic energy that the reference reaches, or what the mouse has given, "
+        "if that is more.",
+        "of the energy|energy left|energy error|scale of energy",
+    ),
     "Tunnelling": Word(
         "A ball passes through a wall or another ball between two steps, without a contact.",
         "tunnel|contact missed|passages",

@@ -1,7 +1,6 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.difference import Difference, difference_of_states, differences
+from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.findings import Findings
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
@@ -33,8 +33,8 @@ SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared 
 class Figures:
     """One engine's figures; the names are those of JSON and CSV. What an engine does not report is None."""
 
-    energy_ratio: float | None  # at the end, as a fraction of the start; None if that was 0
-    energy_drift: float | None  # the largest change of that fraction, at any time
+    energy_ratio: float | None  # at the end: 1 + the change as a fraction of the comparison's scale; None if that is 0
+    energy_drift: float | None  # the largest change of that, at any time
     energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
     momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
     angular_momentum_drift: float | None  # likewise of angular momentum about the arena's centre, of flight and spin
@@ -43,7 +43,7 @@ class Figures:
     pair_contacts: int | None
     wall_contacts: int | None
     max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre is outside the arena's walls at the end
+    escaped: int  # balls whose centre was outside the arena's walls at any step
     expected: int  # of the scene's expectations, the number that fall into the run and can be judged
     met: int  # the number of those that the engine meets
     skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
@@ -64,16 +64,18 @@ class Escape(NamedTuple):
     ball: int  # the first of them
     balls: int  # how many did
     furthest: float  # px from the arena
+    left: int  # how many are still outside at the end
 
 
 @dataclass(frozen=True, repr=False)
 class Run:
     """What one engine did, over time.
 
-    energy: (steps + 1,) kg px²/s²; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction of
-    its start, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part of
-    the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's centre;
-    centre_of_mass: (steps + 1, 2) px;
+    energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of
+    energy are of, 0 if nothing moves; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction
+    of the scale, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part
+    of the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's
+    centre; centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: in order of time; impacts: what the ledger found about the first MAX_IMPACTS of them, none
@@ -86,6 +88,7 @@ class Run:
 
     figures: Figures
     energy: Floats
+    energy_scale: float
     energy_gap: Floats
     momentum: Floats
     angular_momentum: Floats
@@ -105,10 +108,21 @@ class Run:
     path: NDArray[np.float32]
     final: State
 
+    @property
+    def energy_change(self) -> Floats:
+        """The energy since the start, as a fraction of the scale: (steps + 1,), NaN if that is 0."""
+        return change_of(self.energy, self.energy_scale)
+
     def __repr__(self) -> str:
         return (
             f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
         )
+
+
+def change_of(energy: Floats, scale: float) -> Floats:
+    """Return by how much an energy (kg px²/s²) has changed since its first value, as a fraction of a scale."""
+    change: Floats = (energy - energy[0]) / (scale or np.nan)
+    return change
 
 
 class Measurement:
@@ -129,6 +143,7 @@ class Measurement:
         self._scene = scene
         self._stride = stride
         self._ledger = Ledger(scene, self._traits)
+        self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
@@ -150,7 +165,8 @@ class Measurement:
         self._velocities: list[Floats] = []  # at some times, of a scene that theory applies to
         self._velocity_stride = max(1, steps // SPEED_SAMPLES)
         self._path: list[NDArray[np.float32]] = []
-        self._scores: dict[int, Score] = {}
+        self._expected: dict[int, tuple[Expect, State, State]] = {}  # with the states before and after its time
+        self._skipped: dict[int, Score] = {}
 
     def measure(self, rows: slice, reference: Floats | None, before: int) -> None:
         """Measure some of the states.
@@ -194,14 +210,14 @@ class Measurement:
             self._first_outside = self._scene.clock.time(first + step), ball
         self._furthest_outside = np.maximum(self._furthest_outside, away.max(axis=0))
 
-    def score(self, number: int, expect: Expect, initial: State, rows: Sequence[int], before: int) -> None:
-        """Score the states of the rows around the time of an expectation; before: as in `measure`."""
-        around = (self.states.state(row, self._scene.clock.time(before + row)) for row in rows)
-        self._scores[number] = score(self._scene, expect, initial, *around)
+    def expect(self, number: int, expect: Expect, rows: tuple[int, int], before: int) -> None:
+        """Keep the states of the rows around the time of an expectation; before: as in `measure`."""
+        first, last = (self.states.state(row, self._scene.clock.time(before + row)).copy() for row in rows)
+        self._expected[number] = expect, first, last
 
     def skip(self, number: int, expect: Expect) -> None:
         """Score an expectation that falls between the last step and the end of the run."""
-        self._scores[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
+        self._skipped[number] = Score(expect, skipped=f"the last step ends before {expect.at:g} s")
 
     def enter(self, rows: int) -> None:
         """Enter the first rows of the block in the ledger, and begin another block with the last of them."""
@@ -211,7 +227,8 @@ class Measurement:
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
         pushes = np.array(self.pushes, PUSH)
-        torques, damped = self._ledger.add(states, self._contacts[-1], pushes)
+        torques, damped = self._ledger.add(states, contacts, pushes)
+        self.scale.follow(self._scene, states, contacts, self._entered)
         self._torques[self._entered : self._entered + rows - 1] = torques
         self._given[self._entered + 1 : self._entered + rows] = damped
         pushed = self._scene.bodies.mass[pushes["ball"], None] * pushes["dv"]
@@ -241,13 +258,19 @@ class Measurement:
         )
 
     def run(
-        self, reference: Record | None, reference_energy: Floats, trusted_until: float | None, disturbed: Bools
+        self,
+        reference: Record | None,
+        reference_energy: Floats,
+        energy_scale: float,
+        trusted_until: float | None,
+        disturbed: Bools,
     ) -> Run:
         """Return the whole run.
 
         reference: its contacts, None for the reference's own run; reference_energy: (steps + 1,) kg px²/s²;
-        trusted_until: s, when the reference's paths first mean nothing, None if they do to the end; disturbed:
-        (steps + 1,), whether a ball was pushed in the step that led to each state.
+        energy_scale: kg px²/s², of all shares of energy; trusted_until: s, when the reference's paths first mean
+        nothing, None if they do to the end; disturbed: (steps + 1,), whether a ball was pushed in the step that led to
+        each state.
         """
         record, scene = self.record, self._scene
         contacts = record.contacts
@@ -260,7 +283,7 @@ class Measurement:
         until, known = comparable_until(trusted, final.time, scene.clock)
         until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
-        energy_gap = self._energy_gap(reference_energy, means_energy)
+        energy_gap = self._energy_gap(reference_energy, energy_scale, means_energy)
         steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
         in_place = bool((gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all())
         in_place &= not (np.abs(energy_gap[steps]) > NEGLIGIBLE).any()  # places show no spins
@@ -271,12 +294,12 @@ class Measurement:
             differing = (difference_of_states(*away, record, reference),)
         if in_place:
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
-        start = total_energy[0]
-        scores = [self._scores[number] for number in sorted(self._scores)]
+        change = change_of(total_energy, energy_scale)
+        scores, escape = self._scores(energy_scale), self._escape(final)
         figures = Figures(
-            energy_ratio=float(total_energy[-1] / start) if start else None,
-            energy_drift=float(np.abs(total_energy / start - 1)[~self._touching].max(initial=0.0)) if start else None,
-            energy_error=float(np.nanmax(np.abs(energy_gap))) if reference_energy[0] else None,
+            energy_ratio=float(1 + change[-1]) if energy_scale else None,
+            energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if energy_scale else None,
+            energy_error=float(np.nanmax(np.abs(energy_gap))) if energy_scale else None,
             momentum_drift=self._momentum_drift(at_wall) if record.unjudged is None else None,
             angular_momentum_drift=self._angular_momentum_drift(at_wall) if record.unjudged is None else None,
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
@@ -284,7 +307,7 @@ class Measurement:
             pair_contacts=len(contacts) - len(at_wall) if self._traits.reports_contacts else None,
             wall_contacts=len(at_wall) if self._traits.reports_contacts else None,
             max_overlap=self._ledger.max_overlap,
-            escaped=int(np.count_nonzero(outside(final.position, scene.arena.size) > 0)) if scene.arena.walls else 0,
+            escaped=escape.balls if escape else 0,
             expected=sum(not one.skipped for one in scores),
             met=sum(one.passed for one in scores if not one.skipped),
             skipped=sum(bool(one.skipped) for one in scores),
@@ -294,6 +317,7 @@ class Measurement:
         return Run(
             figures=figures,
             energy=total_energy,
+            energy_scale=energy_scale,
             energy_gap=energy_gap,
             momentum=self._momentum,
             angular_momentum=self._angular_momentum,
@@ -306,7 +330,7 @@ class Measurement:
             impacts=record.findings[: MAX_IMPACTS if record.unjudged is None else 0].copy(),
             differences=differing,
             missed=tuple(sorted(record.missed)),
-            escape=self._escape(),
+            escape=escape,
             unjudged=record.unjudged,
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
@@ -314,8 +338,18 @@ class Measurement:
             final=final,
         )
 
-    def _energy_gap(self, reference: Floats, until: float) -> Floats:
-        """Return `Run.energy_gap`. reference: (steps + 1,) kg px²/s²; until: s, when its energy first means nothing.
+    def _scores(self, energy_scale: float) -> list[Score]:
+        """Return the scores of the expectations that fall into the run, in their order in the scene."""
+        scored = {
+            number: score(self._scene, expect, self.start, before, after, energy_scale)
+            for number, (expect, before, after) in self._expected.items()
+        }
+        return [of_one for _, of_one in sorted((scored | self._skipped).items())]
+
+    def _energy_gap(self, reference: Floats, scale: float, until: float) -> Floats:
+        """Return `Run.energy_gap`.
+
+        reference: (steps + 1,) kg px²/s²; scale: kg px²/s²; until: s, when the reference's energy first means nothing.
 
         A time-stepped engine may be a step late, or early, with a loss of energy that the scene asks for. So the
         difference is from the range of the reference's energy, from a step before to a step after.
@@ -325,16 +359,18 @@ class Measurement:
         )
         above = np.maximum(self.energy - around.max(axis=0), 0.0)
         below = np.minimum(self.energy - around.min(axis=0), 0.0)
-        gap: Floats = (above + below) / (abs(reference[0]) or np.nan)
+        gap: Floats = (above + below) / (scale or np.nan)
         gap[1:][self._touching[1:]] = np.nan
         gap[1:][np.arange(1, len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
-    def _escape(self) -> Escape | None:
+    def _escape(self, final: State) -> Escape | None:
         if self._first_outside is None:
             return None
-        furthest = self._furthest_outside
-        return Escape(*self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()))
+        furthest, left = self._furthest_outside, outside(final.position, self._scene.arena.size) > 0
+        return Escape(
+            *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
+        )
 
     def _momentum_drift(self, at_wall: Contacts) -> float:
         return float(self._unexplained_momentum(at_wall).max(initial=0.0) / (self._lengths.max() or 1.0))

@@ -58,10 +58,10 @@ def _rows(time: Floats, series: Mapping[str, Sequence[np.ndarray[Any, Any]]]) ->
 
 
 def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: % of the start, or kg px²/s² if that was 0."""
+    """Return each engine's energy over time and its unit: %, 100 at the start, or kg px²/s² if nothing moves."""
     runs = comparison.runs
-    if all(run.energy[0] for run in runs.values()):
-        return {name: 100 * run.energy / run.energy[0] for name, run in runs.items()}, "%"
+    if comparison.energy_scale:
+        return {name: 100 * (1 + run.energy_change) for name, run in runs.items()}, "%"
     return {name: run.energy for name, run in runs.items()}, "kg px²/s²"
 
 

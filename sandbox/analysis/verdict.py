@@ -11,6 +11,7 @@ import numpy as np
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
+from sandbox.analysis.expectations import worst
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
@@ -119,7 +120,7 @@ def reference_words(comparison: Comparison) -> str:
 
 
 def verdict(comparison: Comparison) -> str:
-    """Return a paragraph: until when each engine's paths agree, what the reference is worth, errors, what to change."""
+    """Return a paragraph: how long each engine's paths are near, what the reference is worth, errors, remedies."""
     return " ".join(verdict_parts(comparison))
 
 
@@ -127,10 +128,12 @@ def verdict_parts(comparison: Comparison) -> list[str]:
     """Return the verdict part by part; each is a sentence or more."""
     parts = (
         _alone,
+        _end,
         _start,
         _failures,
         _unjudged,
-        _agreement,
+        _paths,
+        _expectations,
         _trust,
         _errors_of_reference,
         _energy,
@@ -164,6 +167,14 @@ def _alone(comparison: Comparison) -> str:
     name = comparison.against
     hint = "" if name == REFERENCE else f"; --engines {shlex.quote(f'{name},{REFERENCE}')} has a reference"
     return f"Only {name} took part, so nothing is measured against it{hint}."
+
+
+def _end(comparison: Comparison) -> str:
+    """Say where the comparison ends early, and why."""
+    if not comparison.ended:
+        return ""
+    ended, until = comparison.ended, comparison.time[-1]
+    return f"{ended.engine} ends at {until:.4g} s: {ended.why}. Every figure is up to there."
 
 
 def _start(comparison: Comparison) -> str:
@@ -216,8 +227,8 @@ def _unjudged(comparison: Comparison) -> str:
     return " ".join(sentences)
 
 
-def _agreement(comparison: Comparison) -> str:
-    """Say how long each engine's paths agree with the reference's, the longest first."""
+def _paths(comparison: Comparison) -> str:
+    """Say how long each engine has every ball within its radius of the reference's, the longest first."""
     runs = [(name, run.apart) for name, run in _others(comparison).items() if run.apart != 0.0]
     if not runs or comparison.trusted_until == 0.0:
         return ""
@@ -225,15 +236,28 @@ def _agreement(comparison: Comparison) -> str:
     until = {name: until_words(comparison) if apart is None else f"until {apart:.2f} s" for name, apart in runs}
     groups = [(list(names), time) for time, names in groupby(until, until.__getitem__)]
     (best, longest), *others = groups
-    sentence = f"{listed(best)} {'agrees' if len(best) == 1 else 'agree'} with {_reference(comparison)} {longest}"
-    sentence += "".join(f", {listed(names)} {time}" for names, time in others)
-    if any(apart is not None for _, apart in runs):
-        return f"{sentence}, when a ball is first more than its radius off."
-    return f"{sentence}: no ball is more than its radius off."
+    sentence = f"In {listed(best)}, every ball stays within its radius of {_reference(comparison)} {longest}"
+    return "".join([sentence, *(f", in {listed(names)} {time}" for names, time in others), "."])
+
+
+def _expectations(comparison: Comparison) -> str:
+    """Say how many of the scene's expectations each engine misses, and by how much at most."""
+    sentences = []
+    for name, run in comparison.runs.items():
+        missed = [score for score in run.scores if score.missed]
+        if missed:
+            furthest = worst(missed)
+            deviation = furthest.missed[0]
+            off = f"{deviation.error:.2g} {deviation.quantity.unit}".strip()
+            sentences.append(
+                f"{len(missed)} of {run.figures.expected} in {name}, in {deviation.quantity.label} by up to {off} "
+                f"(tolerance {furthest.expect.tolerance:g})"
+            )
+    return f"Expectations missed: {'; '.join(sentences)}." if sentences else ""
 
 
 def until_words(comparison: Comparison) -> str:
-    """Say until when paths can agree with the reference's."""
+    """Say until when paths can be compared with the reference's."""
     ends_by, until = comparison.trust.ends_by, comparison.trusted_until
     if until is None:
         return f"to the end at {comparison.time[-1]:g} s"
@@ -290,14 +314,14 @@ def _errors_of_reference(comparison: Comparison) -> str:
     rightful = [*_of_damping(run)]  # a setting, of which the verdict has a sentence
     if comparison.against == REFERENCE:
         rightful += [entry for entry in _errors(run) if entry.cause == Cause.GRAVITY]
-    start, error = float(run.energy[0]), sum(entry.energy for entry in _errors(run))
+    scale, error = run.energy_scale, sum(entry.energy for entry in _errors(run))
     error -= sum(entry.energy for entry in rightful)
     largest = max((abs(entry.energy) for entry in run.figures.ledger), default=0.0)
-    if abs(error) <= MAX_OWN_ERROR * abs(start) or largest > abs(start):
+    if abs(error) <= MAX_OWN_ERROR * scale or largest > scale:
         return ""
     cause = _main_cause(run, error)
     return (
-        f"{_reference(comparison)} is not free of errors: its own ledger has {100 * error / start:+.2g} % of the "
+        f"{_reference(comparison)} is not free of errors: its own ledger has {100 * error / scale:+.2g} % of the "
         f"energy in error{f', mostly through “{cause.label}”' if cause else ''}."
     )
 
@@ -329,7 +353,7 @@ def _energy(comparison: Comparison) -> str:
     than = f"{'less' if share < 0 else 'more'} than {_reference(comparison)}"
     return (
         f"{_rightful(comparison, step)} The largest energy error is {name}'s: at {comparison.time[step]:.2f} s it has "
-        f"{100 * abs(share):.3g} % of the start's energy {than}{through}.{_pushed(comparison, name)}"
+        f"{100 * abs(share):.3g} % of the energy {than}{through}.{_pushed(comparison, name)}"
     ).strip()
 
 
@@ -339,20 +363,20 @@ def _pushed(comparison: Comparison, name: str) -> str:
         sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.HAND)
         for one in (name, comparison.against)
     )
-    start = abs(float(comparison.runs[name].energy[0]))
-    if abs(own - reference) <= NEGLIGIBLE_ENERGY * start:
+    scale = comparison.energy_scale
+    if abs(own - reference) <= NEGLIGIBLE_ENERGY * scale:
         return ""
     than = f"{'less' if own < reference else 'more'} than {_reference(comparison)}"
-    return f" In all, {Cause.HAND.label} gave it {100 * abs(own - reference) / start:.3g} % {than}."
+    return f" In all, {Cause.HAND.label} gave it {100 * abs(own - reference) / scale:.3g} % {than}."
 
 
 def _damping(comparison: Comparison) -> str:
     """Say how much of the energy damping takes in each engine, and how to turn it off."""
     taken = []
     for name, run in comparison.runs.items():
-        energy, start = sum(entry.energy for entry in _of_damping(run)), abs(float(run.energy[0]))
-        if abs(energy) > NEGLIGIBLE_ENERGY * start:
-            taken.append((f"{-100 * energy / start:.3g} % of the energy" if start else "Energy", name))
+        energy, scale = sum(entry.energy for entry in _of_damping(run)), run.energy_scale
+        if abs(energy) > NEGLIGIBLE_ENERGY * scale:
+            taken.append((f"{-100 * energy / scale:.3g} % of the energy" if scale else "Energy", name))
     if not taken:
         return ""
     (share, name), *others = taken
@@ -391,11 +415,11 @@ def _step_of_energy_error(run: Run) -> int:
 def _rightful(comparison: Comparison, step: int) -> str:
     """Say how much of the energy the scene and the mouse have taken or given by a step, if they have."""
     run = comparison.runs[comparison.against]
-    if not run.energy[0] or not (_others(comparison) or comparison.against == REFERENCE):
+    if not run.energy_scale or not (_others(comparison) or comparison.against == REFERENCE):
         return ""
-    least = NEGLIGIBLE_ENERGY * abs(float(run.energy[0]))
-    share = float(run.energy[step] / run.energy[0] - 1)
-    sign = math.copysign(1.0, share * run.energy[0])  # what gave energy is no reason for a loss
+    least = NEGLIGIBLE_ENERGY * run.energy_scale
+    share = float(run.energy_change[step])
+    sign = math.copysign(1.0, share)  # what gave energy is no reason for a loss
     causes = [entry.cause for entry in run.figures.ledger if entry.cause in NO_ERROR and sign * entry.energy > least]
     errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
@@ -428,7 +452,7 @@ def _elasticities(comparison: Comparison) -> set[float]:
 
 def _explained(run: Run) -> Cause | None:
     """Return the cause of most of an engine's energy error, None if its ledger does not explain the error."""
-    return _main_cause(run, float(run.energy_gap[_step_of_energy_error(run)] * run.energy[0]))
+    return _main_cause(run, float(run.energy_gap[_step_of_energy_error(run)] * run.energy_scale))
 
 
 # Balls that are where they should not be
@@ -450,12 +474,12 @@ def _escapes(comparison: Comparison) -> str:
     sentences = []
     for name, run in comparison.runs.items():
         if run.escape:
-            time, ball, balls, furthest = run.escape
-            at_end = f", {run.figures.escaped} still outside at the end" if run.figures.escaped else ""
+            time, ball, balls, furthest, left = run.escape
+            at_end = f", {left} still outside at the end" if left else ""
             sentences.append(
                 f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{at_end}"
             )
-    return f"Balls outside the arena: {'; '.join(sentences)}." if sentences else ""
+    return f"Escaped balls: {'; '.join(sentences)}." if sentences else ""
 
 
 # Statistics

@@ -8,11 +8,12 @@ from enum import Enum
 from itertools import chain, count
 from typing import Any, Final
 
+from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
 from sandbox.analysis.junit import Ending, TestCase, junit_xml
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import check_name
-from sandbox.errors import EngineError, Refused, SandboxError
+from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
@@ -221,19 +222,34 @@ def _result(scene: Scene, engine: str) -> Result:
 def _scores(scene: Scene, engine: str) -> Iterator[Score]:
     around = {expect: steps_around(expect.at, scene.rate) for expect in scene.expect}
     lockstep = Lockstep(scene, [engine])
-    states = _states(lockstep, engine, sorted({step for steps in around.values() for step in steps}))
-    for expect, steps in around.items():
-        yield score(scene, expect, lockstep.initial, *(states[step] for step in steps))
+    scale = EnergyScale(scene, lockstep.initial)
+    steps, states, ended = sorted({step for steps in around.values() for step in steps}), dict[int, State](), ""
+    try:
+        for step, state in _states(lockstep, engine, steps, scale):
+            states[step] = state
+    except LimitReached as limit:
+        ended = str(limit)
+    for expect, (before, after) in around.items():
+        if after in states:
+            yield score(scene, expect, lockstep.initial, states[before], states[after], scale.value)
+        else:
+            yield Score(expect, skipped=ended)
 
 
-def _states(lockstep: Lockstep, engine: str, steps: Sequence[int]) -> dict[int, State]:
-    """Run to each of some steps, in order, and return the states there."""
-    runner, balls, states = lockstep.engines[engine], len(lockstep.scene.bodies), {}
+def _states(lockstep: Lockstep, engine: str, steps: Sequence[int], scale: EnergyScale) -> Iterator[tuple[int, State]]:
+    """Run to each of some steps, in order, and yield it with the state there; the scale follows the engine."""
+    runner, scene = lockstep.engines[engine], lockstep.scene
+    rows = States.empty(MAX_ROWS + 1, len(scene.bodies))
+    rows.fill(0, runner.state())
+    runner.contacts()  # starts recording
     for step in steps:
         while lockstep.steps < step:
-            lockstep.advance({runner: States.empty(min(MAX_ROWS, step - lockstep.steps), balls)})
-        states[step] = runner.state()
-    return states
+            before, block = lockstep.steps, min(MAX_ROWS, step - lockstep.steps)
+            while (done := lockstep.steps - before) < block:
+                lockstep.advance({runner: rows.rows(slice(1 + done, 1 + block))})
+            scale.follow(scene, rows.rows(slice(block + 1)), runner.contacts(), before)
+            rows.fill(0, rows.state(block, 0.0))
+        yield step, runner.state()
 
 
 def as_json(board: Board) -> dict[str, Any]:

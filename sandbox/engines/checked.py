@@ -142,6 +142,7 @@ class CheckedEngine:
         self._check_numbers(contacts)
         self._check_times(contacts["time"])
         contacts, self._ends, self._read = _in_order(contacts, self._ends or {}), {}, self._time
+        contacts["time"] = np.minimum(contacts["time"], self._time)  # the engine's clock may be ahead of ours
         return contacts
 
     def kick(self, ball: int, dv: Vector) -> None:

@@ -18,7 +18,7 @@ PIECE: Final = np.dtype(
     [
         ("x", "f8"),  # start, px
         ("y", "f8"),
-        ("tx", "f8"),  # unit vector along it; its normal is (-ty, tx)
+        ("tx", "f8"),  # unit vector along it, of a round end outward; its normal is (-ty, tx)
         ("ty", "f8"),
         ("length", "f8"),  # px; 0 for a round end
         ("half_thickness", "f8"),  # of the wall, px
@@ -60,8 +60,8 @@ def pieces_of(scene: Scene) -> NDArray[np.void]:
     inner = (
         (
             _face(wall.start, wall.to, wall.thickness / 2, wall, number),
-            _end(wall.start, wall.thickness / 2, wall, number),
-            _end(wall.to, wall.thickness / 2, wall, number),
+            _end(wall.start, wall.to, wall.thickness / 2, wall, number),
+            _end(wall.to, wall.start, wall.thickness / 2, wall, number),
         )
         for number, wall in enumerate(scene.walls, len(arena))
     )
@@ -74,5 +74,6 @@ def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, n
     return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number)
 
 
-def _end(at: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
-    return (*at, 0.0, 0.0, 0.0, half_thickness, of.elasticity, of.friction, number)
+def _end(at: Vector, other_end: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
+    outward = np.subtract(at, other_end)
+    return (*at, *(outward / np.hypot(*outward)), 0.0, half_thickness, of.elasticity, of.friction, number)

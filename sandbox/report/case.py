@@ -1,7 +1,7 @@
 """The run so far, compared: what the window says of each engine while it goes on, in the words of `compare`."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -29,17 +29,16 @@ class RunSoFar:
     @classmethod
     def of(cls, session: Session) -> Self:
         """Return the run of a session up to the latest step that it has reached."""
-        engines = dict.fromkeys([*session.names, session.reference])
         inputs = tuple(given for given in session.inputs if given.step <= session.end)
-        return cls(session.start, tuple(engines), session.reference, inputs, session.end)
+        return cls(session.start, _engines_of(session), session.reference, inputs, session.end)
 
     def is_part_of(self, session: Session) -> bool:
         """Return whether a session's run began like this, and has come as far."""
-        now = type(self).of(session)
-        same = (self.scene, self.engines, self.against) == (now.scene, now.engines, now.against)
-        return same and self.steps <= now.steps and self._done == replace(now, steps=self.steps)._done
+        now = session.start, _engines_of(session), session.reference
+        same = (self.scene, self.engines, self.against) == now and self.steps <= session.end
+        return same and self._done == [given for given in session.inputs if given.step < self.steps]
 
-    @property
+    @cached_property
     def _done(self) -> list[Input]:
         """The inputs before the last step, which the states show."""
         return [given for given in self.inputs if given.step < self.steps]
@@ -53,6 +52,11 @@ class RunSoFar:
         """Run it again, and compare. Raises SandboxError as `compare` does."""
         scene = self.scene.changed(seconds=self.clock.time(self.steps))
         return compare(scene, self.engines, against=self.against, inputs=self.inputs)
+
+
+def _engines_of(session: Session) -> tuple[str, ...]:
+    """Return the names of a session's engines, with that of the reference if it is hidden."""
+    return tuple(dict.fromkeys([*session.names, session.reference]))
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class OtherContact:
 
 @dataclass(frozen=True)
 class LedgerLine:
-    """What an engine has lost (negative) or made through one cause. share: as a fraction of the energy at the start."""
+    """What an engine has lost (negative) or made through one cause. share: of the comparison's scale of energy."""
 
     cause: str
     share: float
@@ -147,9 +151,9 @@ def _agrees(comparison: Comparison, name: str) -> str:
 
 
 def _ledger(comparison: Comparison, run: Run) -> Iterator[LedgerLine]:
-    """Yield the lines of an engine's ledger; none if the energy was 0 at the start."""
-    start = float(run.energy[0])
-    for entry in run.figures.ledger if start else ():
-        share = entry.energy / start
+    """Yield the lines of an engine's ledger; none if nothing moves."""
+    scale = run.energy_scale
+    for entry in run.figures.ledger if scale else ():
+        share = entry.energy / scale
         if (text := share_text(share)) != NOTHING:
             yield LedgerLine(f"{entry.cause.label}{ledger_mark(comparison)}", share, text)

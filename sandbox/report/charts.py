@@ -173,18 +173,18 @@ def _gap(comparison: Comparison) -> Chart:
 
 
 def _energy(comparison: Comparison) -> Chart:
-    """Draw how each engine's energy differs from the reference's; if there is no other, or none at first, itself."""
+    """Draw how each engine's energy differs from the reference's; if there is no other, or nothing moves, itself."""
     runs, against = comparison.runs, comparison.against
-    if not runs[against].energy[0]:
+    if not comparison.energy_scale:
         return _energy_itself(comparison)
     others = {name: 100 * run.energy_gap for name, run in runs.items() if name != against}
-    series = others or {against: 100 * (runs[against].energy / runs[against].energy[0] - 1)}
+    series = others or {against: 100 * runs[against].energy_change}
     compared = against if others else "the start"
-    plot = _figure(comparison, "% of the start")
+    plot = _figure(comparison, "% of the energy")
     scale_axis(plot, BothSigns(), series.values())
     _draw(plot, comparison, {name: BothSigns().position(values) for name, values in series.items()})
     about = (
-        f"How much more energy than {compared}, or less, there is, as a percentage of the start, in "
+        f"How much more energy than {compared}, or less, there is, as a percentage of the scale of energy, in "
         "powers of ten both ways. A line ends where contacts that lose energy can no longer be compared."
     )
     known = {name: values[np.isfinite(values)] for name, values in series.items()}
@@ -325,7 +325,7 @@ def _ledger(comparison: Comparison) -> Chart:
     energy, causes = _bars(comparison)
     styles = {name: style for name, style in _styles(comparison).items() if energy[name]}
     _, unit = energies(comparison)
-    axis = "energy, % of start" if unit == "%" else unit
+    axis = "energy, %" if unit == "%" else unit
     labels = [fill(cause.label, LABEL_LETTERS) for cause in causes]
     rows = FactorRange(factors=labels[::-1])
     height = 60 + len(causes) * max(40, 22 * len(styles))
@@ -360,7 +360,7 @@ def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[C
     _, unit = energies(comparison)
     energy: dict[str, dict[Cause, float]] = {
         name: {
-            entry.cause: entry.energy / (run.energy[0] / 100 if unit == "%" else 1.0)
+            entry.cause: entry.energy / (run.energy_scale / 100 if unit == "%" else 1.0)
             for entry in run.figures.ledger
             if entry.cause != Cause.SPIN
         }

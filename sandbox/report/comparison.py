@@ -157,12 +157,13 @@ def _hex(color: str) -> str:
 def _settings(comparison: Comparison) -> str:
     scene, balls = comparison.scene, len(comparison.scene.bodies)
     replayed = " Recorded inputs were replayed into all engines." if comparison.inputs else ""
-    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {seconds_text(scene.seconds)} s"
+    until = f"{comparison.reference_until:.4g} of " if comparison.reference_until is not None else ""
+    run = f"{balls:,} ball{'s' * (balls > 1)}, seed {scene.seed}, {until}{seconds_text(scene.seconds)} s"
     return f"{run} {scene.clock}, {reference_words(comparison)}.{replayed}"
 
 
 def _about_frames(comparison: Comparison, every: int) -> str:
-    steps, stride = comparison.scene.steps, comparison.stride * every
+    steps, stride = len(comparison.time) - 1, comparison.stride * every
     unit, _ = fixed_point(comparison.scene)
     shown = "Every step is shown" if stride == 1 else f"To keep the page small, 1 step in {stride} is shown"
     states = f"{steps // stride + 1:,} of {steps + 1:,} states"

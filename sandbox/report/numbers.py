@@ -38,7 +38,7 @@ def number(value: float) -> str:
 
 
 def share(value: float, whole: float) -> str:
-    """Format an energy as a percentage of the start, or in its unit if that was 0."""
+    """Format an energy as a percentage of the scale of energy, or in its unit if nothing moves."""
     if not value:
         return "0"
     if not whole:

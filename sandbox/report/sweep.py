@@ -83,8 +83,8 @@ def _charts(sweep: Sweep, rows: Sequence[Row]) -> Iterator[Chart]:
         yield _by_rate("difference", "First difference", about, "s", others, _times)
     if known(others, "energy_error"):
         about = (
-            f"The largest difference from the energy of {sweep.against} at one time, as a percentage of the start, in "
-            f"powers of ten; {least} % is drawn there."
+            f"The largest difference from the energy of {sweep.against} at one time, as a percentage of the scale of "
+            f"energy, in powers of ten; {least} % is drawn there."
         )
         yield _by_rate("energy", "Energy error", about, "%", others, _energy_errors, logarithmic=True)
     counts = {name: total for name, total in _speed_counts(rows).items() if total.sum() >= MIN_SPEEDS}

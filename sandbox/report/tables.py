@@ -129,7 +129,7 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
     energies = [{entry.cause: entry.energy for entry in run.figures.ledger} for run in runs]
     for cause in Cause:
         shares = [
-            energy[cause] / run.energy[0] if run.energy[0] and cause in energy else 0.0
+            energy[cause] / run.energy_scale if run.energy_scale and cause in energy else 0.0
             for energy, run in zip(energies, runs, strict=True)
         ]
         values = [share_text(share) for share in shares]
@@ -142,7 +142,7 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
 
 
 def share_text(share: float) -> str:
-    """Return a fraction of the energy at the start in %, or NOTHING if it would be 0.0000 %."""
+    """Return a fraction of the scale of energy in %, or NOTHING if it would be 0.0000 %."""
     return f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else NOTHING
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from sandbox.errors import SandboxError
-from sandbox.run.room import Situation, check_ball_fits, check_wall_fits
+from sandbox.run.room import Situation, check_added_ball_fits, check_ball_fits, check_wall_fits
 from sandbox.scene.balls import BallGroup
+from sandbox.scene.clock import Clock
 from sandbox.scene.fields import PALETTE, Colour, Count, Elasticity, Index, Model, NotNegative, NotTiny, Number, Vector
 from sandbox.scene.keys import with_every_contact
 from sandbox.scene.model import Scene, Wall
@@ -38,6 +39,10 @@ class Edit(Model):
         """Return the edited state of an engine's balls."""
         return state
 
+    def change_clock(self, clock: Clock) -> None:
+        """Count the time from here on from the edit's step, as the engines built for it do."""
+        clock.change(self.step)
+
     def check_room(self, before: Situation, after: Situation) -> None:
         """Raise SandboxError if the edit puts something where there is no room for it in an engine."""
 
@@ -60,7 +65,7 @@ class _Changes(Edit):
 
 
 class AddBall(Edit):
-    """Add a ball, after all others."""
+    """Add a ball, after all others. It may overlap other balls, but no wall."""
 
     do: Literal["add"] = "add"
     position: Vector
@@ -89,6 +94,10 @@ class AddBall(Edit):
         """Append the ball's position, velocity and spin."""
         position, velocity = np.vstack([state.position, self.position]), np.vstack([state.velocity, self.velocity])
         return State(state.time, position, velocity, np.append(state.angle, 0.0), np.append(state.spin, self.spin))
+
+    def check_room(self, before: Situation, after: Situation) -> None:
+        """Raise SandboxError if the ball is in a wall, or if too many balls overlap."""
+        check_added_ball_fits(after)
 
 
 class ChangeBall(_Changes):
@@ -289,6 +298,10 @@ class SetRate(Edit):
     def change_scene(self, scene: Scene) -> Scene:
         """Set the rate."""
         return scene.changed(rate=self.rate, expect=())
+
+    def change_clock(self, clock: Clock) -> None:
+        """Continue at the new rate."""
+        clock.change(self.step, self.rate)
 
 
 def edited(scene: Scene, edit: Edit, states: Mapping[str, State]) -> Scene:

@@ -31,7 +31,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, first_errors, shown
 from sandbox.files import read_text, whole_file
-from sandbox.run.edits import AnyEdit, Edit, SetRate, check_ball
+from sandbox.run.edits import AnyEdit, Edit, check_ball
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Count, Index, Line, Model, Vector
 from sandbox.scene.model import Scene
@@ -107,8 +107,8 @@ def clock_of(start: Clock, inputs: Iterable[Input]) -> Clock:
     """Return the clock of a run that starts with another and has these inputs."""
     clock = copy(start)
     for given in inputs:
-        if isinstance(given, SetRate):
-            clock.change(given.step, given.rate)
+        if isinstance(given, Edit):
+            given.change_clock(clock)
     return clock
 
 

@@ -16,7 +16,7 @@ from sandbox.engines.engine import Traits, traits_of
 from sandbox.engines.stopping import StoppingEngine
 from sandbox.errors import Refused, SandboxError
 from sandbox.quantity import dot, energy
-from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, SetRate, check_ball, edited
+from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
 from sandbox.run.mouse import Hand, Mouse, Push
 from sandbox.scene.clock import Clock
@@ -179,17 +179,22 @@ class Lockstep:
         self.mouse.apply(given)
 
     def _edit(self, edit: Edit) -> None:
+        if self.scene.is_timed:  # engines built for the edit would begin with the first of these steps
+            steps, rate = self.scene.clock, self.scene.rate
+            raise SandboxError(f"a run of recorded steps, {steps}, cannot be edited; use scene.changed(rate={rate})")
         states = self.states()
         beside = {name: states.pop(name) for name in list(states) if name == self._expendable}
         scene = edited(self.scene, edit, states)
-        try:
-            edited(self.scene, edit, beside)
-        except SandboxError as error:
-            self._drop(str(error))
+        if beside:
+            try:
+                edited(self.scene, edit, beside)
+            except SandboxError as error:
+                self._drop(str(error))
         built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self.engines.values()]
         before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
+        edit.change_clock(self.clock)
         self.scene = self.mouse.scene = scene
         for name, after in self.energies(self.states()).items():
             self.work[name] += after - before[name]
@@ -205,8 +210,6 @@ class Lockstep:
                 self._walls_ever += 1
             case DeleteWall(wall=wall):
                 del self.walls[len(ARENA_WALLS) + wall]
-            case SetRate(rate=rate):
-                self.clock.change(self.steps, rate)
 
     def _check_drag(self, given: Input) -> None:
         if isinstance(given, Grab | Kick):

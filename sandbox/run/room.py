@@ -1,13 +1,17 @@
-"""Whether there is room for what an edit puts somewhere: it may not be deeper in anything than it was before."""
+"""Whether there is room for what an edit puts somewhere.
+
+Nothing may be put deeper into anything than it was before, and no ball deeper into a wall than a scene's balls may
+start. An added ball may overlap other balls.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import length, segment_distance
-from sandbox.scene.balls import DECIMAL_ROUNDING
+from sandbox.quantity import length
 from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.overlaps import check_overlaps, depth_rounding, depths_in_wall
 from sandbox.state import Floats
 
 
@@ -19,18 +23,32 @@ class Situation(NamedTuple):
 
 
 def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
-    """Raise SandboxError if a ball is deeper in another ball or in a wall than before."""
-    depth, balls = _depths_of_ball(ball, after), len(after.position)
-    into = _deepest(depth, _depths_of_ball(ball, before), after.scene)
+    """Raise SandboxError if a ball is deeper in another ball or in a wall than before, or in too many balls."""
+    balls = len(after.position)
+    depth, earlier = _depths_of_ball(ball, after), _depths_of_ball(ball, before)
+    earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
+    into = _deepest(depth, earlier, after.scene)
     if into is not None:
         other = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
         raise SandboxError(f"ball {ball} would overlap {other} by {depth[into]:.3g} px")
+    check_overlaps(after.position, after.scene.bodies.radius)
+
+
+def check_added_ball_fits(after: Situation) -> None:
+    """Raise SandboxError if the last ball is too deep in a wall of the scene, or if too many balls overlap."""
+    scene, ball = after.scene, len(after.position) - 1
+    for number in range(len(scene.walls)):
+        depth = float(_depths_in_wall(number, after)[ball])
+        if depth > scene.arena.overlap + depth_rounding(scene):
+            raise SandboxError(f"ball {ball} would overlap wall {number} by {depth:.3g} px")
+    check_overlaps(after.position, scene.bodies.radius)
 
 
 def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:
     """Raise SandboxError if a ball is deeper in a wall of the scene than before, when there was none if None."""
     depth = _depths_in_wall(wall, after)
-    into = _deepest(depth, _depths_in_wall(wall, before) if before else np.zeros(len(depth)), after.scene)
+    earlier = np.full(len(depth), after.scene.arena.overlap)
+    into = _deepest(depth, np.maximum(earlier, _depths_in_wall(wall, before)) if before else earlier, after.scene)
     if into is not None:
         raise SandboxError(f"wall {wall} would overlap ball {into} by {depth[into]:.3g} px")
 
@@ -39,7 +57,7 @@ def _deepest(depth: Floats, before: Floats, scene: Scene) -> int | None:
     """Return where a depth has grown most, by more than rounding; None if nowhere. depth, before: (k,) px."""
     grown = depth - np.maximum(before, 0.0)
     deepest = int(grown.argmax())
-    return deepest if grown[deepest] > DECIMAL_ROUNDING * max(scene.arena.size) else None
+    return deepest if grown[deepest] > depth_rounding(scene) else None
 
 
 def _depths_of_ball(ball: int, situation: Situation) -> Floats:
@@ -56,6 +74,4 @@ def _depths_of_ball(ball: int, situation: Situation) -> Floats:
 
 def _depths_in_wall(wall: int, situation: Situation) -> Floats:
     """Return how deep each ball is in a wall of the scene: (n,) px, negative if they are apart."""
-    of = situation.scene.walls[wall]
-    distance = segment_distance(situation.position, of.start, of.to)
-    return situation.scene.bodies.radius + of.thickness / 2 - distance
+    return depths_in_wall(situation.scene.walls[wall], situation.position, situation.scene.bodies.radius)

@@ -67,6 +67,11 @@ class BallGroup(Model):
         return self.placement.default_count if self.count is None else self.count
 
     @property
+    def placement_key(self) -> str:
+        """The key that sets where the balls are."""
+        return next(key for key in PLACEMENT_KEYS if getattr(self, key) is not None)
+
+    @property
     def placement(self) -> Placement:
         """How the balls are placed."""
         placement = self._placement()

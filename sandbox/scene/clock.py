@@ -15,6 +15,7 @@ class Clock:
     """Converts numbers of steps to times in s, and back.
 
     Steps of one length form a span: k steps of it end k / rate after it begins, so that their times are rounded once.
+    Each edit begins a span too: the engines built for it count their steps from there, and so round alike.
 
     >>> clock = Clock(60)
     >>> clock.change(120, 240)
@@ -41,8 +42,9 @@ class Clock:
         clock._times = np.cumsum(np.append(0.0, lengths)).astype(float)  # rounded once, and not in every step
         return clock
 
-    def change(self, step: int, rate: float) -> None:
-        """Continue at another rate from a step on, which must not be before the last change."""
+    def change(self, step: int, rate: float | None = None) -> None:
+        """Begin a span at a step, which must not be before the last one begins; None: of the same rate."""
+        rate = float(self._rates[-1]) if rate is None else rate
         self._times = np.append(self._times, self.time(step))
         self._steps = np.append(self._steps, step)
         self._rates = np.append(self._rates, float(rate))
@@ -58,7 +60,7 @@ class Clock:
     @property
     def varies(self) -> bool:
         """Whether its steps are of different lengths."""
-        return len(self._rates) > 1
+        return bool((self._rates != self._rates[0]).any())
 
     @property
     def lengths(self) -> tuple[float, float]:
@@ -75,7 +77,7 @@ class Clock:
 
     def time(self, step: int) -> float:
         """Return the time of a step, s."""
-        return float(self.times(step)) if self.varies else step / float(self._rates[0])
+        return float(self.times(step)) if len(self._steps) > 1 else step / float(self._rates[0])
 
     def times(self, steps: ArrayLike) -> Floats:
         """Return the times of some steps, s."""

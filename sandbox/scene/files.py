@@ -1,7 +1,6 @@
 """Scene files: reading and writing their TOML, the bundled scenes, and the JSON Schema."""
 
 import itertools
-import math
 import os
 import re
 import tomllib
@@ -16,8 +15,8 @@ from pydantic import ValidationError
 
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
-from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
+from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
 from sandbox.scene.validation import problems_of
 from sandbox.state import Bodies, State
@@ -103,20 +102,11 @@ def _document_of(scene: Scene, state: State | None) -> dict[str, Any]:
     document = scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)
     if state:
         document.pop("expect", None)
-        document["arena"]["overlap"] = _overlap(scene, state)
+        document["arena"]["overlap"] = needed_overlap(scene, state.position)
         if not document["arena"]["overlap"]:
             del document["arena"]["overlap"]
         document["balls"] = list(ball_groups(scene.bodies, state, scene.colors))
     return document
-
-
-def _overlap(scene: Scene, state: State) -> float:
-    """Return the largest depth of a ball in a wall of the arena, px, rounded up; 0 if no ball is in a wall."""
-    if not scene.arena.walls:
-        return 0.0
-    radius, size = scene.bodies.radius[:, None], np.array(scene.arena.size)
-    depth = np.maximum(radius - state.position, state.position + radius - size)
-    return 0.0 if (depth <= DECIMAL_ROUNDING * size).all() else math.ceil(1000 * float(depth.max())) / 1000
 
 
 def ball_groups(bodies: Bodies, state: State, colors: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:

@@ -17,6 +17,7 @@ from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import ball_groups
 from sandbox.scene.model import SPACE_SETTINGS, Arena, PymunkSettings, Scene, Wall
+from sandbox.scene.overlaps import needed_overlap
 from sandbox.state import Bodies, Floats, State
 
 MIN_WALL_LENGTH: Final = 1e-6  # px, as a scene requires
@@ -124,7 +125,7 @@ def refuse_unsupported(contents: SpaceContents, advice: str = "") -> None:
 def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rate: int, title: str) -> Scene:
     """Return a scene of what a Space has, as `from_space` does, with its circles in motion."""
     walls = [{key: getattr(one, key) for key in Wall.model_fields} for one in contents.walls]
-    return Scene(
+    scene = Scene(
         title=title,
         rate=rate,
         gravity=contents.gravity,
@@ -133,6 +134,8 @@ def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rat
         walls=walls,
         pymunk=PymunkSettings(**contents.settings),
     )
+    overlap = needed_overlap(scene, motion.position)
+    return scene.changed(arena=scene.arena.model_copy(update={"overlap": overlap})) if overlap else scene
 
 
 def contents_of(space: pymunk.Space) -> SpaceContents:

@@ -52,7 +52,7 @@ class Arena(Model):
     background: Colour = "white"
     """A CSS colour name or #rrggbb."""
     overlap: NotNegative = 0
-    """Largest depth of a ball in the four walls at the start, px; scenes saved in mid-run may need it."""
+    """Largest depth of a ball in a wall at the start, px; scenes saved in mid-run may need it."""
 
     def nearest_inside(self, position: Sequence[float], margin: float = 0.0) -> Vector:
         """Return the position nearest to another that is inside, at least a margin from the edges, px."""
@@ -121,7 +121,7 @@ class Expect(Model):
     spin: Number | None = None
     """Angular velocity of the ball, rad/s; positive is clockwise on the screen."""
     energy_ratio: NotNegative | None = None
-    """Energy of all balls as a share of their energy at the start."""
+    """1 + the change of the energy since the start, as a share of the largest kinetic energy in the run."""
     momentum: Vector | None = None
     """Momentum of all balls, kg px/s."""
     centre_of_mass: Vector | None = None

@@ -80,7 +80,7 @@ class AtPoints(Placement):
 
 @dataclass(frozen=True)
 class AtRandom(Placement):
-    """At coordinates drawn at random; the balls may overlap."""
+    """At coordinates drawn at random, in no wall; the balls may overlap each other."""
 
     is_random: ClassVar = True
     x: Range

@@ -4,22 +4,24 @@ import math
 import operator
 import random
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import islice
 from typing import Final
 
 import numpy as np
 
-from sandbox.errors import SandboxError
-from sandbox.quantity import deepest_overlap, length, segment_distance
+from sandbox.errors import SandboxError, first_errors
+from sandbox.quantity import deepest_overlap, length
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.scene.overlaps import check_overlaps, depth_rounding, depths_in_wall
 from sandbox.scene.packing import Packing, empty_packing, have_room, keep_first, place_all, place_some, placed
 from sandbox.state import Floats, State
 
 MAX_TRIES: Final = 100  # random places in a row for one ball, before its group is put on a lattice instead
+MAX_DRAWS: Final = 10_000  # places in a row for one ball that are in walls, before that is an error
 MAX_LATTICE_SITES: Final = 400_000  # about twice MAX_BALLS
 _recent: Final[deque[tuple[Scene, State]]] = deque(maxlen=4)  # the last ones: spawning a dense group takes seconds
 
@@ -28,7 +30,8 @@ def spawn(scene: Scene) -> State:
     """Return the initial state of a scene: position (n, 2) px, velocity (n, 2) px/s, spin (n,) rad/s, in scene order.
 
     One `random.Random(scene.seed)` serves all groups in order; each ball draws x, y, vx, vy and spin in that order.
-    The arrays are the caller's own. Raises SandboxError if the balls of a group do not fit.
+    The arrays are the caller's own. Raises SandboxError if the balls of a group do not fit, if a ball is deeper in a
+    wall than the arena's `overlap`, or if too many overlap each other.
     """
     state = next((state for earlier, state in tuple(_recent) if _spawns_alike(scene, earlier)), None)
     if state is None:
@@ -60,6 +63,8 @@ def _spawn(scene: Scene) -> State:
     for index, group in enumerate(scene.balls):
         pack = partial(_pack, scene, index, rng, packing)
         places = group.placement.positions(group.ball_count, scene.arena.size, rng, pack)
+        if group.x and scene.walls:
+            places = _outside_walls(scene, index, places)
         # zip alternates the draws of place, velocity and spin.
         balls = zip(places, group.throw.velocities(rng), group.spins(rng), strict=False)
         for place, thrown, turning in islice(balls, group.ball_count):
@@ -68,7 +73,43 @@ def _spawn(scene: Scene) -> State:
             spin.append(turning)
         if index < last_packed and not group.inside:
             place_all(packing, np.array(position[-group.ball_count :], float), group.radius)
-    return State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
+    state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
+    _check_walls(scene, state)
+    try:
+        check_overlaps(state.position, scene.bodies.radius)
+    except SandboxError as error:
+        raise SandboxError(scene.at_key((), str(error))) from None
+    return state
+
+
+def _outside_walls(scene: Scene, index: int, places: Iterable[Vector]) -> Iterator[Vector]:
+    """Yield the places of a group's balls that are in no wall. Raises SandboxError if too many in a row are in one."""
+    radius, missed = np.array([scene.balls[index].radius]), 0
+    allowed = scene.arena.overlap + depth_rounding(scene)
+    for place in places:
+        position = np.array([place])
+        if all(depths_in_wall(wall, position, radius) <= allowed for wall in scene.walls):
+            missed = 0
+            yield place
+        elif (missed := missed + 1) == MAX_DRAWS:
+            raise SandboxError(scene.at_key(("balls", index, "x"), "and y leave hardly any place outside the walls"))
+
+
+def _check_walls(scene: Scene, state: State) -> None:
+    """Raise SandboxError if balls are deeper in the scene's walls than the arena's `overlap`."""
+    group_of = np.repeat(np.arange(len(scene.balls)), [group.ball_count for group in scene.balls])
+    allowed, lines = scene.arena.overlap, list[str]()
+    for number, wall in enumerate(scene.walls):
+        depth = depths_in_wall(wall, state.position, scene.bodies.radius)
+        for ball in np.flatnonzero(depth > allowed + depth_rounding(scene)).tolist():
+            key, reach = scene.balls[group_of[ball]].placement_key, scene.bodies.radius[ball] + wall.thickness / 2
+            what = (
+                f"puts ball {ball} into wall {number}: its centre must be at least {reach - allowed:g} px from the "
+                f"wall's centre line, got {reach - depth[ball]:.6g} (or allow it with overlap in [arena])"
+            )
+            lines.append(scene.at_key(("balls", int(group_of[ball]), key), what))
+    if lines:
+        raise first_errors(lines, str(scene.file))
 
 
 def warnings(scene: Scene, state: State) -> Iterator[str]:
@@ -76,9 +117,12 @@ def warnings(scene: Scene, state: State) -> Iterator[str]:
     radius = scene.bodies.radius
     overlap, first, second = deepest_overlap(state.position, radius)
     if overlap > 0:
-        yield scene.at_key((), f"warning: balls {first} and {second} overlap by {overlap:.3g} px at the start")
+        pairs = check_overlaps(state.position, radius)
+        deepest = f"balls {first} and {second} overlap by {overlap:.3g} px"
+        what = deepest if pairs == 1 else f"{pairs:,} pairs of balls overlap, the deepest: {deepest}"
+        yield scene.at_key((), f"warning: {what} at the start")
     for index, wall in enumerate(scene.walls):
-        depth = radius + wall.thickness / 2 - segment_distance(state.position, wall.start, wall.to)
+        depth = depths_in_wall(wall, state.position, radius)
         if (ball := int(depth.argmax())) >= 0 and depth[ball] > 0:
             yield scene.at_key(("walls", index), f"warning: overlaps ball {ball} by {depth[ball]:.3g} px at the start")
     if (enough := needed_rate(scene, state)) is not None:

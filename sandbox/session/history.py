@@ -19,6 +19,7 @@ class Moment:
     states, contacts (found in the step that led here), counts (of contacts so far), wall_impulse (so far, see
     `gas.wall_impulse`, kg/s), energy (kg px²/s²), work (what mouse and edits have added to it): for each engine. balls:
     each ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
+    energy_scale: kg px²/s², what shares of energy are of so far, see `EnergyScale`.
     """
 
     step: int
@@ -33,6 +34,7 @@ class Moment:
     held: int | None
     target: Vector
     wall_impulse: dict[str, float]
+    energy_scale: float
 
     @property
     def size(self) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -16,13 +16,16 @@ from sandbox.state import Floats, State
 CAPACITY: Final = 4096  # samples kept of a run, however long; about as many as a screen has columns
 MIN_RATE_SECONDS: Final = 1.0  # over which a rate is measured at least, s
 SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
-FIRST: Final = 4  # column with a quantity of an engine
+SCALE: Final = 4  # column with the scale of energy so far
+FIRST: Final = 5  # column with a quantity of an engine
+
+T = TypeVar("T", float, Floats)
 
 
 class Quantity(Enum):
     """What is sampled of every engine. The value is its number among them.
 
-    ENERGY: what the engine lost (negative) or made, see `change_of_energy`, minus what the reference did; GAP: the
+    ENERGY: what the engine lost (negative) or made, minus what the reference did, see `share_of_energy`; GAP: the
     largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;
     ANGULAR_MOMENTUM: of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the
     arena's lower edge, px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls
@@ -125,8 +128,8 @@ class Samples:
         self.engines = list(engines)
         self.reference = reference
         self.energy_at_start = energy_at_start
-        # Time, the lowest and highest change of the reference's energy around it, a gas's pressure in theory, and each
-        # quantity of each engine.
+        # Time, the lowest and highest change of the reference's energy around it, a gas's pressure in theory, the scale
+        # of energy, and each quantity of each engine, energies in kg px²/s².
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
         self._silent = silent
         self._history = history
@@ -152,7 +155,8 @@ class Samples:
             around = before if len(series) and before == before else self._change  # noqa: PLR0124 (not NaN)
             ends = min(around, self._change), max(around, self._change)
             theory = self._pressure_in_theory(moment)
-            series.add(moment.step, [moment.time, *ends, theory, *self._values(moment, change).ravel().tolist()])
+            values = self._values(moment, change).ravel().tolist()
+            series.add(moment.step, [moment.time, *ends, theory, moment.energy_scale, *values])
 
     def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
         """Return each quantity of each engine: (quantities, engines)."""
@@ -203,16 +207,19 @@ class Samples:
         """Return a quantity in the samples from one on, one column per engine: (samples, engines).
 
         A difference of energy counts only if the reference's energy does not have that value a step earlier or later:
-        where energy is lost in contacts, an engine that is late by a step is not accused of the loss.
+        where energy is lost in contacts, an engine that is late by a step is not accused of the loss. All samples have
+        the scale of the latest.
         """
         if quantity in OF_STATES and quantity not in self._sampled:
             self._sample(quantity)
         rows, first = self.series.rows[since:], self._first_column(quantity)
         values = rows[:, first : first + len(self.engines)]
-        if quantity is not Quantity.ENERGY or self.is_alone:
+        if quantity is not Quantity.ENERGY:
             return values
-        low, high = rows[:, 1, None], rows[:, 2, None]
-        return np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
+        if not self.is_alone:
+            low, high = rows[:, 1, None], rows[:, 2, None]
+            values = np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
+        return share_of_energy(values, self.energy_scale)
 
     def rate(self, quantity: Quantity, seconds: float, since: int = 0) -> Floats:
         """Return by how much a quantity grew in a second, averaged over some seconds before each sample from one on.
@@ -231,6 +238,11 @@ class Samples:
         return self.series.rows[since:, 3]
 
     @property
+    def energy_scale(self) -> float:
+        """The scale of energy so far, kg px²/s²; 0 if nothing has moved."""
+        return float(self.series.rows[-1, SCALE]) if len(self) else 0.0
+
+    @property
     def is_alone(self) -> bool:
         """Whether there is only the reference, so that its energy is compared with the start."""
         return self.engines == [self.reference]
@@ -242,10 +254,13 @@ class Samples:
 
 
 def change_of_energy(energy: float, start: float, work: float) -> float:
-    """Return what an engine lost (negative) or made: % of the start and of what was given, kg px²/s² if that was 0.
+    """Return what an engine lost (negative) or made, kg px²/s².
 
-    energy, start: kg px²/s², now and at first; work: what mouse and edits have added to it. It counts as given while
-    it is positive.
+    energy, start: kg px²/s², now and at first; work: what mouse and edits have added to it.
     """
-    own = energy - start - work
-    return 100 * own / (abs(start) + max(work, 0.0)) if start else own
+    return energy - start - work
+
+
+def share_of_energy(change: T, scale: float) -> T:
+    """Return a change of energy (kg px²/s²) in % of a scale, or as it is if that is 0: nothing has moved."""
+    return 100 * change / scale if scale else change

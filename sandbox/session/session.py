@@ -7,6 +7,7 @@ inputs: to continue from a step, the engines run again from the start with the s
 from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
 
+from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.gas import wall_impulse
 from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
@@ -20,7 +21,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.session.history import History, Moment
 from sandbox.session.samples import Samples
-from sandbox.state import Contacts, State, no_contacts
+from sandbox.state import Contacts, State, States, no_contacts
 
 CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
@@ -240,6 +241,8 @@ class Session:
         self._stale = False
         self._counts = dict.fromkeys(names, 0)
         self._wall_impulse = dict.fromkeys(names, 0.0)
+        self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
+        self._before = self.lockstep.states()  # of the last moment that was kept
         for runner in self.lockstep.engines.values():
             runner.contacts()
         if self._observer:
@@ -290,6 +293,7 @@ class Session:
             self._observer.observe(states, contacts)
         if lockstep.edited:  # the balls of these contacts may have other numbers now
             contacts = dict.fromkeys(contacts, no_contacts())
+        self._follow_energy(states, contacts)
         moment = Moment(
             lockstep.steps,
             lockstep.time,
@@ -303,6 +307,18 @@ class Session:
             lockstep.mouse.ball,
             lockstep.mouse.target,
             dict(self._wall_impulse),
+            self._scale.value,
         )
         self.samples.add(moment)
         self._history.keep(moment)
+
+    def _follow_energy(self, states: dict[str, State], contacts: dict[str, Contacts]) -> None:
+        """Let the scale of energy follow the reference, or the last engine where that does not run."""
+        lockstep = self.lockstep
+        name = self.reference if self.reference in states else list(states)[-1]
+        begins = lockstep.edited or states[name].time == self._before[name].time  # with no step before it
+        reached = [states[name]] if begins else [self._before[name], states[name]]
+        before = lockstep.steps + 1 - len(reached)
+        self._scale.follow(lockstep.scene, States.stack(reached), contacts[name], before, lockstep.clock)
+        self._scale.give(lockstep.work[name])
+        self._before = states

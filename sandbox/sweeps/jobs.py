@@ -50,7 +50,7 @@ class Job(NamedTuple):
 
 
 COLUMNS: Final = (
-    *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved"),
+    *("scene", *Job._fields, "seconds", "against", "horizon", "undecided", "unresolved", "reference_until"),
     *figure_columns(),
     *(*LIBRARIES, "python", "pow", "wall_s"),
 )
@@ -191,6 +191,7 @@ def run_job(scene: Scene, against: str, job: Job, shared: Shared | None = None) 
         "horizon": comparison.horizon,
         "undecided": comparison.undecided,
         "unresolved": comparison.unresolved,
+        "reference_until": comparison.reference_until,
         **comparison.as_json()["engines"][job.engine],
         **versions(),
         "wall_s": round(wall, 6),

@@ -114,19 +114,17 @@ def _energy(sweep: Sweep, rows: Sequence[Row]) -> str:
     none = [name for name, error in largest.items() if error <= NEGLIGIBLE_ENERGY]
     if max(errors[worst]) <= NEGLIGIBLE_ENERGY:
         return "No engine has an error in energy."
-    sentence = (
-        f"The largest energy error is {100 * max(errors[worst]):.3g} % of the start's energy, in a run of {worst}"
-    )
+    sentence = f"The largest energy error is {100 * max(errors[worst]):.3g} % of the energy, in a run of {worst}"
     return f"{sentence}; {listed(none)} {'has' if len(none) == 1 else 'have'} none." if none else f"{sentence}."
 
 
 def _escapes(sweep: Sweep, rows: Sequence[Row]) -> str:
-    """Say in how many runs of which engine balls are outside the arena at the end."""
+    """Say in how many runs of which engine balls left the arena."""
     runs: dict[str, int] = defaultdict(int)
     for row in rows:
         runs[engine_of(row)] += bool(row.get("escaped"))
     found = ", ".join(f"in {counted(count, 'run')} of {name}" for name, count in runs.items() if count)
-    return f"Balls are outside the arena at the end {found}." if found else ""
+    return f"Balls left the arena {found}." if found else ""
 
 
 def _rivals(sweep: Sweep, rows: Sequence[Row]) -> Iterator[tuple[Group, Sequence[Row]]]:

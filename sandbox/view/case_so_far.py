@@ -33,6 +33,10 @@ class CaseSoFar:
         self.compared: RunSoFar | None = None
         self.error = ""
 
+    def of(self, session: Session) -> Case | None:
+        """Return the latest case, unless it is about another run than a session's, which an event can replace."""
+        return self.case if self.compared and self.compared.is_part_of(session) else None
+
     @property
     def is_making_page(self) -> bool:
         """Whether a page is being made."""

@@ -60,7 +60,8 @@ class Charts:
         self._remarks = [""] * len(self._over_time)
         self._remarked = None
         self._samples = 0  # how many of the series are drawn
-        self._seen = 0, 0  # drops of the series, and how many samples the spans include
+        self._seen = 0, 0.0, 0  # drops of the series, scale of energy, and how many samples the spans include
+        self._has_scale = bool(self.samples.energy_scale)
         self._extents = [NOTHING] * len(self._over_time)  # of those samples
         self._spans = self._new_spans()
         self._drawn = None
@@ -108,10 +109,11 @@ class Charts:
     def _extend_spans(self) -> None:
         """Make the axes include all samples but the latest. They grow in large steps, so that they seldom change."""
         series, settled = self.samples.series, self._settled
-        drops, seen = self._seen
-        if drops != series.drops:
+        scale = self.samples.energy_scale
+        *drawn, seen = self._seen
+        if drawn != [series.drops, scale]:
             seen, self._extents = 0, [NOTHING] * len(self._over_time)
-        self._seen = series.drops, settled
+        self._seen = series.drops, scale, settled
         if seen >= settled:
             return
         before = list(self._extents)
@@ -145,11 +147,15 @@ class Charts:
         """Draw the charts with all samples, marks, and a cursor at a time (s); the values at a point of the window."""
         if not place.height:
             return
+        if self._has_scale != bool(self.samples.energy_scale):  # then energy is in another unit
+            self.show(self.chosen)
         self.axis.follow(time, float(self.samples.times[-1]))
         self._extend_spans()
         self._update_remarks()
         where = self.places(place, text_height)
-        wanted = (self.axis.shown, self._spans, where, text_height, self.samples.series.drops, self._remarks)
+        samples = self.samples
+        scale = samples.energy_scale
+        wanted = (self.axis.shown, self._spans, where, text_height, samples.series.drops, scale, self._remarks)
         if self._drawn is None or wanted != self._drawn_as:
             self._drawn, self._samples = Surface(place.size), 0
             self._drawn_as = (*wanted[:1], list(self._spans), *wanted[2:])

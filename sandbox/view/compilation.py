@@ -33,8 +33,15 @@ def _compile_engine(name: str) -> None:
 
 
 def _compile_exact() -> None:
-    """Run the exact engine, with a heap at rest too: a ball on two others that fill the floor."""
+    """Run the exact engine, with a heap at rest too, and a collapse.
+
+    The heap is a ball on two others that fill the floor; a heavy ball on a light one collapses.
+    """
     _compile_engine("exact")
+    light = BallGroup(radius=10, position=(20.0, 90.0), elasticity=0.5)
+    heavy = BallGroup(radius=10, mass=1000, position=(20.0, 70.0), velocity=(0.0, 100.0), elasticity=0.5)
+    collapse = Scene(arena={"size": (40.0, 100.0)}, balls=[light, heavy])
+    create("exact", collapse, spawn(collapse)).step()
     balls = BallGroup(radius=10, positions=((10.0, 90.0), (30.0, 90.0), (20.0, 70.0)))
     scene = Scene(arena={"size": (40.0, 100.0)}, balls=[balls], gravity=(0.0, 900.0))
     engine = create("exact", scene, spawn(scene))

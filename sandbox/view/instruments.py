@@ -85,7 +85,7 @@ def default_instruments(samples: Samples) -> tuple[Instrument, Instrument]:
 def time_charts(instruments: Sequence[Instrument], samples: Samples) -> list[TimeChart]:
     """Return the charts of those instruments that are drawn over time."""
     against = "the start" if samples.is_alone else samples.reference
-    unit = "%" if samples.energy_at_start else "kg px²/s²"
+    unit = "%" if samples.energy_scale else "kg px²/s²"
     made: dict[Instrument, tuple[tuple[str, ...], Scale, str, Quantity]] = {
         Instrument.ENERGY: ((f"energy, {unit}", f"from {against}"), BothSigns(), f"{{:+.4g}} {unit}", Quantity.ENERGY),
         Instrument.GAP: (("gap, px", f"from {samples.reference}"), Logarithmic(), "{:.4g} px", Quantity.GAP),

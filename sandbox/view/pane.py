@@ -11,7 +11,7 @@ from sandbox.engines.stopping import StoppingEngine
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.session.samples import change_of_energy
+from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.discs import Discs
@@ -65,6 +65,7 @@ class Pane:
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
         self.energy, self.work = moment.energy[self.name], moment.work[self.name]
+        self.energy_scale = moment.energy_scale
 
     @property
     def title(self) -> str:
@@ -74,9 +75,10 @@ class Pane:
 
     @property
     def energy_text(self) -> str:
-        """What the engine lost or made, see `change_of_energy`: "kept" if that is too little to show."""
+        """What the engine lost or made, see `share_of_energy`: "kept" if that is too little to show."""
         change = change_of_energy(self.energy, self.energy_at_start, self.work)
-        if not self.energy_at_start:
+        change = share_of_energy(change, self.energy_scale)
+        if not self.energy_scale:
             return f"{change:+.3g} kg px²/s²"
         return f"{change:+.3g} %" if abs(change) >= MIN_CHANGE else KEPT
 
@@ -85,8 +87,8 @@ class Pane:
         """What mouse and edits have added to the energy; empty if nothing."""
         if not self.work:
             return ""
-        at_start = abs(self.energy_at_start)
-        return f"{100 * self.work / at_start:+,.3g} %" if at_start else f"{self.work:+.3g} kg px²/s²"
+        work = share_of_energy(self.work, self.energy_scale)
+        return f"{work:+,.3g} {'%' if self.energy_scale else 'kg px²/s²'}"
 
     def draw(
         self,

@@ -44,6 +44,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         held=None,
         target=(0.0, 0.0),
         wall_impulse={name: wall_impulse(run.contacts, scene.arena.size) for name, run in comparison.runs.items()},
+        energy_scale=comparison.energy_scale,
     )
     for name, run in comparison.runs.items():
         pane = Pane(end, name, create(name, scene, run.final))

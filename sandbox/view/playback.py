@@ -93,7 +93,7 @@ class Playback:
             return
         if seconds:  # infinite speed times 0 s would be nan
             self._due += seconds * self.speed * self.view.moment.scene.rate
-        deadline = perf_counter() + FRAME_BUDGET
+        deadline, dropped = perf_counter() + FRAME_BUDGET, self.session.lockstep.dropped
         while self._due >= 1:
             with self._notice.reporting():  # an edit in a recording can be refused
                 self.session.advance()
@@ -101,6 +101,8 @@ class Playback:
             if perf_counter() > deadline:
                 self._due = min(self._due, 1.0)
                 break
+        if self.session.lockstep.dropped != dropped:
+            self._notice.show(f"{self.session.lockstep.dropped}; the others run on without it")
         self.view.update()
         self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
 

@@ -87,7 +87,7 @@ def _caption(comparison: Comparison) -> str:
 
 def _quantities(comparison: Comparison) -> list[Quantity]:
     lines, unit = energies(comparison)
-    energy = Quantity(f"Energy, {'% of the start' if unit == '%' else unit}", lines)
+    energy = Quantity(f"Energy, {'%, 100 at the start' if unit == '%' else unit}", lines)
     gaps = {name: run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
     return [energy, Quantity(f"Largest gap to {comparison.against}, px", gaps, logarithmic=True)] if gaps else [energy]
 

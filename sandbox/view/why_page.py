@@ -7,7 +7,7 @@ from typing import Final
 from pygame import Color, Surface
 
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
-from sandbox.report.case import EngineCase, LedgerLine, OtherContact
+from sandbox.report.case import Case, EngineCase, LedgerLine, OtherContact
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import draw_contact
 from sandbox.view.layout import Layout
@@ -54,7 +54,7 @@ class WhyPage:
     @property
     def engine(self) -> str:
         """The engine that the page speaks of: the one chosen, or the first that has contacts to show, or any."""
-        engines = self.case.case.engines if self.case.case else {}
+        engines = self._case.engines if self._case else {}
         if self._chosen in engines:
             return self._chosen
         return next((name for name, one in engines.items() if one.contacts), next(iter(engines), ""))
@@ -67,8 +67,12 @@ class WhyPage:
         return contact if is_shown else None
 
     @property
+    def _case(self) -> Case | None:
+        return self.case.of(self._playback.session)
+
+    @property
     def _of_engine(self) -> EngineCase | None:
-        return self.case.case.engines.get(self.engine) if self.case.case else None
+        return self._case.engines.get(self.engine) if self._case else None
 
     @property
     def _contacts(self) -> tuple[OtherContact, ...]:
@@ -120,7 +124,7 @@ class WhyPage:
 
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets, which are made again only if there is something else to say."""
-        case = self.case.case, self.case.is_making_page, self._status
+        case = self._case, self.case.is_making_page, self._status
         made_of = *case, self.engine, self._gone_to, self.contact, self._is_whole
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
@@ -135,7 +139,7 @@ class WhyPage:
             return [one]
 
         rows: list[Row] = []
-        case, of_engine = self.case.case, self._of_engine
+        case, of_engine = self._case, self._of_engine
         if case:
             rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
         self._page_button.text = "making it …" if self.case.is_making_page else "make the page"
@@ -146,7 +150,7 @@ class WhyPage:
             rows += [words(self.contact.sentence), [self._picture(self.contact.difference)]]
             rows += [words(line, FAINT) for line in self._details(self.contact)]
         if of_engine and of_engine.ledger:
-            rows.append(words(f"What {self.engine} lost or made, in % of the energy at the start:", FAINT))
+            rows.append(words(f"What {self.engine} lost or made, in % of the energy:", FAINT))
             rows += self._bars(of_engine.ledger)
         if of_engine and of_engine.agrees:
             rows.append(words(of_engine.agrees))
@@ -175,7 +179,7 @@ class WhyPage:
     @property
     def _status(self) -> str:
         """How far the comparison has got, in words."""
-        session, case, compared = self._playback.session, self.case.case, self.case.compared
+        session, case, compared = self._playback.session, self._case, self.case.compared
         if self.case.error:
             return self.case.error
         if session.lacks_reference:

@@ -15,6 +15,7 @@ import sandbox.engines
 from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
 from sandbox.analysis.junit import limits_as_junit
+from sandbox.analysis.verdict import verdict
 from sandbox.engines import Engine, advance, can_run, registry
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.errors import SandboxError
@@ -262,17 +263,23 @@ def test_contacts_are_counted_by_kind_and_overlap_is_the_deepest() -> None:
     assert figures.max_overlap == pytest.approx(200 / 60, abs=1e-9)
 
 
-def test_a_ball_whose_centre_is_outside_at_the_end_has_escaped(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_ball_whose_centre_was_outside_has_escaped_in_figures_and_verdict(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     scene = scene_of(
         "radius = 20\nposition = [420, 300]\nvelocity = [6000, 0]",  # 100 px a step, and Pymunk finds the wall late
         "radius = 20\nposition = [400, 100]",
     )
-    assert compare(scene.changed(seconds=4 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 1
-    assert compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].figures.escaped == 0
+    for steps, escaped, left in ((3, 0, ""), (4, 1, ", 1 still outside at the end"), (5, 1, "")):
+        comparison = compare(scene.changed(seconds=steps / 60), ["pymunk"])
+        assert comparison.runs["pymunk"].figures.escaped == escaped
+        words = f"Escaped balls: 1 in pymunk, the first ball 0 at 0.067 s, by up to 20 px{left}."
+        assert (words in verdict(comparison)) == bool(escaped)
+        assert ("outside" in verdict(comparison)) == bool(left)
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 3 * 2 * 32)  # three states
     escape = compare(scene.changed(seconds=5 / 60), ["pymunk"]).runs["pymunk"].escape
     assert escape is not None
-    assert tuple(escape) == pytest.approx((4 / 60, 0, 1, 20))
+    assert tuple(escape) == pytest.approx((4 / 60, 0, 1, 20, 0))
 
 
 def test_balls_at_rest_have_no_energy_to_compare() -> None:
@@ -337,7 +344,7 @@ def test_the_energy_error_ends_where_the_reference_means_nothing() -> None:
 def test_json_and_csv_hold_the_same_figures() -> None:
     comparison = compare(load("article").changed(seconds=1.0))
     document = comparison.as_json()
-    trust = ["horizon", "undecided", "unresolved"]
+    trust = ["horizon", "undecided", "unresolved", "reference_until", "energy_scale"]
     assert list(document) == ["scene", "seed", "rate", "since", "seconds", "against", *trust, "engines", "failed"]
     assert (document["scene"], document["seed"], document["rate"], document["seconds"]) == ("article", 0, 60, 1.0)
     assert list(document["engines"]) == ["pymunk", "article", "exact"]
@@ -379,6 +386,7 @@ def test_an_exceeded_limit_is_reported_with_its_value_and_time() -> None:
 def test_a_limit_exceeded_only_in_between_is_exceeded() -> None:
     comparison = compare(load("head-on").changed(seconds=2 / 60), ["pymunk", "exact"])
     run = replace(comparison.runs["pymunk"], gap_max=np.array([0.0, 5.0, 1.0]), energy=np.array([4.0, 2.0, 4.0]))
+    run = replace(run, energy_scale=4.0)
     reports = exceeded(replace(comparison, runs={"pymunk": run}), max_gap=2.0, max_drift=0.25)
     assert reports == [
         "pymunk: gap 5 px exceeds the limit of 2 px, first at 0.017 s",
@@ -423,6 +431,7 @@ def test_losses_that_the_scene_asks_for_are_no_energy_error() -> None:
 
 HEADER = [
     *("engine", "scene", "seed", "rate", "since", "seconds", "against", "horizon", "undecided", "unresolved"),
+    *("reference_until", "energy_scale"),
     *("energy_ratio", "energy_drift", "energy_error", "momentum_drift", "angular_momentum_drift", "gap_rms", "gap_max"),
     *("pair_contacts", "wall_contacts", "max_overlap", "escaped", "expected", "met", "skipped"),
     *(f"first_difference.{key}" for key in ("kind", "time", "first", "second", "cause", "because", "in_reference")),
@@ -472,7 +481,8 @@ def test_a_decimal_comma_comes_with_semicolons() -> None:
 def test_a_limit_on_a_fraction_of_no_energy_is_an_error() -> None:
     comparison = compare(scene_of("radius = 20\npositions = [[100, 100], [200, 200]]", more="seconds = 0.1"))
     for limit, what in (("max_drift", "drift"), ("max_energy_error", "energy error")):
-        with pytest.raises(SandboxError, match=rf"^pymunk: there is no {what} to compare .*: its energy starts at 0$"):
+        said = rf"^pymunk: there is no {what} to compare .*: exact has no ball that moves$"
+        with pytest.raises(SandboxError, match=said):
             exceeded(comparison, **{limit: 0.1})
     assert exceeded(comparison, max_gap=1e-9) == []
 

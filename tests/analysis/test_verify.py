@@ -177,10 +177,10 @@ def test_it_is_the_nearer_step_that_is_flown() -> None:
     scene = FALLING.changed(rate=10, gravity=(0.0, 0.0))  # 0.51 s is near the step at 0.5 s
     expect = scene.expect[0].model_copy(update={"energy_ratio": None})
     near, far = (State(time, np.full((1, 2), x), np.zeros((1, 2))) for time, x in ((0.5, 7.0), (0.6, 9.0)))
-    [position, *_] = score(scene, expect, near, near, far).deviations
+    [position, *_] = score(scene, expect, near, near, far, 0.0).deviations
     assert position.found == (7.0, 7.0)
     later = expect.model_copy(update={"at": 0.59})
-    [position, *_] = score(scene, later, near, near, far).deviations
+    [position, *_] = score(scene, later, near, near, far, 0.0).deviations
     assert position.found == (9.0, 9.0)
 
 

@@ -22,6 +22,8 @@ from sandbox.files import whole_file
 from sandbox.run.inputs import Grab, load_inputs
 from sandbox.scene.files import load
 from sandbox.signals import SIGNALS
+from sandbox.sweeps import plan
+from sandbox.sweeps.workers import run_here
 
 pytestmark = pytest.mark.usefixtures("working_folder", "no_display")
 
@@ -140,6 +142,8 @@ def sweeping() -> Iterator[subprocess.Popen[str]]:
     """Start a sweep in a session of its own, until its workers have started; check at the end that all have ended."""
     if not Path("/proc/self/stat").exists():
         pytest.skip("needs /proc")
+    one = plan(load("article"), [0], [60], ["pymunk", "article"])
+    list(run_here(one, one.jobs))  # a worker that compiles ends only after that
     arguments = ["sweep", "article", "--seeds", "0:50", "--workers", "2", "--out", "f.csv"]
     program = subprocess.Popen(
         [sys.executable, "-m", "sandbox", *arguments],

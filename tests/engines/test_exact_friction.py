@@ -550,14 +550,16 @@ def test_contacts_account_for_all_velocities_and_spins(balls: list[Any], seed: i
     if not falls:
         per_mass = np.array([*1 / bodies.mass, *[0.0] * len(walls)])
         per_mass = per_mass[first] + per_mass[second]
-        assert tangential == pytest.approx(np.clip(slip / (3 * per_mass), -largest, largest))
+        apart = np.diff(found["time"], prepend=-np.inf, append=np.inf) > CONTACT_TIME
+        alone = apart[1:] & apart[:-1]  # not one of a sequence, which may be stated as one contact
+        assert tangential[alone] == pytest.approx(np.clip(slip / (3 * per_mass), -largest, largest)[alone])
         kinetic = energy(states, bodies, scene.gravity, scene.arena.size)
         assert (np.diff(kinetic) <= 1e-12 * kinetic[:-1]).all()
         elasticity = np.array([*bodies.elasticity, *(each.elasticity for each in walls)])
         e = elasticity[first] * elasticity[second]
         closing = found["impulse"] * per_mass / (1 + e)
         lost = (1 - e**2) * closing**2 / per_mass / 2 + tangential * slip - 1.5 * per_mass * tangential**2
-        if np.diff(found["time"]).min(initial=1) > CONTACT_TIME:  # after very many in a row, contacts are elastic
+        if np.diff(found["time"]).min(initial=1) > CONTACT_TIME:  # not so for sequences stated as one contact
             assert kinetic[0] - kinetic[-1] == pytest.approx(lost.sum(), rel=1e-9, abs=1e-9 * kinetic[0])
 
 

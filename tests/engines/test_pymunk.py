@@ -220,7 +220,7 @@ def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool
     """It sinks into the floor, and so touches the end of the next wall before it lies on it."""
     walls = [{"from": (x, 200), "to": (x + 100, 200), "thickness": 0, "joined": joined} for x in (0, 100)]
     ball = {"radius": 10, "position": (80, 190.5), "velocity": (60, 0), "elasticity": 0}
-    scene = Scene(arena={"size": (400, 300)}, balls=[ball], walls=walls, gravity=(0, 900))
+    scene = Scene(arena={"size": (400, 300), "overlap": 1}, balls=[ball], walls=walls, gravity=(0, 900))
     engine = PymunkEngine(scene, spawn(scene))
     engine.contacts()
     for _ in range(30):

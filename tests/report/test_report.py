@@ -246,6 +246,11 @@ def drawn(browser: Browser, frame: int) -> np.ndarray[tuple[int, ...], np.dtype[
     return np.array(browser.run("circles"))
 
 
+def show_ghosts(browser: Browser, shown: bool) -> None:
+    """Check or clear the box of the ghosts."""
+    browser.run(f"ghosts.checked = {str(shown).lower()}; ghosts.dispatchEvent(new Event('change'))")
+
+
 @pytest.mark.parametrize("width", [1280, 1920])
 def test_it_opens_without_network_errors_or_horizontal_scrolling(browser: Browser, file: Path, width: int) -> None:
     browser.visit(file, width)
@@ -275,7 +280,7 @@ def test_play_moves_the_balls_at_the_scene_s_pace_and_stops_at_the_end(opened: B
 
 
 def test_the_balls_drawn_at_a_time_are_the_run_s(opened: Browser, article: Comparison) -> None:
-    opened.press("g")  # ghosts off, so that all circles are balls
+    show_ghosts(opened, False)  # so that all circles are balls
     unit, _ = fixed_point(article.scene)
     for frame in (0, 333, 1200):
         circles = drawn(opened, frame)
@@ -298,6 +303,7 @@ def pixel(browser: Browser, pane: int, x: float, y: float) -> tuple[int, ...]:
 
 
 def test_ghosts_are_the_reference_s_balls(opened: Browser, article: Comparison) -> None:
+    show_ghosts(opened, True)
     unit, _ = fixed_point(article.scene)
     circles = drawn(opened, 600)
     assert (circles[:, 0] == 3).sum() == 3  # the reference has none itself
@@ -357,6 +363,9 @@ def test_every_control_has_a_key(opened: Browser, article: Comparison) -> None:
     opened.press("d")
     first = min(run.differences[0].time for run in article.runs.values() if run.differences)
     assert first - 1e-3 <= shown_time(opened) < first + 1 / 60 + 1e-3
+    assert opened.run("ghosts.checked")
+    opened.press("g")
+    assert not opened.run("ghosts.checked")
     opened.press(" ")
     assert opened.run("play.textContent") == "Pause"
     opened.press(" ")

@@ -96,7 +96,7 @@ def test_it_names_the_closest_engine_and_the_largest_error_of_energy() -> None:
     assert text == (
         "All 4 runs finished. pymunk at 60 steps per second comes closest to exact, with an RMS gap of 2 px (1 to 3 "
         "over 2 seeds); article at 60 steps per second is furthest from it, with 15 px (10 to 20 over 2 seeds). The "
-        "largest energy error is 25 % of the start's energy, in a run of article at 60 steps per second; pymunk has "
+        "largest energy error is 25 % of the energy, in a run of article at 60 steps per second; pymunk has "
         "none."
     )
 
@@ -114,8 +114,7 @@ def test_it_ranks_no_engines_whose_gaps_overlap_or_mean_nothing() -> None:
 def test_it_counts_missing_runs_and_escapes() -> None:
     text = summary_of(row_of("pymunk", 0, escaped=2), row_of("pymunk", 1, escaped=0), missing=1)
     assert text == (
-        "2 of 3 runs finished; the others failed, and are missing here. Balls are outside the arena at the end in 1 "
-        "run of pymunk."
+        "2 of 3 runs finished; the others failed, and are missing here. Balls left the arena in 1 run of pymunk."
     )
     assert summary_of(missing=3) == "None of 3 runs finished."
 

@@ -149,6 +149,7 @@ REFUSED: list[tuple[Edit, str]] = [
     (ChangeBall(step=0, ball=1, x=790), r"balls\[1\].position puts a ball outside the arena: x must be from 20 to 780"),
     (ChangeBall(step=0, ball=2, radius=60), "pymunk: ball 2 would overlap the bottom wall by 10 px"),
     (ChangeBall(step=0, ball=3, mass=2), "ball must be at most 2, got 3"),
+    (AddBall(step=0, position=(500, 290), radius=50), "pymunk: ball 3 would overlap wall 0 by"),
     (AddWall(step=0, start=(100, 315), to=(400, 315)), "pymunk: wall 1 would overlap ball 0 by 7 px"),
     (ChangeWall(step=0, wall=0, start=(200, 200)), "pymunk: wall 0 would overlap ball 1 by 30 px"),
     (ChangeWall(step=0, wall=0, thickness=400), "pymunk: wall 0 would overlap ball 1 by 20 px"),

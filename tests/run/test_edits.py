@@ -19,9 +19,10 @@ from sandbox.run.edits import (
     SetRate,
     SetVelocity,
 )
-from sandbox.run.inputs import Grab, Input, Move, Release, load_inputs, write_inputs
+from sandbox.run.inputs import Grab, Input, Move, Release, clock_of, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
 from sandbox.run.trajectory import Trajectory, simulate, write_trace
+from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 
@@ -152,6 +153,31 @@ def test_contacts_before_and_after_an_edit_have_their_times() -> None:
         assert len(runner.contacts()) == 0
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("edited", [7, 73])
+def test_contacts_after_an_edit_are_in_the_step_that_they_are_found_in(engine: str, edited: int) -> None:
+    """To the last bit: whether a contact is after the end of its step decides to which step it belongs."""
+    many = "radius = 20\ncount = 40\ninside = [[0, 0], [800, 600]]\nspeed = 900"
+    lockstep = Lockstep(scene_of(many), [engine], [SetElasticity(step=edited, elasticity=1.0)])
+    runner, times, ends = lockstep.engines[engine], [], []
+    runner.contacts()
+    for _ in range(300):
+        lockstep.step()
+        new = runner.contacts()["time"].tolist()
+        times += new
+        ends += [lockstep.time] * len(new)
+    assert len(times) > 300
+    assert np.max(np.subtract(times, ends)) <= 0
+    assert clock_of(lockstep.scene.clock, lockstep.given) == lockstep.clock
+
+
+def test_a_run_of_recorded_steps_cannot_be_edited(scene: Scene) -> None:
+    """Its engines would be built anew, and begin with the first of these steps."""
+    clock = Clock.of_rates([60, 60, 240, 30])
+    with pytest.raises(SandboxError, match=r"^a run of recorded steps, in steps of 4.* to 33.* ms, cannot"):
+        Lockstep(scene.timed(clock), ["exact"], [SetElasticity(step=0, elasticity=1.0)]).step()
+
+
 def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
     scene = scene_of("radius = 20\nposition = [200, 300]\nvelocity = [120, 0]")
     lockstep = Lockstep(scene, ["pymunk", "article"])
@@ -177,6 +203,17 @@ def test_a_refused_edit_changes_nothing(scene: Scene) -> None:
             lockstep.apply(edit)
     assert {name: runner.engine for name, runner in lockstep.engines.items()} == engines
     assert (lockstep.scene, lockstep.given, lockstep.balls) == (scene, [], [0])
+
+
+def test_balls_are_added_to_a_crowd_only_up_to_the_limit_of_overlaps() -> None:
+    """On one point, 152 balls overlap in 11,476 pairs and may in 11,520; 153 would in 11,628 and may in 11,530."""
+    crowd = scene_of("count = 150\nradius = 5\nx = { from = 400, to = 400 }\ny = { from = 300, to = 300 }")
+    lockstep = Lockstep(crowd, ["impulse"])
+    for _ in range(2):
+        lockstep.apply(AddBall(step=0, position=(400, 300), radius=5))
+    with pytest.raises(SandboxError, match="impulse: balls overlap in more than 11,530 pairs"):
+        lockstep.apply(AddBall(step=0, position=(400, 300), radius=5))
+    lockstep.apply(AddBall(step=0, position=(100, 300), radius=5))
 
 
 def test_the_mouse_keeps_its_ball_if_another_is_deleted_and_releases_it_if_it_is(scene: Scene) -> None:

@@ -3,6 +3,7 @@
 import math
 import random
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from sandbox.quantity import deepest_overlap
 from sandbox.scene import spawn as spawn_module
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
-from sandbox.scene.files import load, parse
+from sandbox.scene.files import load, parse, write
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.state import Floats, State
@@ -309,22 +310,92 @@ def test_overlapping_balls_cause_a_warning_about_the_deepest_pair() -> None:
         "radius = 20\nposition = [100, 100]",
         "radius = 5\nposition = [100, 117.5]",
     )
-    assert warnings_of(scene) == ["test.toml: warning: balls 2 and 3 overlap by 7.5 px at the start"]
+    assert warnings_of(scene) == [
+        "test.toml: warning: 2 pairs of balls overlap, the deepest: balls 2 and 3 overlap by 7.5 px at the start"
+    ]
 
 
 def test_touching_balls_do_not_overlap() -> None:
     assert warnings_of(scene_of("radius = 5\ngrid = [20, 10]\nspacing = 10")) == []
 
 
-def test_balls_in_a_wall_cause_a_warning_with_the_wall_s_line() -> None:
-    scene = parse(
-        "[arena]\nsize = [800, 600]\n[[balls]]\nradius = 5\nposition = [100, 106]\n"
-        "[[balls]]\nradius = 5\nposition = [150, 104]\n"
-        "[[walls]]\nfrom = [0, 500]\nto = [200, 500]\n"
-        "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n",
-        "mine.toml",
+def test_one_overlapping_pair_is_not_counted_in_the_warning() -> None:
+    scene = scene_of("radius = 5\npositions = [[100, 100], [100, 107], [200, 100], [212, 100]]")
+    assert warnings_of(scene) == ["test.toml: warning: balls 0 and 1 overlap by 3 px at the start"]
+
+
+# --- In walls ----------------------------------------------------------------------------------------------------
+
+IN_A_WALL = (
+    "[arena]\nsize = [800, 600]{overlap}\n[[balls]]\nradius = 5\nposition = [100, 106]\n"
+    "[[balls]]\nradius = 5\nposition = [150, 104]\n"
+    "[[walls]]\nfrom = [0, 500]\nto = [200, 500]\n"
+    "[[walls]]\nfrom = [0, 100]\nto = [200, 100]\nthickness = 4\n"
+)
+
+
+def test_balls_in_a_wall_are_refused_with_their_lines() -> None:
+    with pytest.raises(SandboxError) as refused:
+        spawn(parse(IN_A_WALL.format(overlap=""), "mine.toml"))
+    reason = "into wall 1: its centre must be at least 7 px from the wall's centre line"
+    advice = "(or allow it with overlap in [arena])"
+    assert str(refused.value).splitlines() == [
+        f"mine.toml:5: balls[0].position puts ball 0 {reason}, got 6 {advice}",
+        f"mine.toml:8: balls[1].position puts ball 1 {reason}, got 4 {advice}",
+    ]
+
+
+def test_the_overlap_of_the_arena_allows_balls_in_walls_which_cause_a_warning_with_the_wall_s_line() -> None:
+    scene = parse(IN_A_WALL.format(overlap="\noverlap = 3"), "mine.toml")
+    assert warnings_of(scene) == ["mine.toml:13: walls[1] warning: overlaps ball 1 by 3 px at the start"]
+    with pytest.raises(SandboxError, match="puts ball 1 into wall 1"):
+        spawn(parse(IN_A_WALL.format(overlap="\noverlap = 2.9"), "mine.toml"))
+
+
+@pytest.mark.parametrize("walls", [True, False])
+def test_a_scene_saved_with_a_ball_in_a_wall_of_its_own_loads_again(walls: bool, tmp_path: Path) -> None:
+    scene = Scene(
+        arena={"size": (400, 300), "walls": walls},
+        balls=[{"radius": 10, "position": (200, 100)}],
+        walls=[{"start": (100, 200), "to": (300, 200), "thickness": 4}],
     )
-    assert warnings_of(scene) == ["mine.toml:12: walls[1] warning: overlaps ball 1 by 3 px at the start"]
+    state = State(0.0, np.array([[200.0, 190.5]]), np.zeros((1, 2)))
+    write(scene, tmp_path / "saved.toml", state)
+    saved = load(tmp_path / "saved.toml")
+    assert saved.arena.overlap == pytest.approx(2.5, abs=1e-3)
+    assert spawn(saved).position.tolist() == [[200.0, 190.5]]
+
+
+def test_places_drawn_at_random_are_in_no_wall() -> None:
+    walls = "walls = [{ from = [400, 100], to = [400, 500], thickness = 40 }]"
+    scene = scene_of(f"count = 300\nradius = 20\n{ANYWHERE}", more=walls)
+    assert np.abs(spawn(scene).position[:, 0] - 400).min() >= 40
+    free = spawn(scene_of(f"count = 300\nradius = 20\n{ANYWHERE}")).position
+    assert np.abs(free[:, 0] - 400).min() < 40
+
+
+def test_random_places_that_are_all_in_a_wall_are_an_error() -> None:
+    walls = "walls = [{ from = [400, 0], to = [400, 600], thickness = 700 }]"
+    with pytest.raises(SandboxError, match=r"balls\[0\].x and y leave hardly any place outside the walls"):
+        spawn(scene_of(f"radius = 20\n{ANYWHERE}", more=walls))
+
+
+# --- Crowds ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [152, 153])
+def test_balls_may_overlap_in_ten_thousand_pairs_and_ten_for_each(count: int) -> None:
+    """On one point, n balls overlap in n (n - 1) / 2 pairs: 11,476 of 152, and 11,628 of 153; 11,520 may."""
+    scene = scene_of(f"count = {count}\nradius = 5\nx = {{ from = 400, to = 400 }}\ny = {{ from = 300, to = 300 }}")
+    if count * (count - 1) / 2 <= 10_000 + 10 * count:
+        assert warnings_of(scene)[0].startswith("test.toml: warning: 11,476 pairs of balls overlap")
+        return
+    with pytest.raises(SandboxError) as refused:
+        spawn(scene)
+    assert str(refused.value) == (
+        "test.toml: balls overlap in more than 11,530 pairs, the limit for 153 balls: 10,000, and 10 per ball; "
+        "place them further apart"
+    )
 
 
 def test_a_ball_that_touches_a_wall_does_not_overlap_it() -> None:
@@ -404,7 +475,7 @@ CHANGES: dict[str, dict[str, object]] = {
     "more-groups": {"balls": (GRID, GAS, GRID)},
     "wall": {"walls": (Wall(start=(100, 300), to=(300, 100)),)},
     "no-wall": {"walls": ()},
-    "arena": {"arena": Arena(size=(500, 400))},
+    "arena": {"arena": Arena(size=(500, 400), overlap=40)},
 }
 
 
@@ -413,7 +484,7 @@ def test_a_scene_is_drawn_again_if_what_is_drawn_from_changes(
     changes: dict[str, object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn = count_draws(monkeypatch)
-    scene = Scene(arena=Arena(size=(400, 400)), balls=(GRID, GAS), walls=(WALL,))
+    scene = Scene(arena=Arena(size=(400, 400), overlap=40), balls=(GRID, GAS), walls=(WALL,))
     other = scene.changed(**changes)
     before, after = spawn(scene), spawn(other)
     assert drawn == [scene, other]

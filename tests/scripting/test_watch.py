@@ -143,7 +143,7 @@ def test_the_summary_says_how_much_more_energy_the_program_gave_the_space_than_t
     assert given["space"] == pytest.approx(-100 * before + 100**2 / 2)
     bounces = 2 * math.sqrt(333**2 + 2 * 900 * (300 - 4 - 10 - 200))  # px/s, that the floor at 286 px gives
     assert given["exact"] == pytest.approx(-100 * (333 + 900 * kicked / RATE - bounces) + 100**2 / 2)
-    share = (given["space"] - given["exact"]) / comparison.runs["space"].energy[0]
+    share = (given["space"] - given["exact"]) / comparison.energy_scale
     than = f"{100 * abs(share):.3g} % {'less' if share < 0 else 'more'} than exact"
     assert f"In all, the mouse or your code gave it {than}." in verdict(comparison)
 

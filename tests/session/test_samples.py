@@ -16,7 +16,7 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.monitor import Monitor
-from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy
+from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State, no_contacts
 
@@ -39,7 +39,8 @@ def moment(scene: Scene, step: int, work: float = 0.0, **velocity: float) -> Mom
     none = dict.fromkeys(velocity, no_contacts())
     counts, works = dict.fromkeys(velocity, 0), dict.fromkeys(velocity, work)
     return Moment(
-        step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0), dict.fromkeys(velocity, 0.0)
+        *(step, step / 60, scene, states, none, counts, energy, works, (0, 1), None, (0, 0)),
+        *(dict.fromkeys(velocity, 0.0), ENERGY_AT_START),
     )
 
 
@@ -108,10 +109,12 @@ def test_while_there_is_no_reference_nothing_is_measured_against_it(scene: Scene
 
 @pytest.mark.parametrize(
     ("energy", "work", "change"),
-    [(1800, 0, 0), (900, 0, -50), (3600, 1800, 0), (1800, 1800, -50), (900, -900, 0), (450, -900, -25)],
+    [(1800, 0, 0), (900, 0, -50), (3600, 1800, 0), (1800, 1800, -100), (900, -900, 0), (450, -900, -25)],
 )
 def test_what_a_hand_gives_is_no_change_of_an_engine_s_own(energy: float, work: float, change: float) -> None:
-    assert change_of_energy(energy, ENERGY_AT_START, work) == pytest.approx(change)
+    own = change_of_energy(energy, ENERGY_AT_START, work)
+    assert share_of_energy(own, ENERGY_AT_START) == pytest.approx(change)
+    assert share_of_energy(own, 0.0) == pytest.approx(energy - ENERGY_AT_START - work)
 
 
 @pytest.mark.parametrize("inputs", [THROW, [SetVelocity(step=4, ball=0, velocity=(700, 90))],

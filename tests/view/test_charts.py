@@ -26,6 +26,7 @@ from sandbox.view.window import Window
 PLACE = Rect(0, 0, 900, 300)
 TEXT = 16
 NAMES = ["pymunk", "article", "exact"]
+ENERGY_SCALE = 1800.0  # kg px²/s², of one ball of 1 kg at 60 px/s
 PYMUNK, ARTICLE, EXACT = (Color(colours_of(NAMES)[name]) for name in NAMES)
 TWO = ("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
 
@@ -35,7 +36,7 @@ def scene() -> Scene:
     return scene_of(*TWO, more="seconds = 10")
 
 
-def moment(scene: Scene, number: int, **velocity: float) -> Moment:
+def moment(scene: Scene, number: int, energy_scale: float = ENERGY_SCALE, **velocity: float) -> Moment:
     """Make a moment with an engine for each speed (px/s) of the first ball, which is also its distance from 200 px."""
     states = {
         name: State(
@@ -46,12 +47,12 @@ def moment(scene: Scene, number: int, **velocity: float) -> Moment:
     energy = {name: speed**2 / 2 for name, speed in velocity.items()}
     none, zero = dict.fromkeys(velocity, no_contacts()), dict.fromkeys(velocity, 0)
     no = dict.fromkeys(velocity, 0.0)
-    return Moment(number, number / 60, scene, states, none, zero, energy, no, (0, 1), None, (0, 0), no)
+    return Moment(number, number / 60, scene, states, none, zero, energy, no, (0, 1), None, (0, 0), no, energy_scale)
 
 
 def charts_of(scene: Scene, seconds: float, course: Callable[[float], dict[str, float]]) -> Charts:
     """Sample a course. The last sample is given twice, as charts leave the latest out."""
-    samples = Samples(NAMES, "exact", 1800.0)
+    samples = Samples(NAMES, "exact", ENERGY_SCALE)
     steps = round(seconds * 60)
     for number in range(steps + 1):
         samples.add(moment(scene, number, **course(number / 60)))
@@ -94,7 +95,7 @@ def row(plot: Rect, span: Span, position: float) -> float:
 def test_a_loss_of_a_ten_thousandth_is_seen_as_well_as_one_of_a_half() -> None:
     scale = BothSigns()
     span = scale.span(-50.0, 0.0)
-    assert span == (-math.log10(1 + 100 / 1e-3), math.log10(1 + 0.01 / 1e-3))
+    assert span == pytest.approx((-math.log10(1 + 100 / 1e-3), math.log10(1 + 0.01 / 1e-3)))
     none, small, half = (float(scale.position(np.array(value))) for value in (0.0, -0.01, -50.0))
     reach = span[1] - span[0]
     assert (none - small) / reach > 1 / 8
@@ -126,6 +127,25 @@ def test_labels_are_near_where_they_belong_and_not_over_each_other() -> None:
 
 
 # Lines
+
+
+def test_energy_gets_another_unit_and_scale_as_soon_as_there_is_one(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cards: list[list[list[str]]] = []
+    monkeypatch.setattr("sandbox.view.charts.card", lambda surface, rows, *_: cards.append(rows))
+    samples = Samples(NAMES, "exact", 0.0)
+    samples.add(moment(scene, 0, 0.0, article=0.0, exact=0.0))
+    charts = Charts(samples, "white", 10.0)
+    for number, (scale, unit) in enumerate([(0.0, "kg px²/s²"), (1800.0, "%"), (3600.0, "%"), (3600.0, "%")], 1):
+        samples.add(moment(scene, number, scale, article=60.0, exact=0.0))
+        plot = charts.places(PLACE, TEXT).plots[0]
+        draw(charts, time=1.0, point=(plot.x + 1, plot.centery))
+        assert cards[-1][0][1] == f"energy, {unit} from exact"
+    values = dict(charts._values_at(charts.places(PLACE, TEXT).plots, plot.right, plot.centery)[1:])
+    assert values["article"] == "+50 %"
+    at_once = Charts(samples, "white", 10.0)  # draws all samples to the scale of the latest
+    assert draw(charts, 1.0).get_buffer().raw == draw(at_once, 1.0).get_buffer().raw
 
 
 def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:

@@ -320,3 +320,20 @@ def test_of_moves_of_the_mouse_in_a_row_the_last_counts() -> None:
     press_between = key("v")
     pending = PendingEvents(lambda: [*move[:2], press_between, *move[2:]])
     assert pending.take() == [move[1], press_between, move[3], move[7]]
+
+
+def test_a_hidden_reference_that_ends_early_says_why_in_the_status_line_and_the_run_goes_on(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each step of a twin or of the original that has a contact is beyond the limit."""
+    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 0)
+    window.begin(scene_of("radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [3600, 0]"), ["pymunk"])
+    for _ in range(10):  # it touches the wall at 380/3600 s, in step 7
+        window.playback.advance(1 / 60)
+    why = "exact ends at 0.1 s: the next step exceeds the limit of 0 contacts"
+    assert window.notice.text == f"{why}; the others run on without it"
+    stopped = window.view.charts.marks.stopped
+    assert stopped is not None
+    assert stopped[0] == pytest.approx(7 / 60)
+    assert stopped[1] == why
+    assert window.view.session.step >= 9

@@ -46,7 +46,7 @@ def texts_of(root: ElementTree.Element) -> dict[str, tuple[float, float]]:
 def test_lines_are_at_the_values_and_names_at_their_ends(head_on: Comparison, tmp_path: Path) -> None:
     root = drawn(head_on, tmp_path)
     texts = texts_of(root)
-    assert {"Energy, % of the start", "Largest gap to exact, px", "time, s", "0", "100"} <= set(texts)
+    assert {"Energy, %, 100 at the start", "Largest gap to exact, px", "time, s", "0", "100"} <= set(texts)
     energy, gap = lines_of(root, ARTICLE)
     [full] = lines_of(root, EXACT)  # the reference has no gap to itself
     whole = min(float(text.get("y", "")) for text in root.iter(f"{SVG}text") if text.text == "100")  # px has one too

@@ -288,6 +288,18 @@ def test_a_page_that_cannot_be_written_is_reported(article: Window, tmp_path: Pa
     assert not article.why.case.is_making_page
 
 
+def test_the_page_never_speaks_of_engines_that_were_replaced(article: Window) -> None:
+    """In the frame in which they are, before the next comparison."""
+    article.why.choose("article")
+    assert any(text.startswith("What article lost") for text in words(article))
+    verdict = article.why.case.case.verdict[0] if article.why.case.case else ""
+    place = place_of(article, verdict)
+    article.use_impulse()
+    click(article, place)
+    assert "article" not in " ".join(words(article))
+    article.draw()
+
+
 def answer_of(worker: CaseWorker) -> Case | SandboxError:
     """Wait for what a worker finds."""
     while (answer := worker.poll()) is None:

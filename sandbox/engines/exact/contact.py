@@ -1,14 +1,11 @@
 """The law of contact: two discs collide, or one bounces off a wall.
 
 A contact exchanges momentum along the line of centres as it is, whatever rounding did to the distance, and `friction`
-adds a part along the tangent. Its elasticity is the product of the two factors, with four exceptions that keep an
-inelastic collapse, infinitely many contacts in finite time, from stopping the clock:
+adds a part along the tangent. Its elasticity is the product of the two factors. Three exceptions keep contacts from
+stopping the clock:
 
-- Collapse. A contact is elastic if both bodies, or the disc that meets a wall, have had MAX_STREAK contacts, each
-  within CONTACT_TIME of the last. In the TC model of S. Luding and S. McNamara, Granular Matter 1 (1998) 113, it is
-  elastic as soon as either disc had another contact within t_c before. That models the duration of real contacts. Here
-  contacts have no duration: discs that touch in a row have several in one instant, and each must take its energy. Only
-  what a collapse would still take after MAX_STREAK contacts is kept.
+- Collapse. Contacts that follow each other at one time may have no end. After MIN_STREAK of a disc, each within
+  CONTACT_TIME of the last, the sequence is continued by itself, to its end or its limit: see `collapse`.
 - Rest under gravity. A bounce off a face that would last less than CONTACT_TIME is not computed: the face carries the
   disc from then on. The disc lies still, slides or rolls down a slope, or is stopped where two walls meet, until
   another disc or a kick moves it or the face ends; the only event meanwhile is the end of slipping. What a wall gives
@@ -21,13 +18,10 @@ inelastic collapse, infinitely many contacts in finite time, from stopping the c
 - Heaps at rest. What stands still is frozen, as `islands` describes, and has no contacts. To slow discs an island is
   infinitely heavy, and a fast hit (`wakes`) wakes it first. A disc with MAX_SLOW_CONTACTS slow contacts in a hop time
   is jammed, and discs are examined at once.
-- No room. Under gravity, discs that fill the room between walls to the last bit cannot part, so their contacts at one
-  instant would have no end. After STUCK_STREAK contacts they are stuck: contacts slower than a hop take all closing
-  speed, what rounding leaves of it is ignored, and discs are examined at once. For a hop time, no hit wakes the island.
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -39,13 +33,9 @@ from sandbox.engines.exact.support import carry, normal_to, report_support, stop
 from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
-MAX_STREAK: Final = 50  # contacts of a disc, each within CONTACT_TIME of the last, after which they are elastic
-MAX_WEDGED_STREAK: Final = 10_000  # the same, after which a wall returns no speed: the disc is wedged
-MAX_LOSSLESS_STREAK: Final = 10_000_000  # the same where no contact takes energy
-STUCK_STREAK: Final = 1 << 8  # the same, after which slow contacts take all speed: the discs have no room
-SETTLED: Final = 1e-7  # of the discs' speeds and a hop's: closing speeds that stuck discs keep without a contact
-STUCK_PULL: Final = 1e-3  # of gravity, the largest pull towards each other of stuck discs that keep still
-MIN_PARTING: Final = 1e-12  # of the discs' speeds, so that they part even where e = 0 has left no closing speed
+MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
+MIN_APPROACH: Final = 1e-12  # of the speeds of bodies that touch, and of a hop; a slower approach is rounding
+MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
 HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall
 LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a hop
@@ -71,23 +61,10 @@ def _contact_is_recent(body: Record, now: float) -> bool:
 
 
 @kernel
-def _collapses(body: Record, now: float) -> bool:
-    """Return whether a body has had more contacts than MAX_STREAK, each within CONTACT_TIME of the last."""
-    return body.streak >= MAX_STREAK and _contact_is_recent(body, now)
-
-
-@kernel
-def is_stuck(body: Record, now: float) -> bool:
-    """Return whether a disc's contacts follow each other as those of discs that have no room to part."""
-    return body.streak >= STUCK_STREAK and _contact_is_recent(body, now)
-
-
-@kernel
-def _are_stuck(world: World, i: int, j: int, closing: float, pull: float, now: float) -> bool:
-    """Return whether discs i and j have no room to part, and their contacts have become slow."""
-    if not (is_stuck(world.body[i], now) and is_stuck(world.body[j], now)):
-        return False
-    return closing < world.hop_speed and pull < STUCK_PULL * math.hypot(world.gravity[0], world.gravity[1])
+def collapses(world: World, i: int, now: float) -> bool:
+    """Return whether disc i has had so many contacts in a row that they may have no end."""
+    body = world.body[i]
+    return body.streak >= MIN_STREAK and body.streak & (body.streak - 1) == 0 and _contact_is_recent(body, now)
 
 
 @kernel
@@ -102,14 +79,8 @@ def _hop_speed(world: World, i: int, now: float) -> float:
 @kernel
 def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now: float) -> Parting:
     """Return how discs i and j part. closing: px/s; pull: px/s², which presses them together if positive."""
-    a, b, of_a, of_b = world.disc[i], world.disc[j], world.body[i], world.body[j]
-    if _are_stuck(world, i, j, closing, pull, now):
-        return Parting(0.0, False, False)
+    of_a, of_b = world.body[i], world.body[j]
     speed = of_a.elasticity * of_b.elasticity * closing
-    if _contact_is_recent(of_a, now) and _contact_is_recent(of_b, now):
-        if _collapses(of_a, now) and _collapses(of_b, now):
-            speed = closing
-        speed = max(speed, MIN_PARTING * (abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)))
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
     if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
@@ -121,7 +92,7 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
 
 
 @kernel
-def _lean_time(world: World) -> float:
+def lean_time(world: World) -> float:
     """Return how long a disc counts as leaning after a hop, s."""
     return LEAN_HOPS * world.hop_time
 
@@ -133,43 +104,67 @@ def _shortest_flight(world: World, body: Record, now: float) -> float:
 
 
 @kernel
-def _is_wedged(world: World, body: Record, piece: Record) -> bool:
-    """Return whether a body's contacts never end."""
-    lossless = not world.has_gravity and not world.is_rough and body.elasticity * piece.elasticity == 1
-    return body.streak > (MAX_LOSSLESS_STREAK if lossless else MAX_WEDGED_STREAK)
+def hop_round_end(world: World, pull: Any) -> Any:
+    """Return the speed of the hops in which a disc goes round the end of a wall, px/s. pull: px/s², towards it."""
+    return pull * (world.hop_time / HOPS_ROUND_END) / 2
 
 
 @kernel
 def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now: float) -> Parting:
     """Return how disc i parts from a piece of wall. closing: px/s; pull: px/s², towards the wall if positive."""
-    disc, body, piece = world.disc[i], world.body[i], world.piece[p]
+    body, piece = world.body[i], world.piece[p]
     speed = body.elasticity * piece.elasticity * closing
-    if _contact_is_recent(body, now):
-        if _collapses(body, now):
-            speed = closing
-        speed = max(speed, MIN_PARTING * (abs(disc.vx) + abs(disc.vy)))
-        if _is_wedged(world, body, piece) or (is_stuck(body, now) and closing < world.hop_speed):
-            speed = 0.0
     leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
         return Parting(0.0, False, True)
     if leans or (pull > world.min_pull and not is_face):
-        touches_discs = now - body.last_disc_contact < _lean_time(world)
-        hop = _hop_speed(world, i, now) if touches_discs else pull * (world.hop_time / HOPS_ROUND_END) / 2
+        touches_discs = now - body.last_disc_contact < lean_time(world)
+        hop = _hop_speed(world, i, now) if touches_discs else hop_round_end(world, pull)
         if speed < hop:
             return Parting(hop, True, False)
     return Parting(speed, False, False)
 
 
+class Approach(NamedTuple):
+    """How a disc approaches what it touches.
+
+    nx, ny: unit normal to it; closing: px/s; pull: px/s², pressing; speed: px/s, of both bodies, added up.
+    """
+
+    nx: float
+    ny: float
+    closing: float
+    pull: float
+    speed: float
+
+
 @kernel
-def keep_still(world: World, i: int, j: int, m: Motion, o: Motion, now: float) -> bool:
-    """Return whether discs i and j, which touch now and move like m and o, are stuck and have no speed but rounding."""
-    if not world.has_gravity:
-        return False
+def approach_of_discs(m: Motion, o: Motion) -> Approach:
+    """Return how a disc that moves like m approaches one that moves like o."""
     nx, ny, _ = unit(o.x - m.x, o.y - m.y)
     closing, pull = (m.vx - o.vx) * nx + (m.vy - o.vy) * ny, (m.ax - o.ax) * nx + (m.ay - o.ay) * ny
-    scale = abs(m.vx) + abs(m.vy) + abs(o.vx) + abs(o.vy) + world.hop_speed
-    return closing <= SETTLED * scale and _are_stuck(world, i, j, closing, pull, now)
+    return Approach(nx, ny, closing, pull, abs(m.vx) + abs(m.vy) + abs(o.vx) + abs(o.vy))
+
+
+@kernel
+def approach_to_piece(m: Motion, piece: Record) -> Approach:
+    """Return how a disc that moves like m approaches a piece of wall."""
+    nx, ny, _ = normal_to(m, piece)
+    return Approach(nx, ny, m.vx * nx + m.vy * ny, m.ax * nx + m.ay * ny, abs(m.vx) + abs(m.vy))
+
+
+@kernel
+def is_rounding(world: World, approach: Approach) -> bool:
+    """Return whether bodies that touch approach only by rounding, and nothing presses them together."""
+    rounding = max(MIN_APPROACH * (approach.speed + world.hop_speed), MIN_SPEED)
+    return approach.pull <= world.min_pull and approach.closing <= rounding
+
+
+@kernel
+def parting(m: Motion, approach: Approach) -> Motion:
+    """Return how a disc moves that does not approach what it touches, but parts from it at the speed of rounding."""
+    change = approach.closing + MIN_APPROACH * approach.speed
+    return Motion(m.x, m.y, m.vx - change * approach.nx, m.vy - change * approach.ny, m.ax, m.ay)
 
 
 @kernel
@@ -191,11 +186,11 @@ def is_jammed(world: World, i: int, now: float) -> bool:
 @kernel
 def wakes(world: World, i: int, other: int, now: float) -> bool:
     """Return whether disc i is part of a static island, and the other disc hits it so fast that it wakes it."""
-    if world.event[i].carrier != STATIC or now < world.rest.taken[i].firm_until:
+    if world.event[i].carrier != STATIC:
         return False
     disc, m = world.disc[i], motion(world, other, now)
     nx, ny, _ = unit(disc.x - m.x, disc.y - m.y)
-    return m.vx * nx + m.vy * ny >= SLOW_HOPS * world.hop_speed or not is_slow(world, other, now)
+    return m.vx * nx + m.vy * ny >= SLOW_HOPS * world.hop_speed
 
 
 @kernel
@@ -216,10 +211,10 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     nx, ny, distance = unit(b.x - a.x, b.y - a.y)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
     pull = (of_a.ax - of_b.ax) * nx + (of_a.ay - of_b.ay) * ny
-    parting = _pair_parting(world, i, j, closing, pull, now)
+    course = _pair_parting(world, i, j, closing, pull, now)
 
     per_a, per_b = _inverse_mass(world, i), _inverse_mass(world, j)
-    impulse = (closing + parting.speed) / (per_a + per_b)
+    impulse = max(0.0, closing + course.speed) / (per_a + per_b)
     a.vx -= impulse * per_a * nx
     a.vy -= impulse * per_a * ny
     b.vx += impulse * per_b * nx
@@ -232,8 +227,8 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
-    if parting.hops:
-        of_a.leans_until = of_b.leans_until = now + _lean_time(world)
+    if course.hops:
+        of_a.leans_until = of_b.leans_until = now + lean_time(world)
     to_b_x, to_b_y = impulse * nx - tangential * ny, impulse * ny + tangential * nx
     for k, per_k, sign in ((i, per_a, -1), (j, per_b, 1)):
         if per_k == 0:
@@ -241,7 +236,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
         else:
             _count_contact(world, k, now)
             if world.has_gravity:
-                _count_slow_contact(world, k, closing, now)
+                count_slow_contact(world, k, closing, now)
 
 
 @kernel
@@ -274,23 +269,24 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         mx, my, _ = normal_to(disc, world.piece[carrier])
         if nx * mx + ny * my > 0:  # bouncing off this face, it leaves the other too, and falls freely
             pull = max(pull, world.gravity[0] * nx + world.gravity[1] * ny)
-    parting = _wall_parting(world, i, p, closing, pull, now)
+    course = _wall_parting(world, i, p, closing, pull, now)
 
-    disc.vx -= (closing + parting.speed) * nx
-    disc.vy -= (closing + parting.speed) * ny
-    impulse = body.mass * (closing + parting.speed)
+    change = max(0.0, closing + course.speed)
+    disc.vx -= change * nx
+    disc.vy -= change * ny
+    impulse = body.mass * change
     if impulse > 0:
         tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
         write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, now)
-    if parting.rests:
+    if course.rests:
         carry(world, i, p, carrier, _shortest_flight(world, body, now), now, log)
-    if parting.hops:
-        body.leans_until = now + _lean_time(world)
-    if now - body.last_disc_contact < _lean_time(world):
-        _count_slow_contact(world, i, closing, now)
+    if course.hops:
+        body.leans_until = now + lean_time(world)
+    if course.hops or now - body.last_disc_contact < lean_time(world):
+        count_slow_contact(world, i, closing, now)
 
 
 @kernel
@@ -303,7 +299,7 @@ def _count_contact(world: World, i: int, now: float) -> None:
 
 
 @kernel
-def _count_slow_contact(world: World, i: int, closing: float, now: float) -> None:
+def count_slow_contact(world: World, i: int, closing: float, now: float) -> None:
     """Count disc i's slow contacts and, if they are too many, have the discs examined."""
     body, plan = world.body[i], world.rest.plan[0]
     if closing >= SLOW_HOPS * world.hop_speed:
@@ -311,6 +307,5 @@ def _count_slow_contact(world: World, i: int, closing: float, now: float) -> Non
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
     body.slow_contacts += 1
-    is_power_of_two = body.streak & (body.streak - 1) == 0  # so that few examinations are in vain
-    if (is_stuck(body, now) and is_power_of_two) or (body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from):
+    if body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from:
         plan.is_due, plan.time = 1, now

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.exact.collapse import Collapses
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
@@ -15,14 +16,12 @@ from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.world import World
 from sandbox.engines.walls import pieces_of
-from sandbox.errors import SandboxError
+from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
-MAX_CONTACTS_AT_ONCE: Final = 2_000_000  # between discs under gravity; more have no end
-AT_ONCE: Final = 1e-9  # s
 LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 
@@ -35,28 +34,29 @@ class ExactEngine:
 
     def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
         self._clock = scene.clock
+        self._start = initial.time  # s, of the run
         self._steps = 0
         self._world = _world(scene, initial, hop_time)
         self._disc_of_ball = np.argsort(self._world.event["ball"])
         self._row = States.empty(1, len(scene.bodies))  # for `step`
         self._islands = Islands(self._world)
+        self._collapses = Collapses(self._world)
         self._max_reports = max_reports(self._world)
         self._log = _log(LOG_ROWS + self._max_reports)
         self._contacts = ContactLog()
         self.collisions = 0
-        self._instant = 0.0, 0  # a time (s), and the collisions before it
         start(self._world)
         self._islands.begin()
 
     def step(self) -> None:
         """Process the events of one step. Nothing is computed at its end, so the rate changes no event.
 
-        Raises SandboxError if contacts have no end, or if they are recorded and exceed MAX_LOGGED_CONTACTS.
+        Raises LimitReached if contacts are recorded and exceed MAX_LOGGED_CONTACTS, with or without end.
         """
         self.advance(1, *self._row)
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
-        """Do some steps, and write the state after each, see `States`. Raises SandboxError as `step` does."""
+        """Do some steps, and write the state after each, see `States`. Raises LimitReached as `step` does."""
         states = States(position, velocity, angle, spin)
         done, recording = 0, self._contacts.recording
         times = self._clock.times(self._steps + np.arange(steps + 1))
@@ -66,30 +66,28 @@ class ExactEngine:
             done += more
             self._steps += more
             self.collisions += collisions
-            self._check_contacts_end()
             count = int(log.filled[0])
             if count:
                 self._contacts.add(log.row[:count].copy())
-            self._report(self._islands.do_planned(self._now))
+            self._report(self._do_planned())
             if self._contacts.count > MAX_LOGGED_CONTACTS:
-                time = times[min(done + 1, steps)]
-                raise SandboxError(
-                    f"exact: more than {MAX_LOGGED_CONTACTS:,} contacts by {time:.4g} s, the limit; run a shorter "
-                    "time, or leave exact out with --engines pymunk,impulse"
-                )
+                raise self._limit_reached()
             if len(log.row) - count < self._max_reports:
                 self._log = _log(2 * len(log.row))
 
-    def _check_contacts_end(self) -> None:
-        """Raise SandboxError if discs that fill the room between walls have contacts without end at one time."""
-        time = float(self._world.queue.node[0]["time"])
-        if time > self._instant[0] + AT_ONCE or not self._world.has_gravity:
-            self._instant = time, self.collisions
-        elif self.collisions - self._instant[1] > MAX_CONTACTS_AT_ONCE:
-            raise SandboxError(
-                f"exact: contacts without end at {time:.4g} s, between balls that fill the room between walls to the "
-                "last bit; give them some room, or leave exact out with --engines pymunk,impulse"
-            )
+    def _limit_reached(self) -> LimitReached:
+        """Return the error of too many contacts. Its time does not depend on when they are counted."""
+        exceeding = int(self._clock.steps_containing(self._contacts.time_of(MAX_LOGGED_CONTACTS)))
+        time = self._start + self._clock.time(exceeding - 1)
+        return LimitReached("exact", time, f"the next step exceeds the limit of {MAX_LOGGED_CONTACTS:,} contacts")
+
+    def _do_planned(self) -> Contacts:
+        """Do what the event loop has planned, and return what must be reported first."""
+        plan = self._world.rest.plan[0]
+        if plan["collapsing"] != NONE:
+            seed, now = int(plan["collapsing"]), float(plan["time"])
+            return self._collapses.resolve(seed, self._now, now, collects=self._contacts.recording)
+        return self._islands.do_planned(self._now)
 
     @property
     def _now(self) -> float:
@@ -137,7 +135,7 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     event["cell"], event["ball"], event["carrier"] = cell[ball], ball, NONE
     body["ax"], body["ay"] = scene.gravity
     body["mass"], body["elasticity"], body["last_contact"] = bodies.mass[ball], bodies.elasticity[ball], -np.inf
-    body["last_disc_contact"] = -np.inf
+    body["last_disc_contact"] = body["settled"] = -np.inf
     body["corner"] = NONE
     turn["angle"], turn["spin"] = initial.angle[ball], initial.spin[ball]
     turn["friction"], turn["slips_until"], turn["reported_until"] = bodies.friction[ball], np.inf, -np.inf

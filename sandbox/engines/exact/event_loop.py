@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import entry, kernel, prefetch
-from sandbox.engines.exact.contact import bounce, collide, wakes
+from sandbox.engines.exact.contact import bounce, collapses, collide, wakes
 from sandbox.engines.exact.event_queue import runner_up
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
 from sandbox.engines.exact.islands import max_reports, plan_next_check, report_islands
@@ -20,7 +20,7 @@ from sandbox.engines.exact.touching import is_restless
 from sandbox.engines.exact.world import World, motion, move_to_now, release, rotation
 from sandbox.state import Floats, States
 
-MAX_EVENTS_PER_CALL: Final = 1_000_000  # of `run`: about a second's, so that Ctrl-C can end an endless step
+MAX_EVENTS_PER_CALL: Final = 50_000  # of `run`: about 50 ms, so that Ctrl-C can end an endless step at once
 MAX_ROWS_PER_EVENT: Final = 2 * MAX_SUPPORTS + 1  # of the log: what carried two discs until then, and a contact
 
 
@@ -70,9 +70,13 @@ def _process_events(world: World, since: float, until: float, log: Log, max_even
         if event[i].crossing < disc[i].hit:
             _enter_next_cell(world, i, now)
             continue
+        is_due = partner < 0 or disc[partner].serial == event[i].partner_serial
+        if is_due and (collapses(world, i, now) or (partner >= 0 and collapses(world, partner, now))):
+            plan.collapsing, plan.time = i if collapses(world, i, now) else partner, now
+            break
         if partner < 0:
             bounce(world, i, ~partner, since, now, log)
-        elif disc[partner].serial == event[i].partner_serial:
+        elif is_due:
             if world.has_gravity and (wakes(world, i, partner, now) or wakes(world, partner, i, now)):
                 plan.struck, plan.time = i if event[i].carrier == STATIC else partner, now
                 break

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import entry, kernel
-from sandbox.engines.exact.contact import is_stuck
+from sandbox.engines.exact.contact import JAMMED_CONTACTS
 from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
@@ -72,7 +72,8 @@ class Island(NamedTuple):
 def no_islands(count: int, has_gravity: bool) -> Rest:
     """Return the data of no islands yet. count: of discs."""
     plan = np.zeros(1, PLAN)
-    plan["next_check"], plan["struck"], plan["jams_from"] = (1 / CHECK_RATE if has_gravity else np.inf), NONE, -np.inf
+    plan["next_check"], plan["jams_from"] = (1 / CHECK_RATE if has_gravity else np.inf), -np.inf
+    plan["collapsing"] = plan["struck"] = NONE
     return Rest(plan, np.zeros(count, TAKEN), np.zeros(MAX_TOUCHING * count if has_gravity else 0, SUPPORT))
 
 
@@ -108,12 +109,8 @@ def report_islands(world: World, since: float, now: float, log: Log) -> None:
 def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
     """Make discs part of an island, which gets their momentum, and what walls carried of them. since: start of step.
 
-    Their spin is lost: a couple that no contact without area has. If some are stuck, no hit wakes them for a hop time.
+    Their spin is lost: a couple that no contact without area has.
     """
-    firm_until = -np.inf
-    for i in disc:
-        if is_stuck(world.body[i], now):
-            firm_until = now + world.hop_time
     for i in disc:
         d, body, event, taken = world.disc[i], world.body[i], world.event[i], world.rest.taken[i]
         move_to_now(world, i, now)
@@ -121,7 +118,6 @@ def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
         carried_for = now - start if event.carrier != NONE else 0.0
         taken.x = body.mass * (d.vx + carried_for * (world.gravity[0] - body.ax))
         taken.y = body.mass * (d.vy + carried_for * (world.gravity[1] - body.ay))
-        taken.firm_until = firm_until
         world.rest.plan[0].owes = 1
         d.vx = d.vy = body.ax = body.ay = 0.0
         d.serial += 1
@@ -301,8 +297,9 @@ class Islands:
         group, frozen = groups(touching, len(carried)), carried.copy()
         for number in np.unique(group[carried]):
             members = carried & (group == number)
-            hops = self._world.body["leans_until"][number] > now and self._world.event["carrier"][number] < 0
-            if members.sum() == 1 and not hops:
+            body = self._world.body[number]
+            hops = body["leans_until"] > now or body["slow_contacts"] >= JAMMED_CONTACTS
+            if members.sum() == 1 and not (hops and self._world.event["carrier"][number] < 0):
                 frozen[number] = False  # walls carry it without events anyway
                 continue
             heap = self._heap(members, touching)

@@ -5,7 +5,14 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import Record, kernel
-from sandbox.engines.exact.contact import keep_still
+from sandbox.engines.exact.contact import (
+    CONTACT_TIME,
+    Approach,
+    approach_of_discs,
+    approach_to_piece,
+    is_rounding,
+    parting,
+)
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.grid import extent
 from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
@@ -15,6 +22,9 @@ from sandbox.engines.walls import ARENA_COUNT
 
 # How far past its ends a face carries a disc: above rounding, or it would carry it again.
 FACE_MARGIN: Final = 1e-14  # relative, of the face's coordinates
+RESETTLE_ROUNDING: Final = 1e-14  # relative, of coordinates; and
+RESETTLE_HOPS: Final = 1e-5  # heights of a hop: by so much may bodies whose impacts have been resolved overlap
+IN_FACE: Final = 1e-9  # relative, of the reach: above rounding, so that a disc is in a face only if it started there
 CLOCK_MARGIN: Final = 1e-15  # relative, of the time
 
 
@@ -27,25 +37,76 @@ def _propose_contact(world: World, i: int, time: float, partner: int, serial: in
 
 
 @kernel
+def _time_of_next(world: World, i: int, j: int, m: Motion, approach: Approach, time: float, now: float) -> float:
+    """Return when discs i and j, or i and a wall (then j is i), that touch soon after now have their next contact, s.
+
+    If a sequence of impacts that both were in has just been resolved, what is left of their approach first leads a
+    little deeper.
+    """
+    since = now - min(world.body[i].settled, world.body[j].settled)
+    if since >= CONTACT_TIME:
+        return time
+    depth = RESETTLE_ROUNDING * (abs(m.x) + abs(m.y)) + RESETTLE_HOPS * world.hop_speed * world.hop_time / 4
+    delay = depth / approach.closing if approach.closing > 0 else CONTACT_TIME
+    if approach.pull > world.min_pull:
+        delay = min(delay, CONTACT_TIME / 2)  # so that a face carries it then
+    return max(time, now + (delay if since == 0 else min(delay, CONTACT_TIME)))
+
+
+@kernel
+def _later(time: float, now: float) -> float:
+    """Return a time, or never if it is not later than now."""
+    return time if time > now else NEVER
+
+
+@kernel
+def _time_to_disc(world: World, i: int, j: int, m: Motion, o: Motion, now: float) -> float:
+    """Return when discs i and j, which move like m and o, touch, s. After the next contact of either, perhaps `inf`."""
+    disc, event = world.disc, world.event
+    rx, ry = o.x - m.x, o.y - m.y
+    if rx == 0 and ry == 0:
+        rx = COINCIDENT if event[i].ball < event[j].ball else -COINCIDENT
+    # After j's own next contact, j is predicted anew against all discs, i among them.
+    limit, reach = min(disc[i].hit, disc[j].hit) - now, disc[i].radius + disc[j].radius
+    return now + time_to_touch(rx, ry, o.vx - m.vx, o.vy - m.vy, o.ax - m.ax, o.ay - m.ay, reach, limit)
+
+
+@kernel
 def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, columns: int, rows: int) -> None:
     """Predict disc i's contacts with the discs of a block of cells, given its first cell and its size in cells."""
-    disc, grid, event = world.disc, world.grid, world.event
+    disc, grid = world.disc, world.grid
     for row in range(rows):
         for cell in range(corner + row * grid.stride, corner + row * grid.stride + columns):
             j = np.int64(grid.cell[cell].first)
             while j >= 0:
                 o = motion(world, j, now)
-                rx, ry, vx, vy = o.x - m.x, o.y - m.y, o.vx - m.vx, o.vy - m.vy
-                if rx == 0 and ry == 0:
-                    rx = COINCIDENT if event[i].ball < event[j].ball else -COINCIDENT
-                ax, ay, reach = o.ax - m.ax, o.ay - m.ay, disc[i].radius + disc[j].radius
-                # After j's own next contact, j is predicted anew against all discs, i among them.
-                limit = min(disc[i].hit, disc[j].hit) - now
-                time = now + time_to_touch(rx, ry, vx, vy, ax, ay, reach, limit)
-                is_next = time < NEVER and i != j and time <= disc[j].hit
-                if is_next and not (time == now and keep_still(world, i, j, m, o, now)):
+                time = _time_to_disc(world, i, j, m, o, now)
+                if time < now + CONTACT_TIME and i != j:
+                    approach = approach_of_discs(m, o)
+                    if time == now and is_rounding(world, approach):
+                        time = _later(_time_to_disc(world, i, j, parting(m, approach), o, now), now)
+                    time = _time_of_next(world, i, j, m, approach, time, now)
+                if time < NEVER and i != j and time <= disc[j].hit:
                     _propose_contact(world, i, time, j, np.int64(disc[j].serial))
                 j = np.int64(disc[j].next)
+
+
+@kernel
+def _time_to_end(rx: float, ry: float, m: Motion, reach: float, piece: Record) -> float:
+    """Return when a disc, r (px) from the round end of a wall, touches it: only beyond the face, where it is nearest.
+
+    A disc that is in the face cannot touch the end before it leaves the face.
+    """
+    vx, vy, ax, ay, start = m.vx, m.vy, m.ax, m.ay, 0.0
+    beyond = rx * piece.tx + ry * piece.ty
+    if beyond < 0 and abs(ry * piece.tx - rx * piece.ty) < reach * (1 - IN_FACE):
+        v, a = vx * piece.tx + vy * piece.ty, ax * piece.tx + ay * piece.ty
+        start = time_to_close(-beyond, -v, -a)
+        if start == NEVER:
+            return NEVER
+        rx, ry = rx + start * (vx + start * ax / 2), ry + start * (vy + start * ay / 2)
+        vx, vy = vx + start * ax, vy + start * ay
+    return start + time_to_touch(rx, ry, vx, vy, ax, ay, reach, NEVER)
 
 
 @kernel
@@ -53,7 +114,7 @@ def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> fl
     """Return when a disc touches a piece of wall or, if the piece carries the disc, when it slides off an end."""
     rx, ry = m.x - piece.x, m.y - piece.y
     if piece.length == 0:
-        return time_to_touch(rx, ry, m.vx, m.vy, m.ax, m.ay, radius + piece.half_thickness, NEVER)
+        return _time_to_end(rx, ry, m, radius + piece.half_thickness, piece)
     tx, ty = piece.tx, piece.ty
     off, v_off, a_off = ry * tx - rx * ty, m.vy * tx - m.vx * ty, m.ay * tx - m.ax * ty
     if piece.wall < ARENA_COUNT:
@@ -79,6 +140,12 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
         time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
         if p == event.carrier:
             time *= 1 + CLOCK_MARGIN
+        elif time < now + CONTACT_TIME:
+            approach = approach_to_piece(m, piece[p])
+            if time == now and is_rounding(world, approach):
+                radius = world.disc[i].radius
+                time = _later(now + _time_to_piece(parting(m, approach), radius, piece[p], False), now)
+            time = _time_of_next(world, i, i, m, approach, time, now)
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)
 

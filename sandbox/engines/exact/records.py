@@ -51,6 +51,7 @@ BODY: Final = np.dtype(
         ("slow_since", "f8"),  # s, start of the count of slow contacts
         ("slow_contacts", "i4"),  # since then
         ("corner", "i4"),  # second piece of wall that carries it, where it lies in a corner, or NONE
+        ("settled", "f8"),  # s, time of its last sequence of impacts that was resolved as one
         ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
     ]
 )
@@ -72,7 +73,6 @@ TAKEN: Final = np.dtype(  # what a disc of a static island was given: momentum, 
         ("y", "f8"),
         ("load_x", "f8"),  # since the island was last examined
         ("load_y", "f8"),
-        ("firm_until", "f8"),  # s, until when no hit wakes the island
     ]
 )
 
@@ -96,6 +96,7 @@ PLAN: Final = np.dtype(  # one record: what Python must do before the event loop
         ("time", "f8"),  # s, of what is to be done
         ("jams_from", "f8"),  # s, before which a jam is not examined again
         ("is_due", "i4"),  # whether discs are to be examined
+        ("collapsing", "i4"),  # a disc whose sequence of impacts may have no end, or NONE
         ("struck", "i4"),  # a disc whose island is to be woken, or NONE
         ("owes", "i4"),  # whether an island was given momentum that its walls have not reported
         ("supports", "i4"),  # rows of SUPPORT in use

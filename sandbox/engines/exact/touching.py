@@ -91,7 +91,7 @@ def _find_resting(world: World, now: float, is_start: bool, resting: Bools, rest
 
 
 @kernel
-def _gap(world: World, i: int, p: int, x: float, y: float) -> float:
+def gap_to_piece(world: World, i: int, p: int, x: float, y: float) -> float:
     """Return the gap (px) between disc i at a place and a piece of wall; infinite if it is not beside the face."""
     disc, piece = world.disc[i], world.piece[p]
     rx, ry = x - piece.x, y - piece.y
@@ -130,7 +130,7 @@ def _find_touching(
                     j = np.int64(world.disc[j].next)
         for k in range(grid.cell[event.cell].begin, grid.cell[event.cell + 1].begin):
             p = grid.piece[k]
-            if _gap(world, i, p, m.x, m.y) < gap and count < len(first):
+            if gap_to_piece(world, i, p, m.x, m.y) < gap and count < len(first):
                 first[count], second[count] = i, ~p
                 normal[count, 0], normal[count, 1], _ = normal_to(m, world.piece[p])
                 count += 1

@@ -1,0 +1,85 @@
+"""The scale of all shares of energy: how much energy counts as 1, without regard to where heights are measured from."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.engines.exact.contact import HOP_TIME, MAX_LOAD
+from sandbox.quantity import dot, kinetic_energy, length, spin_energy
+from sandbox.scene.clock import Clock
+from sandbox.scene.model import Scene
+from sandbox.state import Bodies, Bools, Contacts, Floats, Integers, State, States
+
+LONGEST_HOP: Final = MAX_LOAD * HOP_TIME  # s, which discs at rest can be in the air in the exact engine
+
+
+class EnergyScale:
+    """The largest kinetic energy that an engine has reached so far, or what mouse and edits gave it, if that is more.
+
+    Only gravity raises kinetic energy by itself; without it, that of the start counts. Balls at rest under gravity have
+    the scale of a fall through their radius.
+    """
+
+    def __init__(self, scene: Scene, start: State) -> None:
+        self._scene = scene
+        self._largest = float(_moving_energy(start, scene.bodies))
+        self._given = 0.0
+
+    @property
+    def value(self) -> float:
+        """The scale so far, kg px²/s²; 0 if nothing has moved and nothing pulls."""
+        mass, pull = self._scene.bodies.mass, math.hypot(*self._scene.gravity)
+        hopping = float(mass.sum()) * (pull * LONGEST_HOP / 2) ** 2 / 2
+        fall = float(pull * (mass * self._scene.bodies.radius).sum())
+        return max(self._largest if self._largest > hopping else fall, self._given)
+
+    def follow(self, scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock | None = None) -> None:
+        """Enter the steps from the first of some states to the last, and the contacts in them, by time.
+
+        before: the number of steps that lead to the first state; clock: of the steps, by default the scene's.
+        """
+        self._scene = scene
+        if any(scene.gravity):
+            kinetic = float(_moving_energy(states, scene.bodies).max())
+            at_contacts = _largest_at_contacts(scene, states, contacts, before, clock or scene.clock)
+            self._largest = max(self._largest, kinetic, at_contacts)
+
+    def give(self, work: float) -> None:
+        """Enter what mouse and edits have given so far, kg px²/s²."""
+        self._given = max(self._given, work)
+
+
+def _moving_energy(moving: State | States, bodies: Bodies) -> Floats:
+    """Return the kinetic energy of flight and spin, kg px²/s²: (...)."""
+    return kinetic_energy(moving.velocity, bodies.mass) + spin_energy(moving.spin, bodies.moment)
+
+
+def _largest_at_contacts(scene: Scene, states: States, contacts: Contacts, before: int, clock: Clock) -> float:
+    """Return the largest kinetic energy just before the first contact of a step, 0 without contacts, kg px²/s².
+
+    A falling ball is fastest there, between two states. Balls that a wall or others carry do not fall.
+    """
+    if not len(contacts):
+        return 0.0
+    step_of = np.clip(clock.steps_containing(contacts["time"]) - before, 1, len(states.spin) - 1)
+    step, first = np.unique(step_of, return_index=True)
+    fallen = np.clip(contacts["time"][first] - clock.times(before + step - 1), 0.0, 1 / clock.rates(before + step))
+    falls = ~_carried(states, contacts, step_of)[step - 1]
+    gained = fallen[:, None, None] * np.asarray(scene.gravity) * falls[..., None]
+    flight = kinetic_energy(states.velocity[step - 1] + gained, scene.bodies.mass)
+    return float((flight + spin_energy(states.spin[step - 1], scene.bodies.moment)).max())
+
+
+def _carried(states: States, contacts: Contacts, step_of: Integers) -> Bools:
+    """Return which balls do not move along the normal of one of their contacts, before and after it: (steps, n)."""
+    carried = np.zeros((len(states.spin) - 1, states.spin.shape[1]), bool)
+    for key in ("first", "second"):
+        of_ball = contacts[key] >= 0
+        ball, step, normal = contacts[key][of_ball], step_of[of_ball], contacts["normal"][of_ball]
+        before, after = states.velocity[step - 1, ball], states.velocity[step, ball]
+        along = np.abs(dot(before, normal)) + np.abs(dot(after, normal))
+        still = along <= NEGLIGIBLE * (length(before) + length(after))
+        carried[step[still] - 1, ball[still]] = True
+    return carried

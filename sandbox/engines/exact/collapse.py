@@ -1,0 +1,549 @@
+"""Inelastic collapse: unending sequences of impacts between bodies that touch, and their limits.
+
+A light disc between a heavy one and a wall, discs that close on each other, a disc in a corner: where bodies touch,
+impacts follow each other at one time, and if restitution takes more than what the masses return, they never end. Their
+approach speeds then fall geometrically, and what is left over is a group that touches and moves on together (V. Acary
+and B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, ch. 1; C. Glocker, Set-Valued Force Laws,
+2001, ch. 9). S. Luding and S. McNamara, Granular Matter 1 (1998) 113, make such impacts elastic instead, as contacts of
+a finite duration are; those of `exact` have none.
+
+At one time only velocities change, and the normals stay. So `Collapses` continues the sequence with the contacts of one
+group alone, in sweeps over them in the order of the scene, by the law of a single contact. As long as each sweep
+resolves the same contacts, and each of them slips or sticks as before, a sweep is one linear map of the velocities, and
+when its slowest mode is all that is left, the impulses of all contacts fall by one ratio q. What q, q², q³ ... still
+add up to, q / (1 - q), is given at once: not quite all of it, and only until a slip ends or another contact closes.
+Then the sequence goes on, so that an inaccurate ratio costs time, not accuracy: every impulse is one that pushes, along
+a normal or at the limit of friction, and the sequence ends where no contact closes faster than rounding.
+
+Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then their
+restitution is 0.
+
+Under gravity, discs that lean on each other part in hops (see `contact`). Those of a group are given their hops
+together, as impacts with restitution 0 that leave at least this speed. Contacts that cannot all open, because they
+bear a load against each other between walls, are recognised by impulses that do not fall, and are given none.
+"""
+
+import math
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.compiled import Record, entry, kernel
+from sandbox.engines.exact.contact import CONTACT_TIME, MIN_APPROACH, count_slow_contact, give, hop_round_end, lean_time
+from sandbox.engines.exact.log import Log, write
+from sandbox.engines.exact.prediction import predict
+from sandbox.engines.exact.records import NONE, STATIC
+from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
+from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
+from sandbox.engines.exact.touching import gap_to_piece
+from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release
+from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers
+
+GAP_ROUNDING: Final = 1e-14  # relative, of coordinates: gaps within it are closed
+CLOCK_ROUNDING: Final = 1e-15  # relative, of the time
+SWEEPS_PER_BLOCK: Final = 12  # whose impulses are compared: cycles of 1, 2, 3, 4 and 6 sweeps fit in
+STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio
+IMPULSE_ROUNDING: Final = 1e-15  # relative, of a contact's momentum: impulses within it may differ
+ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
+SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to
+IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is heard
+SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
+MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
+FEW: Final = 64  # discs and contacts of a group, for which there is room at first
+REST: Final = 1e-13  # of the group's speeds before: a slower approach is none
+
+MEMBER: Final = np.dtype(  # a disc of a group
+    [
+        ("disc", "i8"),
+        ("per_mass", "f8"),  # 1/kg, 0 in a static island
+        ("vx", "f8"),  # px/s
+        ("vy", "f8"),
+        ("rim", "f8"),  # px/s, radius times spin
+        ("is_hit", "i8"),  # whether an impact of the sequence changed these
+        ("dvx", "f8"),  # px/s, by which a continued sequence changes them
+        ("dvy", "f8"),
+        ("drim", "f8"),
+    ]
+)
+
+LINK: Final = np.dtype(  # a contact of a group
+    [
+        ("first", "i8"),  # member, the ball that precedes in the scene
+        ("second", "i8"),  # member, or ~piece of wall
+        ("nx", "f8"),  # unit normal from first to second
+        ("ny", "f8"),
+        ("depth", "f8"),  # px
+        ("elasticity", "f8"),
+        ("friction", "f8"),
+        ("hop", "f8"),  # px/s, the least speed at which it parts
+        ("impulse", "f8"),  # kg px/s, along the normal, since the sequence began
+        ("tangential", "f8"),
+        ("slip", "f8"),  # px/s, before the first impact
+        ("block_impulse", "f8"),  # kg px/s, in this block of sweeps
+        ("block_tangential", "f8"),
+        ("last_impulse", "f8"),  # kg px/s, in the block before; all 0 if there was none
+    ]
+)
+
+
+class Outcome(IntEnum):
+    """How a sequence of impacts ends."""
+
+    PARTED = 0
+    ENDLESS = 1
+    UNFINISHED = 2
+
+
+PARTED: Final = int(Outcome.PARTED)  # as kernels read them
+ENDLESS: Final = int(Outcome.ENDLESS)
+UNFINISHED: Final = int(Outcome.UNFINISHED)
+
+
+@kernel
+def _closing(member: NDArray[np.void], link: Record) -> float:
+    """Return the speed at which a contact closes, px/s."""
+    a = member[link.first]
+    closing = a.vx * link.nx + a.vy * link.ny
+    if link.second >= 0:
+        b = member[link.second]
+        closing -= b.vx * link.nx + b.vy * link.ny
+    return closing
+
+
+@kernel
+def _slip(member: NDArray[np.void], link: Record) -> float:
+    """Return the slip of a contact, px/s."""
+    a = member[link.first]
+    slip = a.vy * link.nx - a.vx * link.ny + a.rim
+    if link.second >= 0:
+        b = member[link.second]
+        slip += b.rim - (b.vy * link.nx - b.vx * link.ny)
+    return slip
+
+
+@kernel
+def _changes(member: NDArray[np.void], link: Record) -> tuple[float, float]:
+    """Return by how much a continued sequence changes the closing speed and the slip of a contact, px/s."""
+    a = member[link.first]
+    closing = a.dvx * link.nx + a.dvy * link.ny
+    slip = a.dvy * link.nx - a.dvx * link.ny + a.drim
+    if link.second >= 0:
+        b = member[link.second]
+        closing -= b.dvx * link.nx + b.dvy * link.ny
+        slip += b.drim - (b.dvy * link.nx - b.dvx * link.ny)
+    return closing, slip
+
+
+@kernel
+def _scale(member: NDArray[np.void], link: Record) -> tuple[float, float]:
+    """Return the speeds of a contact's bodies, added up (px/s), and the sum of their inverse masses (1/kg)."""
+    a = member[link.first]
+    speed, per_mass = abs(a.vx) + abs(a.vy), a.per_mass
+    if link.second >= 0:
+        b = member[link.second]
+        speed += abs(b.vx) + abs(b.vy)
+        per_mass += b.per_mass
+    return speed, per_mass
+
+
+@kernel
+def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool) -> int:
+    """Resolve each contact of a group that closes faster than `still` (px/s), in order. Returns how many did."""
+    impacts = 0
+    for k in range(len(link)):
+        c = link[k]
+        closing = _closing(member, c)
+        speed, per_mass = _scale(member, c)
+        if closing + c.hop <= max(still, MIN_APPROACH * speed):
+            continue
+        impacts += 1
+        impulse, tangential = (closing + max(c.elasticity * closing, c.hop)) / per_mass, 0.0
+        slip = _slip(member, c)
+        if is_rough:
+            tangential = max(-c.friction * impulse, min(c.friction * impulse, slip / (3 * per_mass)))
+        if c.impulse == 0:
+            c.slip = slip
+        c.impulse += impulse
+        c.tangential += tangential
+        c.block_impulse += impulse
+        c.block_tangential += tangential
+        x, y = impulse * c.nx - tangential * c.ny, impulse * c.ny + tangential * c.nx
+        a = member[c.first]
+        a.vx -= x * a.per_mass
+        a.vy -= y * a.per_mass
+        a.rim -= 2 * tangential * a.per_mass
+        if c.second >= 0:
+            b = member[c.second]
+            b.vx += x * b.per_mass
+            b.vy += y * b.per_mass
+            b.rim -= 2 * tangential * b.per_mass
+    return impacts
+
+
+@kernel
+def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> float:
+    """Return the ratio by which the impulses of all contacts fell from the block before, or -1 if they have none."""
+    total, last, largest = 0.0, 0.0, 0.0
+    for k in range(len(link)):
+        total += link[k].block_impulse
+        last += link[k].last_impulse
+        largest = max(largest, link[k].block_impulse)
+    if last == 0:
+        return -1.0
+    ratio = total / last
+    for k in range(len(link)):
+        speed, per_mass = _scale(member, link[k])
+        tolerance = STEADY * largest + IMPULSE_ROUNDING * speed / per_mass
+        if abs(link[k].block_impulse - ratio * link[k].last_impulse) > tolerance:
+            return -1.0
+    return ratio
+
+
+@kernel
+def _continue_geometrically(member: NDArray[np.void], link: NDArray[np.void], ratio: float) -> None:
+    """Give at once what a sequence still adds up to, as long as contacts go on to slip as they do, and none closes."""
+    rest = ratio / (1 - ratio)
+    for i in range(len(member)):
+        member[i].dvx = member[i].dvy = member[i].drim = 0.0
+    for k in range(len(link)):
+        c = link[k]
+        impulse, tangential = rest * c.block_impulse, rest * c.block_tangential
+        x, y = impulse * c.nx - tangential * c.ny, impulse * c.ny + tangential * c.nx
+        a = member[c.first]
+        a.dvx -= x * a.per_mass
+        a.dvy -= y * a.per_mass
+        a.drim -= 2 * tangential * a.per_mass
+        if c.second >= 0:
+            b = member[c.second]
+            b.dvx += x * b.per_mass
+            b.dvy += y * b.per_mass
+            b.drim -= 2 * tangential * b.per_mass
+    share = SHARE_AT_ONCE
+    for k in range(len(link)):
+        c = link[k]
+        closing, slip = _closing(member, c) + c.hop, _slip(member, c)
+        more_closing, more_slip = _changes(member, c)
+        if c.block_impulse == 0 and closing <= 0 < closing + more_closing:
+            share = min(share, -closing / more_closing)
+        slips = c.block_impulse > 0 and abs(c.block_tangential) >= (1 - STEADY) * c.friction * c.block_impulse
+        if slips and slip * (slip + more_slip) < 0:
+            share = min(share, SHARE_AT_ONCE * slip / -more_slip)
+    for i in range(len(member)):
+        m = member[i]
+        m.vx += share * m.dvx
+        m.vy += share * m.dvy
+        m.rim += share * m.drim
+    for k in range(len(link)):
+        link[k].impulse += share * rest * link[k].block_impulse
+        link[k].tangential += share * rest * link[k].block_tangential
+
+
+@entry
+def _continue(member: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool) -> tuple[int, int]:
+    """Continue a sequence of impacts. Returns its outcome, as in `Outcome`, and the number of impacts."""
+    impacts = 0
+    while impacts < IMPACTS_PER_CALL:
+        for k in range(len(link)):
+            link[k].block_impulse = link[k].block_tangential = 0.0
+        for _ in range(SWEEPS_PER_BLOCK):
+            more = _sweep(member, link, still, is_rough)
+            impacts += more
+            if more == 0:
+                return PARTED, impacts
+        ratio = _ratio(member, link)
+        if ratio >= ENDLESS_RATIO:
+            return ENDLESS, impacts
+        if ratio > 0:
+            _continue_geometrically(member, link, ratio)
+        for k in range(len(link)):
+            link[k].last_impulse = 0.0 if ratio > 0 else link[k].block_impulse
+    return UNFINISHED, impacts
+
+
+@kernel
+def _add_link(link: NDArray[np.void], count: int, first: int, second: int, nx: float, ny: float, depth: float) -> int:
+    """Add a contact, if there is room for it. Returns the number of contacts, with those that had no room."""
+    if count < len(link):
+        c = link[count]
+        c.first, c.second, c.nx, c.ny, c.depth = first, second, nx, ny, depth
+    return count + 1
+
+
+@kernel
+def _add_member(world: World, member: NDArray[np.void], count: int, i: int, now: float, place: Integers) -> None:
+    """Add disc i as the next member. place: (n,), the number of each disc's member plus 1, or 0."""
+    new, m = member[count], motion(world, i, now)
+    new.disc, new.vx, new.vy = i, m.vx, m.vy
+    new.per_mass = 0.0 if world.event[i].carrier == STATIC else 1 / world.body[i].mass
+    if world.is_rough:
+        new.rim = world.disc[i].radius * (world.turn[i].spin + (now - world.disc[i].t) * world.turn[i].spin_rate)
+    place[i] = count + 1
+
+
+@kernel
+def _slack(world: World, i: int, now: float) -> float:
+    """Return the largest gap at disc i that is closed, px: rounding, and a way too short for a contact of its own."""
+    disc = world.disc[i]
+    rounding = GAP_ROUNDING * (abs(disc.x) + abs(disc.y) + disc.radius)
+    return rounding + CLOCK_ROUNDING * now * (abs(disc.vx) + abs(disc.vy)) + CONTACT_TIME * world.hop_speed
+
+
+@kernel
+def _link_pieces(world: World, at: int, m: Motion, slack: float, link: NDArray[np.void], links: int, i: int) -> int:
+    """Add the contacts of disc i, which is member `at` and moves like m, with walls. Returns the number of contacts."""
+    cell, grid = world.event[i].cell, world.grid
+    for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
+        p = np.int64(grid.piece[k])
+        gap = gap_to_piece(world, i, p, m.x, m.y)
+        if gap <= slack:
+            nx, ny, _ = normal_to(m, world.piece[p])
+            links = _add_link(link, links, at, ~p, nx, ny, -gap)
+    return links
+
+
+@kernel
+def _gap(world: World, i: int, j: int, m: Motion, o: Motion) -> float:
+    """Return the gap between discs i and j, which move like m and o, px."""
+    rx, ry = o.x - m.x, o.y - m.y
+    return math.sqrt(rx * rx + ry * ry) - world.disc[i].radius - world.disc[j].radius
+
+
+@entry
+def _gather(
+    world: World, seed: int, now: float, place: Integers, member: NDArray[np.void], link: NDArray[np.void]
+) -> tuple[int, int]:
+    """Collect the discs that touch a disc now, those that touch these, and so on, and their contacts.
+
+    Stops at static islands, and where there is no room. Returns the number of members and of contacts, with the first
+    that had no room.
+    """
+    members, links, at = 1, 0, 0
+    _add_member(world, member, 0, seed, now, place)
+    while at < members <= len(member):
+        i, at = np.int64(member[at].disc), at + 1
+        if member[at - 1].per_mass == 0:
+            continue
+        m, event, grid, slack = motion(world, i, now), world.event[i], world.grid, _slack(world, i, now)
+        for row in range(-1, 2):
+            for cell in range(event.cell + row * grid.stride - 1, event.cell + row * grid.stride + 2):
+                j = np.int64(grid.cell[cell].first)
+                while j >= 0:
+                    o = motion(world, j, now)
+                    gap = _gap(world, i, j, m, o)
+                    if i != j and gap <= slack + _slack(world, j, now):
+                        if place[j] == 0:
+                            if members < len(member):
+                                _add_member(world, member, members, j, now, place)
+                            members += 1
+                        is_first = event.ball < world.event[j].ball
+                        if place[j] > 0 and (is_first or member[place[j] - 1].per_mass == 0):
+                            nx, ny, _ = unit(o.x - m.x, o.y - m.y)
+                            a, b, sign = (at - 1, place[j] - 1, 1.0) if is_first else (place[j] - 1, at - 1, -1.0)
+                            links = _add_link(link, links, a, b, sign * nx, sign * ny, -gap)
+                    j = np.int64(world.disc[j].next)
+        links = _link_pieces(world, at - 1, m, slack, link, links, i)
+    return members, links
+
+
+@entry
+def _leave(place: Integers, member: NDArray[np.void]) -> None:
+    """Forget the members of a group."""
+    for k in range(len(member)):
+        place[member[k].disc] = 0
+
+
+@kernel
+def _set_course(world: World, m: Record, since: float, now: float, log: Log) -> None:
+    """Give a disc the velocities that a sequence has left it, and let it fly freely."""
+    i = np.int64(m.disc)
+    move_to_now(world, i, now)
+    report_support(world, i, since, now, log)
+    world.disc[i].vx, world.disc[i].vy = m.vx, m.vy
+    if world.is_rough:
+        world.turn[i].spin = m.rim / world.disc[i].radius
+    release(world, i)
+    body = world.body[i]
+    body.last_contact = body.settled = now
+    body.streak = 0
+
+
+@kernel
+def _note_contact(world: World, c: Record, m: Record, sign: float, now: float) -> None:
+    """Note what contact c of a group has done to one of its members. sign: 1 if it is the second, else -1."""
+    i = np.int64(m.disc)
+    if m.per_mass == 0:
+        give(world, i, sign * (c.impulse * c.nx - c.tangential * c.ny), sign * (c.impulse * c.ny + c.tangential * c.nx))
+        return
+    body = world.body[i]
+    if c.second >= 0:
+        body.last_disc_contact = now
+    if c.hop > 0:
+        body.leans_until = now + lean_time(world)
+    if world.has_gravity:
+        count_slow_contact(world, i, 0.0, now)
+
+
+@entry
+def _write_back(
+    world: World, member: NDArray[np.void], link: NDArray[np.void], since: float, now: float, log: Log
+) -> None:
+    """Give the discs of a group what a sequence has left them, report the sums of its impulses, and predict anew."""
+    for k in range(len(link)):
+        if link[k].impulse != 0:
+            member[link[k].first].is_hit = 1
+            if link[k].second >= 0:
+                member[link[k].second].is_hit = 1
+    for k in range(len(member)):
+        if member[k].is_hit and member[k].per_mass > 0:
+            _set_course(world, member[k], since, now, log)
+    for k in range(len(link)):
+        c = link[k]
+        if c.impulse == 0:
+            continue
+        first = member[c.first]
+        _note_contact(world, c, first, -1.0, now)
+        if c.second >= 0:
+            second = member[c.second]
+            _note_contact(world, c, second, 1.0, now)
+            partner = np.int64(world.event[second.disc].ball)
+        else:
+            partner = ~world.piece[~c.second].wall
+        ball = np.int64(world.event[first.disc].ball)
+        write(log, now, ball, partner, c.nx, c.ny, c.impulse, c.depth, c.tangential, c.slip)
+    for k in range(len(member)):
+        if member[k].is_hit and member[k].per_mass > 0:
+            predict(world, np.int64(member[k].disc), now)
+
+
+def _closings(member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
+    """Return the speeds at which contacts close, (k,) px/s."""
+    first, second = member[link["first"]], member[np.maximum(link["second"], 0)]
+    at_wall = link["second"] < 0
+    vx, vy = (first[key] - np.where(at_wall, 0.0, second[key]) for key in ("vx", "vy"))
+    closing: Floats = vx * link["nx"] + vy * link["ny"]
+    return closing
+
+
+class Collapses:
+    """The inelastic collapses of a world."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._place = np.zeros(len(world.disc), np.int64)
+        self._member, self._link = np.empty(FEW, MEMBER), np.empty(FEW, LINK)
+
+    def resolve(self, seed: int, since: float, now: float, *, collects: bool) -> Contacts:
+        """Resolve the sequence of impacts in which disc `seed` is, to its end or to its limit.
+
+        since: s, start of the step; collects: whether contacts are recorded. Returns the contacts to report.
+        """
+        world = self._world
+        world.rest.plan["collapsing"] = NONE
+        world.body["streak"][seed] += 1  # so that the contact is resolved by itself if it is part of no group
+        member, link = self._group(seed, now)
+        still = REST * max(np.abs([member["vx"], member["vy"], member["rim"]]).max(), world.hop_speed)
+        fastest = _closings(member, link).max()
+        outcome = self._continue(member, link, still, SLOWED * fastest)
+        if outcome == Outcome.ENDLESS:
+            link["elasticity"] = 0.0
+            outcome = self._continue(member, link, still, SLOWED * fastest)
+        if outcome != Outcome.PARTED:
+            self._stop(member, link)
+        if world.has_gravity:
+            self._hop(member, link, still)
+        for key in ("vx", "vy", "rim"):  # a disc at rest is as fast as the approaches between it and a wall, added up
+            member[key][np.abs(member[key]) < len(link) * still] = 0.0
+        rows = np.zeros(len(link) + MAX_SUPPORTS * len(member), CONTACT)
+        log = Log(rows, np.zeros(1, np.int64), collects)
+        _write_back(world, member, link, since, now, log)
+        return rows[: log.filled[0]]
+
+    def _group(self, seed: int, now: float) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """Return the discs that a disc touches, directly or through others, and their contacts, in order."""
+        while True:
+            self._member[:], self._link[:] = 0, 0
+            members, links = _gather(self._world, seed, now, self._place, self._member, self._link)
+            _leave(self._place, self._member[: min(members, len(self._member))])
+            if members <= len(self._member) and links <= len(self._link):
+                break
+            self._member, self._link = np.empty(2 * len(self._member), MEMBER), np.empty(2 * len(self._link), LINK)
+        member, link = self._member[:members], self._link[:links]
+        ball = self._world.event["ball"][member["disc"]]
+        at_wall = link["second"] < 0
+        partner = np.where(at_wall, link["second"], ball[np.maximum(link["second"], 0)])
+        self._set_law(member, link)
+        return member, link[np.lexsort((partner, ball[link["first"]]))]
+
+    def _set_law(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
+        """Set the elasticity and the friction of contacts."""
+        world, at_wall = self._world, link["second"] < 0
+        first, second = member["disc"][link["first"]], member["disc"][np.maximum(link["second"], 0)]
+        piece = ~np.minimum(link["second"], NONE)
+        for key, of_disc in (("elasticity", world.body), ("friction", world.turn)):
+            factor = of_disc[key]
+            link[key] = factor[first] * (np.where(at_wall, world.piece[key][piece], factor[second]))
+
+    def _continue(self, member: NDArray[np.void], link: NDArray[np.void], still: float, slow: float) -> Outcome:
+        """Continue a sequence of impacts until it ends, or shows that it does not, or has hardly an effect."""
+        link["last_impulse"], impacts = 0.0, 0
+        while impacts < MAX_IMPACTS:
+            outcome, more = _continue(member, link, still, self._world.is_rough)
+            impacts += more
+            if outcome != UNFINISHED:
+                return Outcome(outcome)
+            if _closings(member, link).max() < slow:
+                break
+        return Outcome.UNFINISHED
+
+    def _stop(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
+        """Solve all contacts of a group together, with restitution 0 and without friction."""
+        moves = member["per_mass"] > 0
+        number = np.where(moves, np.cumsum(moves) - 1, NONE)
+        first, second = number[link["first"]], np.where(link["second"] < 0, NONE, number[np.maximum(link["second"], 0)])
+        normal = np.stack([link["nx"], link["ny"]], axis=1)
+        swaps = first == NONE  # only the first of a column moves
+        normal[swaps] *= -1
+        first, second = np.where(swaps, second, first), np.where(swaps, NONE, second)
+        columns = columns_of(first, second, normal, np.zeros(len(link)))
+        mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
+        before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
+        nothing = np.zeros(len(link))
+        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0)
+        after = before + pushed(columns, impulse, len(mass)) / mass
+        member["vx"][moves], member["vy"][moves] = after.T
+        link["impulse"] += impulse
+
+    def _hop(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
+        """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open."""
+        hop = self._hops(member, link)
+        link["elasticity"] = 0.0
+        before, links_before = member.copy(), link.copy()
+        while hop.any():
+            link["hop"], link["last_impulse"] = hop, 0.0
+            outcome = _continue(member, link, still, self._world.is_rough)[0]
+            gained = max(np.abs(member[key] - before[key]).max() for key in ("vx", "vy"))
+            if outcome == PARTED and gained <= hop.sum():
+                break
+            cannot_open = (link["block_impulse"] > 0) & (hop > 0)
+            hop[cannot_open if outcome != PARTED and cannot_open.any() else slice(None)] = 0.0
+            member[:], link[:] = before, links_before
+
+    def _hops(self, member: NDArray[np.void], link: NDArray[np.void]) -> Floats:
+        """Return the least speeds at which contacts part, (k,) px/s, so that what presses them takes a hop time."""
+        world, at_wall = self._world, link["second"] < 0
+        normal = np.stack([link["nx"], link["ny"]], axis=1)
+        pull = np.where(member["per_mass"][:, None] > 0, world.gravity, 0.0)
+        for k in np.flatnonzero(at_wall & self._has_face(link)):  # which carries the disc
+            into = pull[link["first"][k]] @ normal[k]
+            pull[link["first"][k]] -= max(0.0, into) * normal[k]
+        relative = pull[link["first"]] - np.where(at_wall[:, None], 0.0, pull[np.maximum(link["second"], 0)])
+        pressing = (relative * normal).sum(axis=1)
+        hop = np.where(at_wall, hop_round_end(world, pressing), pressing * world.hop_time / 2)
+        return np.where((pressing > world.min_pull) & ~(at_wall & self._has_face(link)), hop, 0.0)
+
+    def _has_face(self, link: NDArray[np.void]) -> Bools:
+        """Return whether contacts, (k,), if with a wall, are with its face."""
+        has_face: Bools = self._world.piece["length"][~np.minimum(link["second"], NONE)] > 0
+        return has_face

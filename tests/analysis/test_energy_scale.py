@@ -1,0 +1,228 @@
+"""Shares of energy are of one scale: closed forms, and no part in it of the view, the blocks or the order of steps."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pymunk
+import pytest
+from conftest import scene_of
+
+from sandbox.analysis.causes import Cause
+from sandbox.analysis.comparison import compare, compare_with, flatten, run_reference
+from sandbox.analysis.verify import Outcome, verify
+from sandbox.run.edits import SetVelocity
+from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.scene.files import load
+from sandbox.scene.from_pymunk import from_space
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.scripting.watch import watch
+from sandbox.session.samples import Quantity
+from sandbox.session.session import Session
+
+OF_VIEW = "angular_momentum_drift"  # it counts from the view's middle
+GRAVITY = "gravity = [0, 900]\n"
+
+
+def space_of(e: float, shift: float = 0.0) -> pymunk.Space:
+    """Return a Space in which one ball falls 300 px on a floor, and another is thrown. shift: of all, px down."""
+    space = pymunk.Space()
+    space.gravity = 0, 900
+    floor = pymunk.Segment(space.static_body, (0, 500 + shift), (700, 500 + shift), 1)
+    floor.elasticity = 1
+    space.add(floor)
+    for x, velocity in ((200, (0, 0)), (400, (60, -90))):
+        body = pymunk.Body(1, pymunk.moment_for_circle(1, 0, 20))
+        body.position, body.velocity = (x, 179 + shift), velocity
+        shape = pymunk.Circle(body, 20)
+        shape.elasticity = e
+        space.add(body, shape)
+    return space
+
+
+def numbers(document: Any) -> Iterator[tuple[str, float]]:
+    """Yield the numbers of a document by their dotted keys, without those that count from the view's middle."""
+    for key, value in flatten(document).items():
+        if isinstance(value, int | float) and OF_VIEW not in key:
+            yield key, value
+
+
+def dropped(seconds: float = 2.0, size: str = "[800, 600]", e: float = 0.5, more: str = "") -> Scene:
+    """Return a ball of 2 kg that falls 300 px to the floor, of which the arena has no part but its view."""
+    ball = f"radius = 20\nmass = 2\nelasticity = {e}\nposition = [400, 260]"
+    text = f"{GRAVITY}seconds = {seconds}\n{more}"
+    wall = "[[walls]]\nfrom = [0, 580]\nto = [800, 580]\nthickness = 1e-9\n"
+    return scene_of(ball, size=f"{size}\nwalls = false", more=text + wall)
+
+
+@pytest.mark.parametrize("e", [1.0, 0.5])
+def test_a_space_has_the_same_figures_in_every_view(e: float) -> None:
+    views = [from_space(space_of(e), size=size) for size in ((800, 600), (800, 2000), (3000, 20000))]
+    first, *others = ([*numbers(compare(view.changed(seconds=3.0), ["pymunk", "exact"]).as_json())] for view in views)
+    assert dict(first)["engines.pymunk.energy_error"] > 0.01
+    for other in others:
+        for (key, expected), (_, value) in zip(first, other, strict=True):
+            whole = dict(first)["energy_scale"] if key.endswith(".energy") else 1.0
+            assert value == pytest.approx(expected, rel=1e-9, abs=1e-12 * whole), key
+
+
+def test_a_space_that_is_watched_has_the_same_figures_in_every_view() -> None:
+    figures = []
+    for size in ((800, 600), (800, 20000)):
+        space = space_of(0.8)
+        with watch(space, size=size) as watched:
+            for _ in range(120):
+                space.step(1 / 60)
+        figures.append(dict(numbers(watched.comparison.as_json()["engines"]["space"])))
+    first, second = ({key: value for key, value in one.items() if not key.endswith(".energy")} for one in figures)
+    assert first["energy_error"] > 0.01
+    assert second == pytest.approx(first, rel=1e-9, abs=1e-12)
+
+
+def test_energy_is_the_same_where_everything_is_elsewhere_in_the_view() -> None:
+    figures = []
+    for shift in (0.0, -4096.0, 8192.0):
+        runs = compare(from_space(space_of(0.8, shift), size=(800, 600)).changed(seconds=2.0), ["pymunk", "exact"]).runs
+        figures.append([*numbers({name: run.figures.__dict__ for name, run in runs.items()})])
+    for key, *values in zip(dict(figures[0]), *(dict(one).values() for one in figures), strict=True):
+        if "energy" in key:
+            assert values == pytest.approx([values[0]] * 3, rel=1e-9, abs=1e-11), key
+
+
+def test_the_scale_of_a_dropped_ball_is_m_g_h_at_the_floor_though_no_step_ends_there() -> None:
+    for rate in (60, 61, 7, 1000):
+        comparison = compare(dropped().changed(rate=rate), ["pymunk", "exact"])
+        assert comparison.energy_scale == pytest.approx(2 * 900 * 300, rel=1e-9)
+    assert compare(dropped(0.95), ["exact"]).runs["exact"].figures.energy_ratio == pytest.approx(0.25)  # e², one bounce
+    falling = compare(dropped(0.5), ["exact"])  # 112.5 px, and no floor yet
+    assert falling.energy_scale == pytest.approx(2 * 900 * 112.5)
+
+
+def test_the_scale_of_a_thrown_ball_is_its_energy_above_the_lowest_point_that_it_reaches() -> None:
+    ball = "radius = 10\nmass = 3\nposition = [100, 300]\nvelocity = [200, -300]\nspin = 8"
+    comparison = compare(scene_of(ball, more=GRAVITY + "seconds = 1", size="[900, 3000]"), ["exact"])
+    spin = 3 * 10**2 / 2 * 8**2 / 2
+    assert comparison.energy_scale == pytest.approx(3 * (200**2 + (900 - 300) ** 2) / 2 + spin)
+
+
+def test_a_ball_that_rolls_has_the_scale_of_its_start() -> None:
+    """Nothing falls, though every step has a contact that carries the ball."""
+    rolling = "radius = 20\nfriction = 1\nposition = [100, 580]\nvelocity = [80, 0]\nspin = 4"
+    scene = scene_of(rolling, more=GRAVITY + "seconds = 1")
+    assert compare(scene, ["exact"]).energy_scale == pytest.approx(80**2 / 2 + (20**2 / 2) * 4**2 / 2, rel=1e-12)
+
+
+def test_without_gravity_the_energy_left_is_a_fraction_of_the_start() -> None:
+    comparison = compare(load("article").changed(seconds=5.0), ["pymunk", "article", "exact"])
+    start = float(np.sum(spawn(comparison.scene).velocity ** 2) / 2)  # three balls of 1 kg
+    assert comparison.energy_scale == pytest.approx(start, rel=1e-15)
+    for run in comparison.runs.values():
+        assert run.figures.energy_ratio == pytest.approx(run.energy[-1] / start, abs=1e-15)
+
+
+@pytest.mark.parametrize("gravity", ["", GRAVITY])
+def test_the_mouse_is_the_scale_if_it_gives_more_than_there_is(gravity: str) -> None:
+    """A ball at rest is thrown: without walls near, all of its energy is the mouse's."""
+    scene = scene_of(
+        "radius = 20\nmass = 2\nposition = [100, 300]", size="[4000, 4000]", more=f"{gravity}seconds = 0.5"
+    )
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(100, 300)), Move(step=1, at=(2000, 300)), Release(step=20)]
+    comparison = compare(scene, ["impulse", "exact"], inputs=inputs)
+    run = comparison.runs["exact"]
+    [given] = [entry.energy for entry in run.figures.ledger if entry.cause is Cause.HAND]
+    assert given > 0.5 * 2 * 500**2
+    if gravity:  # against which the mouse also lifts the ball
+        assert comparison.energy_scale >= given
+    else:  # the pull first speeds the ball up, and then takes part of that again
+        assert comparison.energy_scale == pytest.approx(run.energy.max(), rel=1e-12)
+        assert run.figures.energy_ratio == pytest.approx(1 + given / run.energy.max(), rel=1e-12)
+
+
+def test_without_gravity_what_the_mouse_gives_is_no_part_of_the_start() -> None:
+    scene = scene_of(
+        "radius = 20\nposition = [100, 300]\nvelocity = [900, 0]", size="[4000, 600]", more="seconds = 0.5"
+    )
+    inputs: list[Input] = [Grab(step=0, ball=0, at=(100, 300)), Move(step=1, at=(1200, 300)), Release(step=2)]
+    comparison = compare(scene, ["impulse", "exact"], inputs=inputs)
+    given = comparison.runs["exact"].energy.max() - 900**2 / 2
+    assert 0 < given < 900**2 / 2
+    assert comparison.energy_scale == 900**2 / 2
+
+
+def test_balls_at_rest_under_gravity_have_the_scale_of_a_fall_through_their_radius() -> None:
+    scene = scene_of("radius = 20\nmass = 3\npositions = [[100, 580], [300, 580]]", more=GRAVITY + "seconds = 1")
+    comparison = compare(scene, ["pymunk", "exact"])
+    assert comparison.energy_scale == pytest.approx(2 * 3 * 900 * 20)
+    assert comparison.runs["pymunk"].figures.energy_ratio == pytest.approx(1, abs=1e-2)
+
+
+def test_without_anything_that_moves_there_is_no_share_of_energy() -> None:
+    scene = scene_of("radius = 20\npositions = [[100, 100], [200, 200]]", more="seconds = 0.1")
+    comparison = compare(scene, ["pymunk", "exact"])
+    assert comparison.energy_scale == 0
+    for run in comparison.runs.values():
+        figures = run.figures
+        assert (figures.energy_ratio, figures.energy_drift, figures.energy_error) == (None, None, None)
+    assert "nan" not in json.dumps(comparison.as_json(), allow_nan=False)
+
+
+def test_the_scale_does_not_depend_on_blocks_nor_on_when_the_reference_ran(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = dropped(1.5, e=0.9)
+    whole = compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures
+    reference = run_reference(scene, "exact")
+    assert compare_with(reference, scene, "pymunk").runs["pymunk"].figures == whole
+    monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 7 * 32)  # seven states
+    assert compare(scene, ["pymunk", "exact"]).runs["pymunk"].figures == whole
+
+
+# In a run that goes on
+
+
+@pytest.mark.parametrize("name", ["bouncing", "truths/bounce-half", "truths/slide-to-roll", "article"])
+def test_a_run_that_goes_on_has_the_scale_of_a_comparison_up_to_there(name: str) -> None:
+    scene = load(name)
+    session = Session(scene, ["pymunk"], reference="exact")
+    scales = [session.shown.energy_scale]
+    for _ in range(60):
+        session.advance()
+        scales.append(session.shown.energy_scale)
+    assert scales[-1] == pytest.approx(compare(scene.changed(seconds=1.0), ["pymunk", "exact"]).energy_scale, rel=1e-12)
+    session.seek(20)
+    assert session.shown.energy_scale == scales[20]
+    session.give(SetVelocity(step=20, ball=0, velocity=(0.0, 0.0)))
+    assert session.samples.energy_scale == session.shown.energy_scale
+    session.undo()
+    for _ in range(40):
+        session.advance()
+    assert session.shown.energy_scale == scales[60]
+
+
+def test_all_samples_have_the_scale_of_the_latest() -> None:
+    session = Session(dropped(), ["pymunk", "exact"])
+    for _ in range(40):
+        session.advance()
+    comparison = compare(dropped(40 / 60), ["pymunk", "exact"])
+    shares = session.samples.of(Quantity.ENERGY)[:, 0]
+    assert shares[:-1] == pytest.approx(100 * comparison.runs["pymunk"].energy_gap[:-1], abs=1e-9)
+
+
+# Expectations
+
+
+@pytest.mark.parametrize("size", ["[800, 600]", "[800, 20000]"])
+def test_an_energy_that_a_scene_expects_is_of_the_same_scale(size: str) -> None:
+    """After the first bounce, a ball has e² of m g h, and in flight it has all of it."""
+    expect = "[[expect]]\nat = {}\nenergy_ratio = {}\ntolerance = 1e-9\nbecause = 'e² of the energy of fall'\n"
+    scene = dropped(0.95, size, more=expect.format(0.5, 1) + expect.format(0.95, 0.25))
+    [(_, row)] = verify([scene], ["exact"])
+    assert row["exact"].outcome is Outcome.MET
+    figures = compare(scene, ["pymunk", "exact"]).runs
+    assert [run.figures.met for run in figures.values()] == [0, 2]  # Pymunk integrates gravity in steps
+
+
+def test_an_energy_is_not_expected_of_what_does_not_move() -> None:
+    expect = "[[expect]]\nat = 0.1\nenergy_ratio = 1\ntolerance = 1\nbecause = 'x'\n"
+    [(_, row)] = verify([scene_of("radius = 20\nposition = [100, 100]", more=expect)], ["exact"])
+    assert row["exact"].scores[0].skipped == "nothing moves, so the energy has no ratio"
