@@ -31,7 +31,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.contact import CONTACT_TIME, MIN_APPROACH, count_slow_contact, give, hop_round_end, lean_until
+from sandbox.engines.exact.contact import (
+    CONTACT_TIME,
+    MIN_APPROACH,
+    count_slow_contact,
+    give,
+    hop_round_end,
+    lean_until,
+)
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
 from sandbox.engines.exact.records import NONE, STATIC
