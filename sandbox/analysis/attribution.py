@@ -447,10 +447,32 @@ def _cause_of_shared_impulse(
 
 
 @kernel
+def _attribute_sum(constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained) -> None:
+    """Attribute what one of several contacts did that share balls and are sums of impacts: it has no law of its own."""
+    finding = block.findings[k]
+    _, per_i, per_j, _ = pair_constants(constants, contact)
+    impulse, tangential, mass = contact.impulse, contact.tangential, 1 / (per_i + per_j)
+    energy = -impulse * (finding.approach + finding.approach_after) / 2
+    heat = -tangential * (finding.slip + finding.slip_after) / 2
+    finding.rests = is_at_rest(constants, block, k, contact, finding)
+    if finding.rests:
+        enter_rest(block, k, energy)
+        enter_friction_at_rest(constants, block, contact, finding, tangential, heat, mass)
+    else:
+        enter(block, Cause.ELASTICITY, energy, 0.0, 0.0)
+        enter(block, Cause.FRICTION, heat, 0.0, 0.0)
+    finding.cause, finding.momentum_error = attribute_besides(constants, block, k, contact, unexplained)
+    finding.expected_impulse, finding.expected_tangential, finding.depth = impulse, tangential, contact.depth
+
+
+@kernel
 def attribute_simultaneous(
     constants: SceneConstants, block: Block, k: int, contact: Record, unexplained: Unexplained
 ) -> None:
     """Attribute what one of several contacts that share balls and were resolved together did."""
+    if constants.sums:
+        _attribute_sum(constants, block, k, contact, unexplained)
+        return
     finding = block.findings[k]
     e, per_i, per_j, reach = pair_constants(constants, contact)
     mu, u, impulse = 1 / (per_i + per_j), finding.approach, contact.impulse

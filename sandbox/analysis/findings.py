@@ -50,9 +50,9 @@ class SceneConstants(NamedTuple):
 
     wall: (m, 7), direction of the segment, half the thickness (px), elasticity, start (px), length (px);
     gravity: px/s²; fall: px/s², what pulls at the balls in this engine's flight: gravity, unless the engine errs;
-    together, infers: the engine's traits `together` and `infers_impulses`; centre: px, of the arena; substeps: of a
-    step. Of one step: dt: s, its length; traced: s, by which a contact is traced back at most; left: the share of
-    velocities and spins that the engine's damping leaves after each substep.
+    together, infers, sums: the engine's traits `together`, `infers_impulses` and `sums_impacts`; centre: px, of the
+    arena; substeps: of a step. Of one step: dt: s, its length; traced: s, by which a contact is traced back at most;
+    left: the share of velocities and spins that the engine's damping leaves after each substep.
     """
 
     radius: Floats
@@ -63,6 +63,7 @@ class SceneConstants(NamedTuple):
     fall: tuple[float, float]
     together: bool
     infers: bool
+    sums: bool
     centre: tuple[float, float]
     substeps: int
     dt: float = 0.0
@@ -90,6 +91,7 @@ def of_step(constants: SceneConstants, lengths: StepLengths, step: int) -> Scene
         constants.fall,
         constants.together,
         constants.infers,
+        constants.sums,
         constants.centre,
         constants.substeps,
         lengths.dt[step - 1],

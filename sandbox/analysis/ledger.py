@@ -39,6 +39,8 @@ from sandbox.analysis.flights import (
 from sandbox.analysis.replay import (
     Scratch,
     apply_contacts,
+    apply_together,
+    are_sums,
     begin_step,
     enter_push,
     find_lines,
@@ -89,6 +91,31 @@ def _attribute_displacement_once(
             scratch.torque[0] += constants.mass[ball] * turned
 
 
+@kernel
+def _replay_contacts(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    unexplained: Unexplained,
+    contacts: Contacts,
+    begin: int,
+    end: int,
+    within: Floats,
+    touched: Floats,
+    before: tuple[Floats, Floats, Floats],
+    after: tuple[Floats, Floats, Floats],
+) -> None:
+    """Replay the contacts of one time: together, or one by one, unless they are sums of impacts then."""
+    each = end - begin if constants.together else 1
+    for k in range(begin, end, each):
+        fly_to_contacts(constants, block, scratch, contacts, k, k + each, within, touched, unexplained)
+        for i in range(k, k + each):
+            find_lines(constants, scratch, unexplained, contacts[i], before[0], after[0], i, block)
+        apply_contacts(constants, block, scratch, contacts, k, k + each, touched)
+    if constants.sums and end > begin + 1 and are_sums(constants, block, contacts, begin, end):
+        apply_together(constants, block, scratch, contacts, begin, end, touched)
+
+
 @entry
 def _replay(
     every_step: SceneConstants,
@@ -130,12 +157,9 @@ def _replay(
         begin = at
         while at < len(contacts) and step_of[at] == step:
             end = at + 1
-            while constants.together and end < len(contacts) and step_of[end] == step and within[end] == within[at]:
+            while end < len(contacts) and step_of[end] == step and within[end] == within[at]:
                 end += 1
-            fly_to_contacts(constants, block, scratch, contacts, at, end, within, touched, unexplained)
-            for k in range(at, end):
-                find_lines(constants, scratch, unexplained, contacts[k], before[0], after[0], k, block)
-            apply_contacts(constants, block, scratch, contacts, at, end, touched)
+            _replay_contacts(constants, block, scratch, unexplained, contacts, at, end, within, touched, before, after)
             at = end
 
         # Attribute what each contact did to velocities, then to places, and enter what is left.
@@ -185,6 +209,7 @@ class Ledger:
             gravity,
             traits.together,
             traits.infers_impulses,
+            traits.sums_impacts,
             (scene.arena.size[0] / 2, scene.arena.size[1] / 2),
             damping.substeps,
         )

@@ -1,11 +1,23 @@
 """The replay of a step: balls fly on their parabolas, and contacts change their velocities by reported impulses."""
 
-from typing import NamedTuple
+import math
+from typing import Final, NamedTuple
 
 from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.findings import Block, SceneConstants, Unexplained, enter, give_impulse, line_to_wall, turn_energy
+from sandbox.analysis.findings import (
+    Block,
+    SceneConstants,
+    Unexplained,
+    enter,
+    give_impulse,
+    line_to_wall,
+    pair_constants,
+    turn_energy,
+)
 from sandbox.compiled import Record, kernel
 from sandbox.state import Contacts, Floats, Integers
+
+ROUNDING: Final = 1e-12  # of the speeds of two bodies: what their approach may be off
 
 
 class Scratch(NamedTuple):
@@ -204,6 +216,44 @@ def apply_contacts(
         uses[contact.first], touched[contact.first] = 0, contact.time
         if contact.second >= 0:
             uses[contact.second], touched[contact.second] = 0, contact.time
+
+
+@kernel
+def are_sums(constants: SceneConstants, block: Block, contacts: Contacts, begin: int, end: int) -> bool:
+    """Return whether contacts of one time, which were applied one by one, do not obey the law of restitution so.
+
+    Then they are sums of impacts. What gravity holds together obeys none.
+    """
+    slow = 2 * math.hypot(constants.fall[0], constants.fall[1]) * constants.dt
+    for k in range(begin, end):
+        finding, (e, _, _, _) = block.findings[k], pair_constants(constants, contacts[k])
+        u, after, before = finding.approach, finding.approach_after, finding.before
+        speed = math.hypot(before[0, 0], before[0, 1]) + math.hypot(before[1, 0], before[1, 1])
+        is_lawful = abs(after + e * u) <= NEGLIGIBLE * (abs(u) + abs(after)) + ROUNDING * speed
+        if not is_lawful and max(abs(u), abs(after)) > slow:
+            return True
+    return False
+
+
+@kernel
+def apply_together(
+    constants: SceneConstants,
+    block: Block,
+    scratch: Scratch,
+    contacts: Contacts,
+    begin: int,
+    end: int,
+    touched: Floats,
+) -> None:
+    """Take back what contacts of one time have done one by one, and apply them together."""
+    for back in range(end - begin):
+        contact, finding = contacts[end - 1 - back], block.findings[end - 1 - back]
+        for side, ball in enumerate((contact.first, contact.second)):
+            if ball >= 0:
+                scratch.spin[ball] = finding.spin_before[side]
+                for axis in range(2):
+                    scratch.explained[ball, axis] = finding.before[side, axis]
+    apply_contacts(constants, block, scratch, contacts, begin, end, touched)
 
 
 @kernel

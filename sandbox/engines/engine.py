@@ -15,6 +15,8 @@ class Traits:
     contact by the velocities after all of them.
     infers_impulses: whether it reports no impulses, so that those of its contacts are inferred from the changes of
     velocity: they are then no evidence of where its momentum went.
+    sums_impacts: whether impacts that follow each other at one time can be reported as one contact of each pair, with
+    the sums of their impulses: of these, only the whole is judged.
     clamps_friction_early: whether it limits friction by the impulse without restitution: the sentence on a contact with
     just that much friction says why it is too little.
     damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
@@ -25,6 +27,7 @@ class Traits:
 
     together: bool = False
     infers_impulses: bool = False
+    sums_impacts: bool = False
     clamps_friction_early: bool = False
     damping: Damping = NO_DAMPING
     soft: bool = False

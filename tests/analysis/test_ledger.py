@@ -315,3 +315,26 @@ def test_with_fresh_impulses_and_many_iterations_pymunk_keeps_the_energy_of_a_de
     assert run.figures.energy_drift is not None
     assert run.figures.energy_drift < 1e-12
     assert not {"stale", "unconverged"} & set(ledger)
+
+
+@pytest.mark.parametrize("name", ["heavy-on-light-at-a-wall", "light-between-heavy", "slot"])
+def test_the_reference_is_not_accused_of_sequences_of_impacts_that_it_sums_up(name: str) -> None:
+    """What an unending sequence takes is the scene's own: all that is left is rounding, 1e-9 of the energy."""
+    run = compare(load(f"truths/{name}"), ["exact"]).runs["exact"]
+    rightful = (Cause.ELASTICITY, Cause.GRAVITY)
+    wrong = [abs(entry.energy) for entry in run.figures.ledger if entry.cause not in rightful]
+    assert sum(wrong) <= 1e-9 * run.energy.max()
+    lost = sum(entry.energy for entry in run.figures.ledger if entry.cause in rightful)
+    assert lost == pytest.approx(run.energy[-1] - run.energy[0], rel=1e-9)
+
+
+def test_a_heavy_ball_dropped_on_a_light_one_loses_its_energy_by_elasticity() -> None:
+    """The two balance: the lines of what they bear and of what gravity gives must not blow up and cancel."""
+    light = "radius = 10\nelasticity = 0.5\nposition = [400, 590]"
+    heavy = "radius = 20\nmass = 1000\nelasticity = 0.5\nposition = [400, 470]"
+    scene = scene_of(light, heavy, more="gravity = [0, 900]\nseconds = 1").changed()
+    run = compare(scene, ["exact"]).runs["exact"]
+    fallen = 1000 * 900 * (570 - 20 - 470 - 20 + 10)  # kg px²/s², from 470 px to where it touches the light one
+    entries = {entry.cause: entry.energy for entry in run.figures.ledger}
+    assert entries[Cause.ELASTICITY] < 0
+    assert max(map(abs, entries.values())) <= 1.05 * max(fallen, np.ptp(run.energy))
