@@ -5,13 +5,16 @@ nothing moves: only velocities change, and the normals stay. A round resolves ea
 given. A sequence ends where the bodies part, or has a limit in which they move on together, or, where they have no room
 to part, neither.
 
-In a round, each contact is open, sticks or slips one way, and as long as all go on as they do, a round is one linear map
-of the velocities. The same map for 2, 4, 8 ... rounds is its square, the square of that, and so on. So `continued` makes
-steps of doubling length, and after each one makes a round by itself, to see whether all contacts go on as before. This
-continues a sequence through 1e40 impacts where approach speeds fall by a millionth in each.
+In a round, each contact is open, sticks or slips one way, and as long as all go on as they do, a round is one linear
+map of the velocities. The map of 2, 4, 8 ... rounds is its square, the square of that, and so on. So `continued` makes
+steps of doubling length, and after each one makes a round by itself, to see whether all contacts go on as before. So it
+reaches the limit in seconds where approach speeds fall by a millionth in each round.
+
+Where two contacts close at one time, no law says which comes first. `is_decided` tries other orders.
 """
 
-from collections.abc import Callable, Sequence
+import random
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from enum import Enum
@@ -23,9 +26,13 @@ from table_in_decimal import Disc, Table
 
 DIGITS: Final = 60
 STILL: Final = Decimal("1e-40")  # of the fastest motion at the start: a slower approach is none
-MAX_ROUNDS: Final = 20_000  # made by themselves
+MAX_ROUNDS: Final = 5000  # made by themselves
 MAX_DOUBLINGS: Final = 150  # of rounds: one map for 1e45 of them
-STEADY_ROUNDS: Final = 3  # in which all contacts do the same, before a step of more rounds
+SHUFFLED: Final = 100  # impacts in a random order, before those in rounds
+RANDOM_ORDERS: Final = 4  # that are tried
+SAME: Final = Decimal("1e-12")  # of the fastest motion: what an order may change
+MAX_PERIOD: Final = 6  # rounds, after which all contacts do the same again
+REPEATS: Final = 3  # such periods, before a step of more of them
 
 Vector = list[Decimal]
 Matrix = list[Vector]
@@ -67,6 +74,9 @@ class Course(Enum):
     STICKS = 1
     SLIPS = 2  # its slip is positive
     SLIPS_BACK = 3
+
+
+Courses = tuple[tuple[Course, ...], ...]  # in rounds, of contacts
 
 
 class Ending(Enum):
@@ -168,6 +178,18 @@ class Motions:
                 given[2 * k + 1] += tangential
         return tuple(courses)
 
+    def shuffle(self, motion: Vector, given: Vector, still: Decimal, rng: random.Random) -> None:
+        """Resolve some impacts, each time of a contact that is chosen at random among those that close."""
+        for _ in range(SHUFFLED):
+            courses = [(k, self.course(k, motion, still)) for k in range(len(self.touches))]
+            closing = [(k, course) for k, course in courses if course != Course.OPEN]
+            if not closing:
+                return
+            k, course = rng.choice(closing)
+            impulse, tangential = self.strike(k, motion, course)
+            given[2 * k] += impulse
+            given[2 * k + 1] += tangential
+
     def outcome(self, discs: Sequence[Disc], motion: Vector, given: Vector, still: Decimal, ending: Ending) -> Outcome:
         """Return what a sequence leaves."""
         moved = [
@@ -181,15 +203,21 @@ class Motions:
             ending = Ending.TOGETHER
         return Outcome(moved, impulses, stays, ending)
 
-    def map_of(self, courses: Sequence[Course]) -> tuple[Matrix, Matrix]:
-        """Return the linear maps from the motion before a round to that after it, and to its impulses, by columns."""
+    def rounds_of(self, count: int, motion: Vector, given: Vector, still: Decimal) -> Courses:
+        """Make some rounds, and return what each contact did in each of them."""
+        return tuple(self.round_of(motion, given, still) for _ in range(count))
+
+    def map_of(self, rounds: Courses) -> tuple[Matrix, Matrix]:
+        """Return the linear maps from the motion before some rounds to after, and their impulses, by columns."""
         after, given = [], []
         size = 3 * len(self.per_mass)
         for column in range(size):
             motion, impulses = [Decimal(row == column) for row in range(size)], [ZERO] * (2 * len(self.touches))
-            for k, course in enumerate(courses):
+            for k, course in ((k, course) for courses in rounds for k, course in enumerate(courses)):
                 if course != Course.OPEN:
-                    impulses[2 * k], impulses[2 * k + 1] = self.strike(k, motion, course)
+                    impulse, tangential = self.strike(k, motion, course)
+                    impulses[2 * k] += impulse
+                    impulses[2 * k + 1] += tangential
             after.append(motion)
             given.append(impulses)
         return after, given
@@ -212,16 +240,16 @@ def total(one: Vector, other: Vector) -> Vector:
 
 
 def leap(
-    motions: Motions, motion: Vector, given: Vector, courses: tuple[Course, ...], still: Decimal
+    motions: Motions, motion: Vector, given: Vector, rounds: Courses, still: Decimal
 ) -> tuple[Vector, Vector, bool]:
-    """Go on by 1, 2, 4, 8 ... rounds at once, as long as a round shows that all contacts do as before.
+    """Repeat some rounds 1, 2, 4, 8 ... times at once, as long as all contacts then do as before.
 
     Returns the motion, the impulses given, and whether this has no end.
     """
-    after, impulses = motions.map_of(courses)
+    after, impulses = motions.map_of(rounds)
     for _ in range(MAX_DOUBLINGS):
         next_motion = times(after, motion)
-        if motions.round_of([*next_motion], [*given], still) != courses:
+        if motions.rounds_of(len(rounds), [*next_motion], [*given], still) != rounds:
             return motion, given, False
         motion, given = next_motion, total(given, times(impulses, motion))
         after, impulses = (
@@ -231,26 +259,74 @@ def leap(
     return motion, given, True
 
 
-def continued(discs: Sequence[Disc], touches: Sequence[Touch], *, leaps: bool = True) -> Outcome:
-    """Continue a sequence of impacts to its end or limit. leaps: whether rounds may be made many at once."""
+def repeated(history: Sequence[tuple[Course, ...]]) -> Courses:
+    """Return the rounds that the latest ones repeat, if they do, REPEATS times or more."""
+    for period in range(1, MAX_PERIOD + 1):
+        since = -period * REPEATS
+        if len(history) >= -since and history[since:-period] == history[since + period :]:
+            return tuple(history[-period:])
+    return ()
+
+
+def continued(
+    discs: Sequence[Disc], touches: Sequence[Touch], *, leaps: bool = True, shuffle: random.Random | None = None
+) -> Outcome:
+    """Continue a sequence of impacts to its end or limit.
+
+    leaps: whether rounds may be made many at once; shuffle: what chooses each of the first SHUFFLED impacts.
+    """
     with localcontext(prec=DIGITS):
         motions = Motions(discs, touches)
-        motion = [speed for disc in discs for speed in (disc.vx, disc.vy, disc.radius * disc.spin)]
+        motion = [speed for disc in discs for speed in speeds(disc)]
         given = [ZERO] * (2 * len(touches))
         in_touch = {i for touch in touches for i, _ in sides(touch)}
         still = STILL * max((abs(motion[3 * i + k]) for i in in_touch for k in range(3)), default=ZERO)
-        ending, steady = Ending.UNKNOWN, 0
-        courses: tuple[Course, ...] = ()
+        if shuffle:
+            motions.shuffle(motion, given, still, shuffle)
+        ending = Ending.UNKNOWN
+        history: list[tuple[Course, ...]] = []
         for _ in range(MAX_ROUNDS):
-            before, courses = courses, motions.round_of(motion, given, still)
-            if all(course == Course.OPEN for course in courses):
+            history.append(motions.round_of(motion, given, still))
+            if all(course == Course.OPEN for course in history[-1]):
                 ending = Ending.PARTED
                 break
-            steady = steady + 1 if courses == before else 0
-            if leaps and steady >= STEADY_ROUNDS:
-                motion, given, endless = leap(motions, motion, given, courses, still)
-                steady = 0
+            if leaps and (rounds := repeated(history)):
+                motion, given, endless = leap(motions, motion, given, rounds, still)
+                history.clear()
                 if endless:
                     ending = Ending.NO_ROOM
                     break
         return motions.outcome(discs, motion, given, still, ending)
+
+
+def is_decided(discs: Sequence[Disc], touches: Sequence[Touch]) -> bool:
+    """Return whether a sequence of impacts leaves the same velocities in other orders, as far as these were tried.
+
+    The contacts are tried backwards, at random, and with one of them after all others have ended.
+    """
+    with localcontext(prec=DIGITS):
+        expected = continued(discs, touches)
+        if expected.ending == Ending.UNKNOWN:
+            return False
+        tolerance = SAME * max(abs(speed) for disc in discs for speed in speeds(disc))
+        return all(
+            abs(a - b) <= tolerance
+            for other in in_other_orders(discs, touches)
+            for one, another in zip(expected.discs, other.discs, strict=True)
+            for a, b in zip(speeds(one), speeds(another), strict=True)
+        )
+
+
+def in_other_orders(discs: Sequence[Disc], touches: Sequence[Touch]) -> Iterator[Outcome]:
+    """Yield what a sequence of impacts leaves in some other orders."""
+    yield continued(discs, touches[::-1])
+    for k in range(len(touches)):
+        before = continued(discs, [*touches[:k], *touches[k + 1 :]])
+        yield continued(before.discs, touches)
+    for seed in range(RANDOM_ORDERS):
+        yield continued(discs, touches, shuffle=random.Random(seed))
+
+
+def speeds(disc: Disc) -> Vector:
+    """Return a disc's velocity and that of its rim, px/s."""
+    return [disc.vx, disc.vy, disc.radius * disc.spin]
