@@ -39,10 +39,10 @@ Matrix = list[Vector]
 
 
 class Touch(NamedTuple):
-    """A contact. first: a disc; second: a disc, or None for a wall; nx, ny: unit normal from the first to it."""
+    """A contact. first: a disc; second: a disc, or ~number of a wall; nx, ny: unit normal from the first to it."""
 
     first: int
-    second: int | None
+    second: int
     nx: Decimal
     ny: Decimal
     elasticity: Decimal
@@ -57,7 +57,7 @@ def touches_of(table: Table, slack: Callable[[Disc], Decimal]) -> list[Touch]:
             nx, ny, distance = wall.nearest(disc.x, disc.y)
             if distance - disc.radius - wall.half_thickness <= slack(disc):
                 e, mu = disc.elasticity * wall.elasticity, disc.friction * wall.friction
-                touches.append(Touch(i, None, nx, ny, e, mu))
+                touches.append(Touch(i, ~wall.number, nx, ny, e, mu))
     for (i, a), (j, b) in combinations(enumerate(discs), 2):
         x, y = b.x - a.x, b.y - a.y
         distance = (x * x + y * y).sqrt()
@@ -117,9 +117,7 @@ class Motions:
     def __init__(self, discs: Sequence[Disc], touches: Sequence[Touch]) -> None:
         self.touches = touches
         self.per_mass = [1 / disc.mass for disc in discs]
-        self.of_touch = [
-            sum((self.per_mass[i] for i in (touch.first, touch.second) if i is not None), ZERO) for touch in touches
-        ]
+        self.of_touch = [sum((self.per_mass[i] for i, _ in sides(touch)), ZERO) for touch in touches]
 
     def closing(self, touch: Touch, motion: Vector) -> Decimal:
         """Return the speed at which a contact closes, px/s."""
@@ -225,7 +223,7 @@ class Motions:
 
 def sides(touch: Touch) -> list[tuple[int, int]]:
     """Return the discs of a contact, the first with 1 and the second with -1."""
-    return [(touch.first, 1)] if touch.second is None else [(touch.first, 1), (touch.second, -1)]
+    return [(i, s) for i, s in ((touch.first, 1), (touch.second, -1)) if i >= 0]
 
 
 def times(columns: Matrix, vector: Vector) -> Vector:
