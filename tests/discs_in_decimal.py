@@ -73,11 +73,16 @@ class Meeting(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """What rounding is like: random changes at the start, and later at each of the times asked for; px, px/s, rad/s."""
+    """What rounding is like.
 
-    at_start: Decimal
-    later: Decimal
+    Random changes at the start, and later at each of the times asked for, px, px/s and rad/s; and contacts that are
+    resolved a distance before they are due, px.
+    """
+
     rng: random.Random
+    at_start: Decimal = ZERO
+    later: Decimal = ZERO
+    early: Decimal = ZERO
 
 
 @dataclass(frozen=True)
@@ -263,6 +268,23 @@ def what_follows(
     return False, end if pull > TINY and 2 * rebound < shortest * gravity else ""
 
 
+def lead(table: Table, meeting: Meeting, gap: Decimal) -> Decimal:
+    """Return how long before a contact there is still a gap, s; less if that is not in the future. gap: px."""
+    if not gap or meeting.other is None:
+        return ZERO
+    after = table.copy()
+    after.fly(meeting.wait)
+    disc, other = after.discs[meeting.first], meeting.other
+    if isinstance(other, int):
+        second = after.discs[other]
+        x, y, vx, vy = second.x - disc.x, second.y - disc.y, disc.vx - second.vx, disc.vy - second.vy
+    else:
+        x, y = (other.ty, -other.tx) if isinstance(other, Face) else (other.x - disc.x, other.y - disc.y)
+        vx, vy = disc.vx, disc.vy
+    closing = (x * vx + y * vy) / (x * x + y * y).sqrt()
+    return min(meeting.wait, gap / closing) if closing > 0 else ZERO
+
+
 def settle(table: Table, seeds: set[int], *, in_order: bool) -> str:
     """Resolve the impacts of discs that touch some discs, directly or through others, to their end or limit.
 
@@ -377,7 +399,7 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
                 if noise:
                     table.nudge(noise.later, noise.rng)
                 continue
-            table.fly(meetings[0].wait)
+            table.fly(meetings[0].wait - (lead(table, meetings[0], noise.early) if noise else ZERO))
             until, discs = table.time, meetings[0].discs
             rivals = [meeting for meeting in meetings[1:] if meeting.is_rival_of(meetings[0])]
             collapses = bool(rivals)
