@@ -147,7 +147,8 @@ def beside(rng: random.Random) -> float:
 
 def on_floor(rng: random.Random) -> tuple[list[Shape], list[Ends]]:
     """Return a heavy disc that falls on a light one above the floor, or on two."""
-    shapes, y = [], 600 - rng.choice([1e-9, rng.uniform(0, 20)])
+    shapes: list[Shape] = []
+    y = 600 - rng.choice([1e-9, rng.uniform(0, 20)])
     for _ in range(rng.choice([1, 1, 2])):
         radius = rng.uniform(5, 20)
         shapes.append((400 + beside(rng), y - radius, 0.0, 0.0, radius, 10 ** rng.uniform(-3, 0)))
@@ -161,7 +162,7 @@ def between_heavy_discs(rng: random.Random) -> tuple[list[Shape], list[Ends]]:
     """Return a light disc between two heavy ones that close on it, in some direction."""
     angle, light = rng.uniform(0, 2 * math.pi), 10 ** rng.uniform(-3, 0)
     radius, drift = rng.uniform(5, 20), [rng.uniform(-100, 100) for _ in range(2)]
-    shapes = [(400.0, 300.0, *drift, radius, light)]
+    shapes: list[Shape] = [(400.0, 300.0, *drift, radius, light)]
     for side in (-1, 1):
         heavy, off, speed = rng.uniform(5, 40), beside(rng), -side * rng.uniform(30, 300)
         along = side * (radius + heavy + rng.uniform(0.1, 30))
@@ -175,7 +176,8 @@ def between_walls(rng: random.Random) -> tuple[list[Shape], list[Ends]]:
     """Return a disc that flies into the edge of two walls, or a heavy one behind it too."""
     half, turn, long = rng.uniform(0.05, 1.3), rng.uniform(0, 2 * math.pi), 250
     ends = [(400 + long * math.cos(turn + side), 300 + long * math.sin(turn + side)) for side in (-half, half)]
-    shapes, out, mass = [], 20 / math.sin(half), 10 ** rng.uniform(-3, 0)
+    shapes: list[Shape] = []
+    out, mass = 20 / math.sin(half), 10 ** rng.uniform(-3, 0)
     for _ in range(rng.choice([1, 2, 2])):
         radius, off, speed = rng.uniform(5, 12), beside(rng), rng.uniform(50, 400)
         x, y = out * math.cos(turn) - off * math.sin(turn), out * math.sin(turn) + off * math.cos(turn)

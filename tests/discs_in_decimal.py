@@ -293,7 +293,7 @@ def settle(table: Table, seeds: set[int], *, in_order: bool) -> str:
     touches = group_of(touches_of(table, lambda disc: CLOCK_ERROR * (abs(disc.vx) + abs(disc.vy)) + TINY), seeds)
     outcome = continued(table.discs, touches)
     if outcome.ending in (Ending.NO_ROOM, Ending.UNKNOWN):
-        return outcome.ending.value
+        return str(outcome.ending.value)
     if not in_order and not is_decided(table.discs, touches):
         return "simultaneous"
     for touch, (impulse, tangential) in zip(touches, outcome.impulses, strict=True):

@@ -112,7 +112,7 @@ def in_a_wedge(rng: random.Random) -> tuple[list[Ball], list[tuple[float, ...]]]
     """A disc is shot into the edge between two walls."""
     half, turn = rng.uniform(0.05, 1.2), rng.uniform(0, 2 * math.pi)
     apex, long = (400.0, 300.0), 250.0
-    walls = [
+    walls: list[tuple[float, ...]] = [
         (*apex, apex[0] + long * math.cos(turn + side * half), apex[1] + long * math.sin(turn + side * half))
         for side in (-1, 1)
     ]
@@ -142,7 +142,8 @@ def errors(discs: Sequence[Disc], expected: Floats, found: Floats) -> tuple[floa
 @pytest.mark.parametrize("draw", DRAWS)
 def test_exact_leaves_the_velocities_and_the_energy_of_impacts_one_by_one(draw: Draw, count: int) -> None:
     """In sequences of which the laws decide what they leave, in whatever order impacts at one time are resolved."""
-    rng, worst, endings = random.Random(draw.__name__), 0.0, []
+    rng, worst = random.Random(draw.__name__), 0.0
+    endings: list[Ending] = []
     while len(endings) < count:
         e, mu = math.sqrt(rng.choice([0.05, 0.25, 0.5, 0.8, 0.9])), math.sqrt(rng.choice([0, 0.1, 0.5, 1]))
         balls, walls = draw(rng)
@@ -183,7 +184,7 @@ def test_leaps_leave_what_the_same_impacts_one_by_one_leave(ratio: float, e: flo
     for one, other in zip(leaping.discs, plodding.discs, strict=True):
         assert all(abs(a - b) < Decimal("1e-37") for a, b in zip(speeds(one), speeds(other), strict=True))
     for pair in zip(leaping.impulses, plodding.impulses, strict=True):
-        assert all(abs(a - b) < ratio * Decimal("1e-36") for a, b in zip(*pair, strict=True))
+        assert all(abs(a - b) < Decimal(ratio) * Decimal("1e-36") for a, b in zip(*pair, strict=True))
 
 
 def test_a_heavy_disc_that_slides_on_a_light_one_makes_it_roll() -> None:
