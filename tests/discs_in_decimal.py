@@ -5,18 +5,23 @@ looks at every pair and every wall, without a grid or a queue.
 
 Bodies exchange impulses by the law of restitution and Coulomb's law of friction, for the pair and instant that touch.
 A disc that no longer bounces off a face lies on it: it slides or rolls, until something hits it or the face ends. Other
-rest, and contacts without end, are not treated: `run` ends before them.
+rest is not treated: `run` ends before it.
+
+Contacts that follow each other ever faster (a collapse) are resolved one by one until the bodies touch, and from there
+on at one time, by `impacts_in_decimal`, to their limit. So are contacts that double precision cannot order, if their
+order does not matter.
 
 Units and directions are those of `table_in_decimal`. `reach` is the distance of two centres at which bodies touch.
 """
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from itertools import combinations
 from typing import Final, NamedTuple
 
+from impacts_in_decimal import Ending, Touch, continued, impulses_of, is_decided, sides, touches_of
 from roots_in_decimal import DIGITS, NEVER, TINY, ZERO, fall_through_zero, first_fall, soon
 from table_in_decimal import Disc, End, Face, Table, Vector, Wall
 
@@ -25,9 +30,9 @@ BRIEF: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; with a shor
 BRIEF_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
 BRIEF_ON_DISC: Final = Decimal("2e-3")  # s, off a disc
 TOUCHING: Final = Decimal("1e-9")  # px between a disc that comes to rest on a face and another wall: it is in a corner
-MAX_STREAK: Final = 40  # contacts of a disc with changing partners, each within STREAK_TIME of the last
-MAX_INSTANT_STREAK: Final = 5  # the same if the last two are within CLOCK_ERROR
+MAX_STREAK: Final = 5  # contacts of a disc with changing partners, each within STREAK_TIME of the last
 STREAK_TIME: Final = Decimal("1e-6")  # s
+COLLAPSE_TIME: Final = Decimal("1e-25")  # s, between the last two contacts of a longer streak, if bodies then touch
 CLOCK_ERROR: Final = Decimal("1e-13")  # s, between a disc's contacts, whose order is lost in double precision
 
 
@@ -68,24 +73,33 @@ class Meeting(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """What rounding is like: random changes at the start, and later at each of the times asked for; px, px/s, rad/s."""
+    """What rounding is like.
 
-    at_start: Decimal
-    later: Decimal
+    Random changes at the start, and later at each of the times asked for, px, px/s and rad/s; and contacts that are
+    resolved a distance before they are due, px.
+    """
+
     rng: random.Random
+    at_start: Decimal = ZERO
+    later: Decimal = ZERO
+    early: Decimal = ZERO
 
 
 @dataclass(frozen=True)
 class Run:
     """What happened up to a time, s. snapshots: at the times asked for; ended: the reason, if not all were reached.
 
-    contacts: but for those of discs that come to rest on a face.
+    contacts: but for those of discs that come to rest on a face, and of streaks that were resolved at one time;
+    streaks: when each of these began and ended, s; leaning: just after the last one, if it ended the run since discs
+    then lean on each other.
     """
 
     snapshots: tuple[Table, ...]
     contacts: tuple[Contact, ...]
+    streaks: tuple[tuple[Decimal, Decimal], ...]
     until: Decimal
     ended: str
+    leaning: Table | None = None
 
 
 def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -> Decimal:
@@ -93,7 +107,7 @@ def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -
     x, y, vx, vy, ax, ay = relative
     approach = x * vx + y * vy
     if ax == ay == 0:
-        if approach >= 0:
+        if approach >= -TINY * reach:
             return NEVER
         speed2 = vx * vx + vy * vy
         cross = x * vy - y * vx  # speed times the distance at which they would pass
@@ -106,7 +120,7 @@ def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -
     gap2 = [gap * (distance + reach), 2 * approach]
     gap2 += [vx * vx + vy * vy + x * ax + y * ay, vx * ax + vy * ay, (ax * ax + ay * ay) / 4]
     if abs(gap) < TINY:  # they touch now: without the root at 0, which is double if they neither part nor approach
-        gap2 = gap2[2 if abs(approach) < TINY else 1 :]
+        gap2 = gap2[2 if abs(approach) < TINY * reach else 1 :]
         if gap2[0] < 0:
             return ZERO
     assert gap2[0] >= 0, "a disc is inside another or a wall"
@@ -129,7 +143,10 @@ def wait_for_face(disc: Disc, face: Face) -> Decimal:
     """Return when a disc touches a face."""
     rx, ry = disc.x - face.x, disc.y - face.y
     gap = -face.into(rx, ry) - disc.radius - face.wall.half_thickness
-    wait = soon(fall_through_zero(gap, -face.into(disc.vx, disc.vy), -face.into(disc.ax, disc.ay) / 2))
+    speed, change = -face.into(disc.vx, disc.vy), -face.into(disc.ax, disc.ay)
+    if abs(gap) < TINY and abs(speed) < TINY and change >= 0:  # they neither part nor approach
+        return NEVER
+    wait = soon(fall_through_zero(gap, speed, change / 2))
     if wait == NEVER:
         return NEVER
     along = face.along(rx, ry) + wait * (face.along(disc.vx, disc.vy) + face.along(disc.ax, disc.ay) * wait / 2)
@@ -171,10 +188,7 @@ def next_meetings(table: Table, limit: Decimal) -> list[Meeting]:
 
 def gap_to(disc: Disc, wall: Wall) -> Decimal:
     """Return the distance between the surfaces of a disc and a wall, px."""
-    face = wall.faces[0]
-    rx, ry = disc.x - face.x, disc.y - face.y
-    beyond = max(-face.along(rx, ry), face.along(rx, ry) - face.length, ZERO) * (not wall.one_sided)
-    return (face.into(rx, ry) ** 2 + beyond**2).sqrt() - disc.radius - wall.half_thickness
+    return wall.nearest(disc.x, disc.y)[2] - disc.radius - wall.half_thickness
 
 
 def turn(table: Table, i: int) -> None:
@@ -212,13 +226,11 @@ def strike(table: Table, meeting: Meeting) -> tuple[Contact, bool, str]:
     closing = sum((side * (disc.vx * nx + disc.vy * ny) for disc, side in bodies), ZERO)
     slip = sum((side * (disc.vx * tx + disc.vy * ty) + disc.radius * disc.spin for disc, side in bodies), ZERO)
     pull = sum((side * (disc.ax * nx + disc.ay * ny) for disc, side in bodies), ZERO)
-    mass = 1 / sum((1 / disc.mass for disc, _ in bodies), ZERO)
+    per_mass = sum((1 / disc.mass for disc, _ in bodies), ZERO)
     e, lies = a.elasticity * touched.elasticity, False
     if isinstance(other, Face) and 2 * e * closing < REST * pull:
         e, lies = ZERO, True
-    impulse = (1 + e) * mass * closing
-    limit = a.friction * touched.friction * impulse
-    tangential = max(-limit, min(limit, slip * mass / 3))
+    impulse, tangential = impulses_of(closing, slip, per_mass, e, a.friction * touched.friction)
     lighter = min(disc.mass for disc, _ in bodies)
     contact = Contact(table.time, meeting.first, number, at, impulse, tangential, slip, lighter)
 
@@ -256,6 +268,82 @@ def what_follows(
     return False, end if pull > TINY and 2 * rebound < shortest * gravity else ""
 
 
+def lead(table: Table, meeting: Meeting, gap: Decimal) -> Decimal:
+    """Return how long before a contact there is still a gap, s; less if that is not in the future. gap: px."""
+    if not gap or meeting.other is None:
+        return ZERO
+    after = table.copy()
+    after.fly(meeting.wait)
+    disc, other = after.discs[meeting.first], meeting.other
+    if isinstance(other, int):
+        second = after.discs[other]
+        x, y, vx, vy = second.x - disc.x, second.y - disc.y, disc.vx - second.vx, disc.vy - second.vy
+    else:
+        x, y = (other.ty, -other.tx) if isinstance(other, Face) else (other.x - disc.x, other.y - disc.y)
+        vx, vy = disc.vx, disc.vy
+    closing = (x * vx + y * vy) / (x * x + y * y).sqrt()
+    return min(meeting.wait, gap / closing) if closing > 0 else ZERO
+
+
+def settle(table: Table, seeds: set[int], *, in_order: bool) -> str:
+    """Resolve the impacts of discs that touch some discs, directly or through others, to their end or limit.
+
+    in_order: whether their order is known. Returns why the run ends, if it does.
+    """
+    touches = group_of(touches_of(table, lambda disc: CLOCK_ERROR * (abs(disc.vx) + abs(disc.vy)) + TINY), seeds)
+    outcome = continued(table.discs, touches)
+    if outcome.ending in (Ending.NO_ROOM, Ending.UNKNOWN):
+        return str(outcome.ending.value)
+    if not in_order and not is_decided(table.discs, touches):
+        return "simultaneous"
+    for touch, (impulse, tangential) in zip(touches, outcome.impulses, strict=True):
+        if touch.second < 0:
+            disc = table.discs[touch.first]
+            disc.pushed_x -= (impulse * touch.nx - tangential * touch.ny) / disc.mass
+            disc.pushed_y -= (impulse * touch.ny + tangential * touch.nx) / disc.mass
+    hit = {i for k, touch in enumerate(touches) if outcome.impulses[k][0] > 0 for i, _ in sides(touch)}
+    for i in hit:
+        disc, after = table.discs[i], outcome.discs[i]
+        disc.vx, disc.vy, disc.spin = after.vx, after.vy, after.spin
+        disc.release(table.gravity)
+    return rest_on(table, [touch for touch, stays in zip(touches, outcome.stays, strict=True) if stays], hit)
+
+
+def group_of(touches: Sequence[Touch], seeds: set[int]) -> list[Touch]:
+    """Return the contacts of some discs, of the discs that they touch, and so on."""
+    group, size = set(seeds), 0
+    while len(group) > size:
+        size = len(group)
+        for touch in touches:
+            discs = {i for i, _ in sides(touch)}
+            if discs & group:
+                group |= discs
+    return [touch for touch in touches if touch.first in group]
+
+
+def rest_on(table: Table, touches: Sequence[Touch], discs: set[int]) -> str:
+    """Let discs lie on the faces that they still touch, and return what they come to rest on otherwise, if they do."""
+    walls = {~wall.number: wall for wall in table.walls}
+    on_end = False
+    for touch in touches:
+        if touch.second >= 0 or touch.first not in discs:
+            continue
+        disc = table.discs[touch.first]
+        presses = table.gravity[0] * touch.nx + table.gravity[1] * touch.ny > TINY
+        face = next((face for face in walls[touch.second].faces if (face.ty, -face.tx) == (touch.nx, touch.ny)), None)
+        on_end |= presses and face is None
+        if presses and face:
+            if disc.face:
+                return "in a corner"
+            disc.lie(face, table.gravity, stuck=abs(face.along(disc.vx, disc.vy) + disc.radius * disc.spin) < TINY)
+    for touch in touches:
+        if touch.second >= 0:
+            a, b = table.discs[touch.first], table.discs[touch.second]
+            if (a.ax - b.ax) * touch.nx + (a.ay - b.ay) * touch.ny > TINY:
+                return "on a disc"
+    return "on a wall's end" if on_end else ""
+
+
 class Streaks:
     """Counts each disc's contacts with changing partners, each within STREAK_TIME of the last."""
 
@@ -265,7 +353,7 @@ class Streaks:
         self.count = [0] * discs
 
     def add(self, contact: Contact) -> bool:
-        """Count a contact, and return whether infinitely many seem to follow."""
+        """Count a contact, and return whether the bodies touch and infinitely many may follow."""
         endless = False
         for disc, partner in ((contact.first, contact.second), (contact.second, contact.first)):
             if disc >= 0:
@@ -275,24 +363,25 @@ class Streaks:
                     self.start[disc], self.count[disc] = contact.time, 0
                 elif partner != before:
                     self.count[disc] += 1
-                endless |= self.count[disc] > (MAX_STREAK if contact.time - time > CLOCK_ERROR else MAX_INSTANT_STREAK)
+                endless |= self.count[disc] > MAX_STREAK and contact.time - time < COLLAPSE_TIME
         return endless
 
-    def began(self, contact: Contact) -> Decimal:
-        """Return when the streak began that a contact belongs to, s."""
-        return min(self.start[disc] for disc in (contact.first, contact.second) if disc >= 0)
+    def began(self, discs: Iterable[int], now: Decimal) -> Decimal:
+        """Return when the streak began in which some discs are, s; if they are in none, now."""
+        return min((self.start[disc] for disc in discs if now - self.last[disc][0] < STREAK_TIME), default=now)
 
 
 def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise | None = None) -> Run:
     """Play up to the last of some times, without noise or with it.
 
-    Ends before it at a number of contacts; where a disc comes to rest on another, on a wall's end or in a corner; where
-    contacts of a disc are simultaneous; and at a collapse, where a disc has a streak of MAX_STREAK contacts. If one of
-    these ends a streak, the run ends where that began.
+    Ends before it at a number of contacts; where a disc comes to rest on another, on a wall's end or in a corner; and
+    where the order of simultaneous contacts matters. If one of these ends a streak, the run ends where that began.
     """
     table, streaks = start.copy(), Streaks(len(start.discs))
     snapshots: list[Table] = []
     contacts: list[Contact] = []
+    resolved: list[tuple[Decimal, Decimal]] = []
+    leaning = None
     with localcontext(prec=DIGITS):
         if noise:
             table.nudge(noise.at_start, noise.rng)
@@ -301,7 +390,7 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
         ended = ""
         while not ended:
             if len(snapshots) == len(times):
-                return Run(tuple(snapshots), tuple(contacts), times[-1], "")
+                return Run(tuple(snapshots), tuple(contacts), tuple(resolved), times[-1], "")
             due = times[len(snapshots)] - table.time
             meetings = next_meetings(table, due)
             if not meetings or meetings[0].wait > due:
@@ -310,21 +399,27 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
                 if noise:
                     table.nudge(noise.later, noise.rng)
                 continue
-            table.fly(meetings[0].wait)
-            until = table.time
-            if any(meeting.is_rival_of(meetings[0]) for meeting in meetings[1:]):
-                ended = "simultaneous"
-            elif meetings[0].other is None:
+            table.fly(meetings[0].wait - (lead(table, meetings[0], noise.early) if noise else ZERO))
+            until, discs = table.time, meetings[0].discs
+            rivals = [meeting for meeting in meetings[1:] if meeting.is_rival_of(meetings[0])]
+            collapses = bool(rivals)
+            if not rivals and meetings[0].other is None:
                 turn(table, meetings[0].first)
-            else:
+            elif not rivals:
                 contact, brief, ended = strike(table, meetings[0])
-                if streaks.add(contact):
-                    ended = "collapse"
-                elif len(contacts) == max_contacts:
+                collapses = streaks.add(contact)
+                if len(contacts) == max_contacts:
                     ended = "contacts"
                 elif not brief:
                     contacts.append(contact)
-                until = streaks.began(contact)
+                until = streaks.began(discs, table.time)
+            if collapses and not ended:
+                until = streaks.began(discs, table.time)
+                contacts = [contact for contact in contacts if contact.time < until]
+                resolved.append((until, table.time))
+                ended = settle(table, discs, in_order=noise is not None)
+                leaning = table if ended == "on a disc" else None
         until -= CLOCK_ERROR
     seen = tuple(snapshot for snapshot in snapshots if snapshot.time < until)
-    return Run(seen, tuple(contact for contact in contacts if contact.time < until), until, ended)
+    before = tuple(contact for contact in contacts if contact.time < until)
+    return Run(seen, before, tuple(resolved), until, ended, leaning)

@@ -49,6 +49,23 @@ class Wall:
         there, back = Face(self, self.x0, self.y0, tx, ty, length), Face(self, self.x1, self.y1, -tx, -ty, length)
         return (there,) if self.one_sided else (there, back)
 
+    def nearest(self, x: Decimal, y: Decimal) -> tuple[Decimal, Decimal, Decimal]:
+        """Return the unit normal from a point to where the wall's line is nearest, and the distance of that, px.
+
+        The side of an arena is nearest along its normal, from wherever.
+        """
+        face = self.faces[0]
+        rx, ry = x - face.x, y - face.y
+        along = face.along(rx, ry)
+        if self.one_sided or 0 <= along <= face.length:
+            off = face.into(rx, ry)
+            side = -1 if off > 0 and not self.one_sided else 1
+            return side * face.ty, -side * face.tx, -side * off
+        end = self.ends[0 if along < 0 else 1]
+        dx, dy = end.x - x, end.y - y
+        distance = (dx * dx + dy * dy).sqrt()
+        return dx / distance, dy / distance, distance
+
     @cached_property
     def ends(self) -> tuple["End", ...]:
         """The round parts of its surface."""
