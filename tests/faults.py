@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from pymunk import Circle
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.scene.fields import Vector

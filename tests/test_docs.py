@@ -29,7 +29,7 @@ from browser import chromium
 from conftest import REQUIRED, Command
 from PIL import Image, ImageSequence
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.bench.parts import PARTS
 from sandbox.bench.window import finer_gas
 from sandbox.run.inputs import Start, load_inputs, write_inputs

@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import Block, SceneConstants, Unexplained, enter, give_impulse, line_to_wall, turn_energy
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.state import Contacts, Floats, Integers
 
 

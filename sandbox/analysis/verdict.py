@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
 from sandbox.analysis.expectations import worst
@@ -17,6 +16,7 @@ from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TUNED, settings_in
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.text import listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left

@@ -15,7 +15,7 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from bokeh.transform import dodge
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.scales import MIN_GAP, BothSigns, Logarithmic, Scale
 from sandbox.analysis.series import contacts_by, energies, thinned

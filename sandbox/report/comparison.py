@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.advice import Trial, advice_rows, recommend
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import MAX_IMPACTS, Run

@@ -9,7 +9,7 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict

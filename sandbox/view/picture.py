@@ -6,7 +6,7 @@ from typing import Final
 import pygame
 from pygame import Surface
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.gas import wall_impulse
 from sandbox.engines import create

@@ -12,7 +12,7 @@ import pytest
 from conftest import scene_of
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
 from sandbox.analysis.junit import limits_as_junit
 from sandbox.analysis.verdict import verdict

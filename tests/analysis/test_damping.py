@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import verdict
 from sandbox.scene.model import Scene

@@ -11,7 +11,7 @@ from conftest import scene_of
 from faults import EventDriven
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference, pair_name
 from sandbox.scene.fields import Vector

@@ -10,7 +10,7 @@ from conftest import scene_of
 from faults import FAULTS
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import Reference, compare_with, run_reference
 from sandbox.analysis.measurement import Run
 from sandbox.scene.model import Scene

@@ -8,7 +8,7 @@ from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.first_touch import first_touch_of_face
 from sandbox.analysis.ledger import Entry, Ledger

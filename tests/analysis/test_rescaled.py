@@ -6,7 +6,7 @@ import numpy as np
 import pymunk
 import pytest
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.rescaled import PERSISTENCE, RescaledImpulses
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SpaceWarning

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run

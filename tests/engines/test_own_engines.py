@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Kind
 from sandbox.analysis.measurement import Run

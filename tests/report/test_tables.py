@@ -2,7 +2,7 @@
 
 from conftest import scene_of
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.difference import Difference, Kind
 from sandbox.report.tables import _spins
 

@@ -13,7 +13,7 @@ import pymunk
 import pytest
 
 import sandbox
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.scripting.comparison import Comparison

@@ -1,0 +1,249 @@
+"""Which balls belong together in a step, and which of these groups did something else than the exact step.
+
+Balls are joined by contacts that the exact step has, and, where one does not fly as it should, by being near. Balls
+alone are judged by their flight; a group is computed exactly. All of a block's steps are done in one call.
+"""
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.compiled import Record, entry, kernel
+from sandbox.engines.exact.impact import NEVER, time_to_touch
+from sandbox.engines.exact.prediction import time_to_piece
+from sandbox.engines.exact.world import Motion
+from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law
+from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
+from sandbox.scene.model import Scene
+from sandbox.state import Bools, Floats, Integers, States
+
+MAX_COMPUTED: Final = 64  # balls of a group that is computed at all; a step of more is not judged
+FOUND: Final = np.dtype(
+    [
+        ("step", "i8"),  # row of the state that it leads to
+        ("begin", "i8"),  # of its balls in `member`
+        ("count", "i8"),
+        ("ended", "i8"),  # whether the exact step came to its end
+        ("contacts", "i8"),  # of the exact step
+    ]
+)
+
+
+class Flown(NamedTuple):
+    """A block of steps as the engine did them, and exactly.
+
+    before, after: the engine's states of (steps, n), with pushes already in the velocities before; exact: what the
+    exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies; floor:
+    px, below which a difference is rounding.
+    """
+
+    before: States
+    after: States
+    exact: States
+    dt: Floats
+    off: Bools
+    floor: float
+
+
+class Work(NamedTuple):
+    """What screening works in: (n,) each, but pair: (some, 2) links."""
+
+    order: Integers
+    low: Floats
+    root: Integers
+    touched: Bools
+    members: Integers
+
+
+@kernel
+def _find(root: Integers, i: int) -> int:
+    while root[i] != i:
+        i = root[i]
+    return i
+
+
+@kernel
+def _link(root: Integers, i: int, j: int) -> None:
+    a, b = _find(root, i), _find(root, j)
+    root[max(a, b)] = min(a, b)
+
+
+@kernel
+def _swept(f: Flown, step: int, i: int, axis: int, gravity: tuple[float, float]) -> tuple[float, float]:
+    """Return the range of a ball's centre along an axis in a step, exactly and in the engine."""
+    x, v, dt = f.before.position[step, i, axis], f.before.velocity[step, i, axis], f.dt[step]
+    end, seen = x + dt * (v + dt * gravity[axis] / 2), f.after.position[step, i, axis]
+    sag = abs(gravity[axis]) * dt * dt / 8
+    return min(x, end, seen) - sag, max(x, end, seen) + sag
+
+
+@kernel
+def _joined(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool:
+    """Return whether two balls have a contact in the exact step, or are near and one does not fly as it should."""
+    x, v, dt = f.before.position[step], f.before.velocity[step], f.dt[step]
+    rx, ry, vx, vy = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], v[j, 0] - v[i, 0], v[j, 1] - v[i, 1]
+    reach = ball[i].radius + ball[j].radius
+    if time_to_touch(rx, ry, vx, vy, 0.0, 0.0, reach, NEVER) <= dt + TIE:
+        return True
+    if not (f.off[step, i] or f.off[step, j]):
+        return False
+    speed = vx * vx + vy * vy
+    t = min(max(-(rx * vx + ry * vy) / speed, 0.0), dt) if speed > 0 else 0.0
+    nearest = math.hypot(rx + t * vx, ry + t * vy)
+    y = f.after.position[step]
+    nearest = min(nearest, math.hypot(y[j, 0] - y[i, 0], y[j, 1] - y[i, 1]))
+    return nearest < reach + NEAR * min(ball[i].radius, ball[j].radius)
+
+
+@kernel
+def _meets_wall(f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], step: int, i: int, gravity: tuple[float, float]) -> bool:
+    """Return whether a ball has a contact with a wall in the exact step, or is near one and flies otherwise."""
+    x, v = f.before.position[step, i], f.before.velocity[step, i]
+    m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
+    reach = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0)
+    for p in range(len(piece)):
+        if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
+            return True
+    return False
+
+
+@kernel
+def fill_ball(b: Record, states: States, step: int, i: int) -> None:
+    """Set a ball's motion to that of a state."""
+    b.x, b.y = states.position[step, i, 0], states.position[step, i, 1]
+    b.vx, b.vy = states.velocity[step, i, 0], states.velocity[step, i, 1]
+    b.spin = states.spin[step, i]
+
+
+@kernel
+def _differs(f: Flown, step: int, i: int, radius: float) -> bool:
+    """Return whether a ball's state after a step is another than the exact one."""
+    off, dt = 0.0, f.dt[step]
+    for axis in range(2):
+        off = max(off, abs(f.after.position[step, i, axis] - f.exact.position[step, i, axis]))
+        off = max(off, abs(f.after.velocity[step, i, axis] - f.exact.velocity[step, i, axis]) * dt)
+    return max(off, abs(f.after.spin[step, i] - f.exact.spin[step, i]) * radius * dt) > f.floor
+
+
+@kernel
+def _compute(
+    f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], law: Record, scratch: Scratch, step: int, w: Work, k: int
+) -> bool:
+    """Compute the exact step of the first k of `members`. Returns whether it came to its end."""
+    if k > MAX_COMPUTED:
+        return False
+    group = Group(ball[len(ball) - k :], piece, f.dt[step])
+    for a in range(k):
+        group.ball[a] = ball[w.members[a]]
+    for a in range(k):
+        fill_ball(group.ball[a], f.before, step, w.members[a])
+    return run_law(group, law, Scratch(scratch.ball[:k], scratch.met, scratch.count))
+
+
+@entry
+def screen(
+    f: Flown,
+    ball: NDArray[np.void],
+    piece: NDArray[np.void],
+    laws: NDArray[np.void],
+    scratch: Scratch,
+    w: Work,
+    found: NDArray[np.void],
+    member: Integers,
+    elastic: Floats,
+) -> tuple[int, int]:
+    """Compute every group of every step, and note those that the engine has otherwise.
+
+    ball: (n + MAX_COMPUTED,) BALL, of which the last are worked in; laws: (1,) LAW, the exact one; found: (room,)
+    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly. Returns
+    how many rows of `found` and `member` are needed.
+    """
+    n, law = len(w.root), laws[0]
+    gravity, widest = (law.gx, law.gy), 0.0
+    for i in range(n):
+        widest = max(widest, ball[i].radius)
+    rows, filled = 0, 0
+    for step in range(len(f.dt)):
+        for i in range(n):
+            w.root[i] = i
+            w.touched[i] = _meets_wall(f, ball, piece, step, i, gravity)
+        _sort(f, w, step, gravity)
+        for a in range(n):
+            i = w.order[a]
+            top = _swept(f, step, i, 0, gravity)[1] + (1 + NEAR) * ball[i].radius + widest
+            below, above = _swept(f, step, i, 1, gravity)
+            for b in range(a + 1, n):
+                j = w.order[b]
+                if w.low[j] > top:
+                    break
+                margin = (1 + NEAR) * ball[i].radius + ball[j].radius
+                low, high = _swept(f, step, j, 1, gravity)
+                if low > above + margin or high < below - margin:
+                    continue
+                if _joined(f, ball, step, min(i, j), max(i, j)):
+                    _link(w.root, i, j)
+                    w.touched[i] = w.touched[j] = True
+        for i in range(n):
+            if w.root[i] != i:
+                w.root[i] = _find(w.root, i)
+        for r in range(n):
+            if w.root[r] != r or not w.touched[r]:
+                continue
+            k = 0
+            for i in range(r, n):
+                if w.root[i] == r:
+                    w.members[k] = i
+                    k += 1
+            ended = _compute(f, ball, piece, law, scratch, step, w, k)
+            is_off = not ended
+            for a in range(k):
+                i = w.members[a]
+                source = scratch.ball[a]
+                if ended:
+                    f.exact.position[step, i, 0], f.exact.position[step, i, 1] = source.x, source.y
+                    f.exact.velocity[step, i, 0], f.exact.velocity[step, i, 1] = source.vx, source.vy
+                    f.exact.spin[step, i] = source.spin
+                is_off = is_off or _differs(f, step, i, ball[i].radius)
+            if ended:
+                for c in range(min(scratch.count[0], len(scratch.met))):
+                    elastic[step] += scratch.met[c].elastic
+            if not is_off:
+                continue
+            if rows < len(found) and filled + k <= len(member):
+                found[rows].step, found[rows].begin, found[rows].count, found[rows].ended = step, filled, k, ended
+                found[rows].contacts = scratch.count[0]
+                for a in range(k):
+                    member[filled + a] = w.members[a]
+            rows += 1
+            filled += k
+    return rows, filled
+
+
+@kernel
+def _sort(f: Flown, w: Work, step: int, gravity: tuple[float, float]) -> None:
+    """Sort the balls by where they begin along x. By insertion: few have changed places since a step ago."""
+    for i in range(len(w.root)):
+        w.low[i] = _swept(f, step, i, 0, gravity)[0]
+    for k in range(1, len(w.order)):
+        ball, place = w.order[k], k
+        while place > 0 and w.low[w.order[place - 1]] > w.low[ball]:
+            w.order[place] = w.order[place - 1]
+            place -= 1
+        w.order[place] = ball
+
+
+def balls_of(scene: Scene, more: int = 0) -> NDArray[np.void]:
+    """Return a scene's balls, (n + more,) BALL, without their motion."""
+    bodies = scene.bodies
+    ball = np.zeros(len(bodies) + more, BALL)
+    for name in ("radius", "mass", "elasticity", "friction"):
+        ball[name][: len(bodies)] = getattr(bodies, name)
+    ball["number"][: len(bodies)] = np.arange(len(bodies))
+    return ball
+
+
+def scratch_for(balls: int) -> Scratch:
+    """Return what a step of so many balls works in."""
+    return Scratch(np.zeros(balls, BALL), np.zeros(MAX_EVENTS, MET), np.zeros(1, np.int64))
