@@ -148,7 +148,7 @@ def differences_of_steps(scene: Scene, timeline: Timeline) -> tuple[Difference, 
 
 def _of_step(scene: Scene, error: StepError) -> Difference:
     before, after, should = (tuple((x, y) for x, y in v.tolist()) for v in (error.before, error.after, error.should))
-    spins = tuple(tuple(each.tolist()) for each in error.spins) if scene.is_rough else (None, None, None)
+    spins = [tuple(each.tolist()) for each in error.spins]
     first, second = error.contact or (error.balls[0], None)
     return Difference(
         Kind.STEP,

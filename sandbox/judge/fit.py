@@ -20,7 +20,7 @@ from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.state import Floats
 
 GRID: Final = 17  # points of a parameter's range from which a fit may begin
-STARTS: Final = 2  # of these, the best, from which it does
+STARTS: Final = 4  # of these, the best, from which it does: a contact that moves to the start of the step has no slope
 ROUNDS: Final = 8  # of Gauss and Newton's method, which doubles the digits in each
 STEP: Final = 1e-6  # of a parameter's range, for the derivative
 MET_KEPT: Final = 8  # contacts of a step that are kept for its sentence
@@ -105,11 +105,10 @@ class Problem:
         ]
 
     @property
-    def is_evidence(self) -> bool:
-        """Whether a parameter that explains the step explains more than one number: a place, a velocity or a spin."""
+    def numbers(self) -> int:
+        """How many places, velocities and spins of balls are not as the exact step has them."""
         off = np.abs(self.residuals(self.exact.after[None])).reshape(self.after.shape) > self.enough()
-        shown = off[:, :2].any(axis=1).sum() + off[:, 2:4].any(axis=1).sum() + off[:, 4].sum()
-        return bool(shown > 1)
+        return int(off[:, :2].any(axis=1).sum() + off[:, 2:4].any(axis=1).sum() + off[:, 4].sum())
 
     def enough(self) -> float:
         """Return the residual that an explanation may leave, px."""
@@ -272,7 +271,7 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
         return Cause.TURNED
     if not velocities and trial.rule["pair_place"] != 0 and any(m["second"] >= 0 for m in outcome.met):
         return Cause.PUSHED
-    on_wall = trial.rule["wall_place"] in (Place.ON, Place.LEAVE) and any(m["second"] < 0 for m in outcome.met)
+    on_wall = trial.rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
     if not velocities and on_wall:
         return Cause.OVERSHOOT
     return Cause.LATE

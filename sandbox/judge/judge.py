@@ -34,7 +34,7 @@ class StepError:
     step: of the run, from 1; balls: of the group; contact: first and second, None without one; candidates: the outcomes
     that leave nothing over, with their causes; cause, because: why; energy (kg px²/s²), momentum (kg px/s) and
     displacement (px): what is over of the exact step; before, after, should: velocities (k, 2) px/s of the contact's
-    balls; times: how many balls or contacts it stands for; is_evidence: whether it shows more than one number; depth: px,
+    balls; times: how many balls or contacts it stands for; numbers: how many places, velocities and spins it shows wrong; depth: px,
     of the contact when it was found.
     """
 
@@ -52,7 +52,7 @@ class StepError:
     spins: tuple[Floats, Floats, Floats]
     candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
     times: int = 1
-    is_evidence: bool = True
+    numbers: int = 9
     depth: float | None = None
 
 
@@ -235,7 +235,7 @@ class Judge:
             outcome, cause = candidates[0]
             because = of_outcome(outcome) or self.habit.because
             error = self._error(f, step, balls, contact, cause, because)
-            error.candidates, error.is_evidence = candidates, problem.is_evidence
+            error.candidates, error.numbers = candidates, problem.numbers
             error.depth = float(outcome.met[0]["depth"]) if len(outcome.met) else None
             return [error]
         self._fits += full
@@ -270,8 +270,6 @@ class Judge:
             if (put := balls[wrong & ~kicked]).size:
                 errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
             return errors
-        if np.abs(off[:, 2:]).max() <= f.floor:
-            return [self._error(f, step, balls, contact, Cause.PLACED, "The contact leaves velocities right, and balls elsewhere.")]
         return [self._error(f, step, balls, contact, Cause.UNKNOWN, "What the step did fits no single error.")]
 
     def _settle(self, f: Flown, errors: list[StepError]) -> None:

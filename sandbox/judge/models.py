@@ -20,7 +20,7 @@ class Fault(NamedTuple):
 
     name: of the model; cause: of a value (1 if it has no parameter); fields: of LAW, fixed; of: the fields that get the
     parameter, none if it has none; low, high: its range, and right: its right value; rough: whether it is of friction
-    or spin; says: the sentence, from the value.
+    or spin; odd: whether another model that explains a step as well is more likely; says: the sentence, from the value.
     """
 
     name: str
@@ -34,6 +34,7 @@ class Fault(NamedTuple):
     rough: bool = False
     pairs_only: bool = False
     walls_only: bool = False
+    odd: bool = False
 
 
 def _size(value: float) -> Cause:
@@ -193,7 +194,7 @@ FAULTS: Final = (
         0.0,
     ),
     Fault("missed", _always(Cause.MISSED), lambda _: "The contact is missed.", {"missed": 1}),
-    Fault("twice", _always(Cause.TURNED), lambda _: "Resolved twice: the second time the two were already parting.", {"twice": 1}),
+    Fault("twice", _always(Cause.TURNED), lambda _: "Resolved twice: the second time the two were already parting.", {"twice": 1}, odd=True),
     Fault(
         "masses swapped",
         _VELOCITY,
@@ -204,8 +205,8 @@ FAULTS: Final = (
     Fault("equal masses", _VELOCITY, lambda _: "The impulse is that of equal masses.", {"masses": Masses.EQUAL}, pairs_only=True),
     Fault("masses by area", _VELOCITY, lambda _: "Masses are taken as radius squared.", {"masses": Masses.BY_AREA}, pairs_only=True),
     Fault("masses by radius", _VELOCITY, lambda _: "Masses are taken as the radius.", {"masses": Masses.BY_RADIUS}, pairs_only=True),
-    Fault("swap", _VELOCITY, lambda _: "The two swap their whole velocities.", {"exchange": Exchange.WHOLE}, pairs_only=True),
-    Fault("reversed", _VELOCITY, lambda _: "Whole velocities are reversed.", {"exchange": Exchange.REVERSED}),
+    Fault("swap", _VELOCITY, lambda _: "The two swap their whole velocities.", {"exchange": Exchange.WHOLE}, pairs_only=True, odd=True),
+    Fault("reversed", _VELOCITY, lambda _: "Whole velocities are reversed.", {"exchange": Exchange.REVERSED}, odd=True),
     Fault(
         "speeds",
         _VELOCITY,
@@ -213,8 +214,8 @@ FAULTS: Final = (
         {"exchange": Exchange.SPEEDS},
         pairs_only=True,
     ),
-    Fault("signs", _VELOCITY, lambda _: "A component of each velocity changes sign.", {"exchange": Exchange.ALONG_SIGNS}),
-    Fault("stop", _VELOCITY, lambda _: "Velocities become 0.", {"exchange": Exchange.STOP}),
+    Fault("signs", _VELOCITY, lambda _: "A component of each velocity changes sign.", {"exchange": Exchange.ALONG_SIGNS}, odd=True),
+    Fault("stop", _VELOCITY, lambda _: "Velocities become 0.", {"exchange": Exchange.STOP}, odd=True),
     Fault("first only", _VELOCITY, lambda _: "Only the first ball gets its impulse.", {"exchange": Exchange.FIRST_ONLY}, pairs_only=True),
     Fault("second only", _VELOCITY, lambda _: "Only the second ball gets its impulse.", {"exchange": Exchange.SECOND_ONLY}, pairs_only=True),
     Fault("no friction", _always(Cause.FRICTION_SMALL), lambda _: "There is no friction.", {"friction": 0}, **_ROUGH),
@@ -224,8 +225,8 @@ FAULTS: Final = (
     Fault("no limit", _friction, lambda _: "Friction stops every slip, whatever the impulse allows.", {"unlimited": 1}, **_ROUGH),
     Fault("early limit", _friction, lambda _: "Friction is limited by the impulse without restitution.", {"clamped": 1}, **_ROUGH),
     Fault("slip without spin", _friction, lambda _: "The slip leaves the spins out.", {"without_spin": 1}, **_ROUGH),
-    Fault("first does not turn", _VELOCITY, lambda _: "Friction does not turn the first ball.", {"first_turns": 0}, **_ROUGH),
-    Fault("second does not turn", _VELOCITY, lambda _: "Friction does not turn the second ball.", {"second_turns": 0}, **_ROUGH, pairs_only=True),
+    Fault("first does not turn", _VELOCITY, lambda _: "Friction does not turn the first ball.", {"first_turns": 0}, **_ROUGH, odd=True),
+    Fault("second does not turn", _VELOCITY, lambda _: "Friction does not turn the second ball.", {"second_turns": 0}, **_ROUGH, pairs_only=True, odd=True),
 )
 BY_NAME: Final = {fault.name: fault for fault in FAULTS}
 IN_TIME: Final[Fields] = {}

@@ -53,8 +53,7 @@ MET: Final = np.dtype(
         ("impulse", "f8"),  # kg px/s
         ("depth", "f8"),  # px
         ("tangential", "f8"),  # kg px/s
-        ("elastic", "f8"),  # kg px²/s², what the normal part did to the energy
-        ("rubbed", "f8"),  # kg px²/s², what friction did to it
+        ("elastic", "f8"),  # kg px²/s², what restitution does to the energy
     ]
 )
 
@@ -240,12 +239,6 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
 
 
 @kernel
-def _energy(a: Record) -> float:
-    """Return the energy of flight and spin, kg px²/s²."""
-    return float(a.mass * (a.vx * a.vx + a.vy * a.vy + a.radius * a.radius * a.spin * a.spin / 2) / 2)
-
-
-@kernel
 def _resolve(
     group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
 ) -> float:
@@ -284,12 +277,10 @@ def _resolve(
     tangential = friction_impulse(stops, limit, per_a + per_b) if mu > 0 else 0.0
     if not right:
         tangential *= law.friction
-    before = _energy(a) + (_energy(b) if pair else 0.0)
     if not right and law.exchange != Exchange.NONE and law.exchange < Exchange.FIRST_ONLY:
         _exchange(law, a, b, pair, nx, ny)
         impulse, tangential = 0.0, 0.0
     _push(law, right, a, b, pair, nx, ny, impulse, 0.0 if right else law.tangential * impulse, per_a, per_b)
-    elastic = _energy(a) + (_energy(b) if pair else 0.0) - before
     brake = 0.0 if right or pair else math.copysign(law.brake * impulse, along)
     _push(law, True, a, b, pair, nx, ny, 0.0, tangential + brake, per_a, per_b)
     a.spin -= 2 * tangential * per_a / (a.radius * moment) * (1.0 if right else law.first_turns)
@@ -303,8 +294,8 @@ def _resolve(
     if count < len(scratch.met):
         m = scratch.met[count]
         m.time, m.first, m.second, m.nx, m.ny, m.closing = time, first, second, nx, ny, closing
-        m.impulse, m.depth, m.tangential, m.elastic = impulse, depth, tangential, elastic
-        m.rubbed = _energy(a) + (_energy(b) if pair else 0.0) - before - elastic
+        m.impulse, m.depth, m.tangential = impulse, depth, tangential
+        m.elastic = -(1 - e * e) * closing * closing / (2 * (per_a + per_b))
         scratch.count[0] = count + 1
     if not right and law.apart != 0:
         a.x -= law.apart * nx

@@ -49,9 +49,11 @@ class Timeline:
                 continue
             most = max(support[_key(o)] for o, _ in error.candidates)
             best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
+            plain = [(o, c) for o, c in best if not _is_odd(o)]
+            best = plain or best
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
-            if not error.is_evidence and most < 2:
+            if most < 2 and error.numbers <= _freedom(outcome):
                 error.cause, error.because = Cause.UNKNOWN, f"{error.because} Nothing else in the run confirms that."
             elif len(causes) > 1:
                 names = " Or: ".join(dict.fromkeys(of_outcome(o) for o, _ in best))
@@ -88,3 +90,15 @@ def _key(outcome: Outcome) -> tuple[str, float]:
     """Return what makes two outcomes the same model: its name, and its value to three digits."""
     trial = outcome.trial
     return trial.fault or repr(sorted(trial.rule.items())), float(f"{trial.value:.3g}") if trial.fault else 0.0
+
+
+def _is_odd(outcome: Outcome) -> bool:
+    return bool(outcome.trial.fault) and BY_NAME[outcome.trial.fault].odd
+
+
+def _freedom(outcome: Outcome) -> int:
+    """Return how many numbers a model can meet by chance: one by its parameter, and one by its rule besides."""
+    trial = outcome.trial
+    if not trial.fault or not BY_NAME[trial.fault].of:
+        return 0
+    return 1 if trial.is_in_time else 2

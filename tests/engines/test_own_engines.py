@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-from sandbox.judge.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Kind
 from sandbox.analysis.measurement import Run
@@ -18,6 +17,7 @@ from sandbox.analysis.verdict import verdict
 from sandbox.engines import named
 from sandbox.engines.specs import file_and_name, settings_in
 from sandbox.errors import EngineError, Refused, SandboxError
+from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetGravity
 from sandbox.run.inputs import Grab
 from sandbox.run.lockstep import Lockstep
