@@ -268,6 +268,12 @@ def test_where_a_ball_found_in_a_wall_goes(name: str, place: float) -> None:
     assert end.velocity[12, 0, 0] == pytest.approx(FAST)
 
 
+def test_substeps_find_a_wall_a_quarter_of_a_step_late() -> None:
+    """42.5 px from the wall, at 1 px a substep: half a px deep after 43 of them, and so half a px out after 44."""
+    places = [run(name, to_the_wall(1, 42.5), 11).position[11, 0, 0] - 20 for name in ("substeps", "textbook")]
+    assert places == pytest.approx([0.5, -1.5])
+
+
 @pytest.mark.parametrize(
     ("name", "after"),
     [
