@@ -176,6 +176,8 @@ PROGRAMS: Final = {
         _program("angles_reflected", _EQUAL, "velocity"),
         _program("each_reflected", _EQUAL, "velocity", "pushed"),
         _program("normal_from_velocities", _UNEQUAL, "normal velocity"),
+        _program("tangential_parts_swapped", _EQUAL, "velocity"),
+        _program("centre_of_mass_formula", _INELASTIC, "large", "turned overshoot"),
         _program("parting_pairs_reversed", _INELASTIC, "turned large", "small"),
         _program("impulse_without_restitution", _EQUAL, "small", "", 0.5, 50, 0),
         # Masses
@@ -199,6 +201,7 @@ PROGRAMS: Final = {
         _program("explicit_gravity", _FALL, "gravity"),
         _program("semi_implicit_gravity", _FALL, "gravity"),
         _program("gravity_twice", _FALL, "gravity", "", 2, 1800, 100, 200),
+        _program("several_at_once", _FALL, "gravity damping untold", "overshoot pushed"),
         _program("damped", _UNEQUAL, "damping untold", "", 0.99, 99, 1, 0.5472, 54.72, 45.28),
         _program("slow_balls_stopped", _EQUAL, "untold"),
         _program("energy_rescaled", _TWO_IN_A_BOX, "untold damping", "large velocity"),
