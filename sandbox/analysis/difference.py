@@ -45,8 +45,8 @@ from sandbox.analysis.start_overlaps import SINGLE_PRECISION
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
 from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.judge import StepError
 from sandbox.judge.timeline import Timeline
+from sandbox.judge.touching import StepError
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene

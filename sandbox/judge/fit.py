@@ -5,21 +5,19 @@ explains goes to the noise floor, and that of one which it does not explain stay
 """
 
 from collections.abc import Sequence
-from functools import cache
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.judge.causes import Cause
 from sandbox.judge.groups import scratch_for
-from sandbox.judge.law import LAW, Laws, Place, Scope, When, law
-from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
+from sandbox.judge.law import LAW, Laws, When, law
+from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
 from sandbox.judge.one_step import MET, Group, run_laws
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.state import Floats
 
-GRID: Final = 17  # points of a parameter's range from which a fit may begin
+GRID: Final = 33  # points of a parameter's range from which a fit may begin
 STARTS: Final = 4  # of these, the best, from which it does: a contact that moves to the start of the step has no slope
 ROUNDS: Final = 8  # of Gauss and Newton's method, which doubles the digits in each
 STEP: Final = 1e-6  # of a parameter's range, for the derivative
@@ -31,7 +29,7 @@ class Trial(NamedTuple):
 
     rule: Fields
     fault: str = ""  # its name, "" if none
-    scope: Fields = {}
+    scope: Fields = IN_TIME
     value: float = 1.0
 
     @property
@@ -44,6 +42,7 @@ class Trial(NamedTuple):
 
     @property
     def is_in_time(self) -> bool:
+        """Whether contacts are found at the time of impact."""
         return self.rule.get("when", When.IN_TIME) == When.IN_TIME
 
 
@@ -100,9 +99,7 @@ class Problem:
         after, met, counts = self.run(laws)
         left = np.abs(self.residuals(after)).max(axis=1)
         left[np.isnan(left)] = np.inf
-        return [
-            Outcome(trial, float(left[k]), met[k, : counts[k]], after[k]) for k, trial in enumerate(trials)
-        ]
+        return [Outcome(trial, float(left[k]), met[k, : counts[k]], after[k]) for k, trial in enumerate(trials)]
 
     @property
     def numbers(self) -> int:
@@ -126,7 +123,8 @@ class Problem:
             return []
         models = [BY_NAME[trial.fault] for trial in trials]
         base = self.laws(trials)
-        grid = np.array([np.linspace(model.low, model.high, GRID) + 1e-3 * (model.high - model.low) / GRID for model in models])
+        low, high = self._ranges(models)
+        grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
         after, _, _ = self.run(_with(np.repeat(base, GRID), [m for m in models for _ in range(GRID)], grid.ravel()))
         left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
         left[np.isnan(left)] = np.inf
@@ -135,12 +133,18 @@ class Problem:
         models = [model for model in models for _ in range(STARTS)]
         laws, trials = np.repeat(base, STARTS), [trial for trial in trials for _ in range(STARTS)]
         value = self._refine(laws, models, value)
-        outcomes = self.outcomes_of([t._replace(value=float(v)) for t, v in zip(trials, value, strict=True)], _with(laws, models, value))
+        fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
+        outcomes = self.outcomes_of(fitted, _with(laws, models, value))
         return [min(outcomes[k : k + STARTS], key=lambda o: o.left) for k in range(0, len(outcomes), STARTS)]
+
+    def _ranges(self, models: Sequence[Fault]) -> tuple[Floats, Floats]:
+        """Return the least and the largest values of the models' parameters, (k,) each."""
+        unit = np.where([model.in_radii for model in models], self.group.ball["radius"].min(), 1.0)
+        return unit * [model.low for model in models], unit * [model.high for model in models]
 
     def _refine(self, laws: Laws, models: Sequence[Fault], value: Floats) -> Floats:
         """Return values that leave less over, from given ones."""
-        low, high = np.array([m.low for m in models]), np.array([m.high for m in models])
+        low, high = self._ranges(models)
         step = STEP * (high - low)
         now = self.residuals(self.run(_with(laws, models, value))[0])
         for _ in range(ROUNDS):
@@ -171,116 +175,3 @@ def _with(laws: Laws, models: Sequence[Fault], value: Floats) -> Laws:
         for name in model.of:
             laws[name][number] = value[number]
     return laws
-
-
-def explain(problem: Problem, flight: Fields, known: Sequence[Trial], *, rough: bool, full: bool) -> list[Outcome]:
-    """Return the outcomes that leave nothing over, of the fewest parameters; none if nothing explains the step.
-
-    flight: fields of the engine's habit; known: what has explained other steps, tried first; full: whether all else is
-    tried if these do not.
-    """
-    exact, habitual = problem.exact, problem.outcomes([Trial(flight)])[0]
-    contacts = _contacts([exact, habitual])
-    known_outcomes = problem.outcomes([trial for trial in known if _applies(trial, contacts)])
-    fitting = problem.fits([habitual]) or problem.fits(known_outcomes)
-    if fitting or not full:
-        return fitting
-    stepwise = _distinct(problem, problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items())))))
-    stepwise = [outcome for outcome in stepwise if len(outcome.met)]
-    contacts = _contacts([exact, habitual, *stepwise])
-    plain = [fault for fault in FAULTS if not fault.of and _suits(fault, contacts, rough)]
-    fitted = [fault for fault in FAULTS if fault.of and _suits(fault, contacts, rough)]
-    fitting = problem.fits([*stepwise, *problem.outcomes(_trials([flight], plain, _contacts([exact])))])
-    if fitting:
-        return fitting
-    met = _contacts([exact])
-    bases = [flight, {**flight, "pair_place": 3}, {**flight, "pair_place": 4}]
-    offset = BY_NAME["offset"]
-    early = _contacts(problem.outcomes([Trial(flight, "offset", {}, share * offset.high) for share in (0.1, 0.3, 1.0)]))
-    trials = _trials([flight], [fault for fault in fitted if fault is not offset], met)
-    trials += _trials(bases, [offset], early)
-    trials += [Trial(flight, "offset", {"scope": scope}) for scope in (Scope.PAIRS, Scope.WALLS)]
-    fitting = problem.fits(problem.fit(trials))
-    if fitting:
-        return fitting
-    ways = [outcome.trial.rule for outcome in stepwise]
-    fitting = problem.fits(problem.outcomes(_trials(ways, plain, contacts)))
-    if fitting:
-        return fitting
-    ways.sort(key=lambda rule: rule["when"])
-    return problem.fits(problem.fit(_trials(ways[:12], [f for f in fitted if f.name not in ("offset", "apart")], contacts)))
-
-
-@cache
-def _of_rules(gravity: tuple[float, float], flight: tuple[tuple[str, float], ...]) -> tuple[list[Trial], Laws]:
-    """Return the trials of all rules, and their laws."""
-    fields = dict(flight)
-    trials = [Trial({**_not_of_rules(fields), **rule}) for rule in rules(gravity=any(gravity), flight=fields)]
-    return trials, laws_of(trials, gravity)
-
-
-def _not_of_rules(flight: Fields) -> Fields:
-    return {name: value for name, value in flight.items() if name != "theta"}
-
-
-def _contacts(outcomes: Sequence[Outcome]) -> list[tuple[int, int]]:
-    """Return the contacts of outcomes, each once: first and second."""
-    return list(dict.fromkeys((int(m["first"]), int(m["second"])) for outcome in outcomes for m in outcome.met))
-
-
-def _applies(trial: Trial, contacts: Sequence[tuple[int, int]]) -> bool:
-    return trial.scope.get("scope") != Scope.ONE or (trial.scope["first"], trial.scope["second"]) in contacts
-
-
-def _suits(fault: Fault, contacts: Sequence[tuple[int, int]], rough: bool) -> bool:
-    """Return whether a fault can be one of some contacts."""
-    pairs = [second >= 0 for _, second in contacts]
-    if (fault.rough and not rough) or (fault.pairs_only and pairs and not any(pairs)):
-        return False
-    return not (fault.walls_only and pairs and all(pairs))
-
-
-def _trials(rules: Sequence[Fields], faults: Sequence[Fault], contacts: Sequence[tuple[int, int]]) -> list[Trial]:
-    return [Trial(rule, fault.name, scope) for rule in rules for fault in faults for scope in scopes(contacts)]
-
-
-def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """Return one outcome of each group of those that come to the same, the first."""
-    unit = max(problem.floor, 1e-12)
-    seen: dict[bytes, Outcome] = {}
-    for outcome in outcomes:
-        key = np.round(outcome.after * problem.scale / unit).tobytes()
-        seen.setdefault(key, outcome)
-    return list(seen.values())
-
-
-def cause_of(outcome: Outcome, problem: Problem) -> Cause:
-    """Return the cause that an outcome stands for."""
-    trial = outcome.trial
-    if trial.fault:
-        model = BY_NAME[trial.fault]
-        if model.rough and model.of == () and model.cause is BY_NAME["friction"].cause:
-            return _friction_by_outcome(outcome, problem)
-        if model.name in ("friction", "coefficient"):
-            return _friction_by_outcome(outcome, problem)
-        return model.cause(trial.value)
-    if trial.is_in_time:
-        return Cause.UNTOLD
-    velocities = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
-    if trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
-        return Cause.TURNED
-    if not velocities and trial.rule["pair_place"] != 0 and any(m["second"] >= 0 for m in outcome.met):
-        return Cause.PUSHED
-    on_wall = trial.rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
-    if not velocities and on_wall:
-        return Cause.OVERSHOOT
-    return Cause.LATE
-
-
-def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:
-    """Return whether friction is too small or too large: its impulses are told from the exact ones."""
-    trial = outcome.trial
-    if trial.fault == "friction" and trial.value < 0:
-        return Cause.FRICTION_SMALL
-    due, got = (float(np.abs(o.met["tangential"]).sum()) for o in (problem.exact, outcome))
-    return Cause.FRICTION_SMALL if got < due else Cause.FRICTION_LARGE

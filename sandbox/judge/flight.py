@@ -17,6 +17,9 @@ from sandbox.state import Bools, Floats, States
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
 
 
+LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
+
+
 class Habit(NamedTuple):
     """How an engine flies. fields: of LAW; cause: what is wrong, None if nothing; because: a sentence."""
 
@@ -35,13 +38,18 @@ class Legs(NamedTuple):
     dt: Floats
 
 
-def flown(before: States, dt: Floats, fields: Mapping[str, float], gravity: tuple[float, float]) -> tuple[Floats, Floats]:
+def flown(
+    before: States, dt: Floats, fields: Mapping[str, float], gravity: tuple[float, float]
+) -> tuple[Floats, Floats]:
     """Return positions and velocities after steps of free flight, (steps, n, 2) each. fields: of LAW. dt: (steps,)."""
     get = fields.get
     g = np.array([get("gx", gravity[0]), get("gy", gravity[1])])
     kept = get("kept", 1.0) * np.exp(1j * get("veer", 0.0))
     dt = dt[:, None, None] * get("clock", 1.0)
     x, v = before.position, before.velocity
+    if get("slows_first", 0) == 2:
+        v = _turned(v + dt * g, kept)
+        return x + dt * v, v
     if get("slows_first", 0):
         v = _turned(v, kept) + [get("dvx", 0.0), get("dvy", 0.0)]
     x = x + dt * v + get("theta", 0.5) * dt**2 * g + [get("dx", 0.0), get("dy", 0.0)]
@@ -63,15 +71,24 @@ def misses(before: States, after: States, dt: Floats, at: tuple[Floats, Floats])
     return np.maximum(off, np.abs(after.velocity - v).max(axis=2) * dt[:, None])  # type: ignore[no-any-return]
 
 
-def find_habit(before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float) -> Habit:
-    """Return how an engine flies, in a block of its steps."""
+def find_habit(
+    before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float, free: Bools
+) -> Habit | None:
+    """Return how an engine flies, in a block of its steps; None if too few balls fly to say.
+
+    free: (steps, n), whether a ball touches nothing.
+    """
     right = Habit({})
     fits = _fits(before, after, dt, right, gravity, floor)
-    moving = length(before.velocity) * dt[:, None] > floor
-    if not moving.any() or fits[moving].mean() > MOST:
+    moving = free & ((length(before.velocity) * dt[:, None] > floor) | any(gravity))
+    if moving.sum() < LEAST:
+        return None
+    if fits[moving].mean() > MOST:
         return right
-    legs = Legs(*(a[moving] for a in (before.position, before.velocity, after.position, after.velocity)),
-                np.broadcast_to(dt[:, None], moving.shape)[moving][:, None])
+    legs = Legs(
+        *(a[moving] for a in (before.position, before.velocity, after.position, after.velocity)),
+        np.broadcast_to(dt[:, None], moving.shape)[moving][:, None],
+    )
     for habit in _candidates(legs, np.array(gravity), floor):
         if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
             return habit
@@ -88,6 +105,7 @@ def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
     x, v, x_after, v_after, dt = legs
     change = (v_after - v) / dt
     pull = np.median(change, axis=0)
+    pull[np.abs(pull) * float(dt.max()) ** 2 <= floor] = 0.0
     if g.any() or np.abs(pull).max() > 0:
         yield from _of_gravity(legs, g, g)
         if np.abs(pull - g).max() * float(dt.max()) ** 2 > floor:
@@ -116,7 +134,9 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     )
     wrong = bool((pull != g).any())
     if wrong:
-        yield Habit(fields, Cause.GRAVITY, other)
+        yield Habit(fields, Cause.GRAVITY, other if pull.any() else "Balls in flight do not fall: gravity is left out.")
+    if not pull.any():
+        return
     theta = float(np.median(dot((x_after - x) / dt - v, pull[None]) / np.maximum(dot(pull, pull), 1e-300) / dt[:, 0]))
     theta = float(round(theta))
     how = "the velocity after it" if theta > 0.5 else "the velocity before it"
@@ -146,11 +166,14 @@ def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
                 yield Habit(fields | more, Cause.UNTOLD, because)
                 if not first:  # the move is at the velocity after
                     yield Habit(fields | more | {"slows_first": 1}, Cause.UNTOLD, because)
+                    yield Habit(fields | {"slows_first": 2, "theta": 1.0}, Cause.UNTOLD, because)
 
 
 def _complex(v: Floats) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
     return v[:, 0] + 1j * v[:, 1]  # type: ignore[no-any-return]
 
 
-def _nonzero(z: "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]") -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
+def _nonzero(
+    z: "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]",
+) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
     return np.where(z == 0, np.nan, z)  # type: ignore[no-any-return]

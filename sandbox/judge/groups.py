@@ -19,7 +19,7 @@ from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats, Integers, States
 
-MAX_COMPUTED: Final = 64  # balls of a group that is computed at all; a step of more is not judged
+MAX_COMPUTED: Final = 24  # balls of a group that is computed at all; a step of more is not judged
 FOUND: Final = np.dtype(
     [
         ("step", "i8"),  # row of the state that it leads to
@@ -98,7 +98,9 @@ def _joined(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool
 
 
 @kernel
-def _meets_wall(f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], step: int, i: int, gravity: tuple[float, float]) -> bool:
+def _meets_wall(
+    f: Flown, ball: NDArray[np.void], piece: NDArray[np.void], step: int, i: int, gravity: tuple[float, float]
+) -> bool:
     """Return whether a ball has a contact with a wall in the exact step, or is near one and flies otherwise."""
     x, v = f.before.position[step, i], f.before.velocity[step, i]
     m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
@@ -153,11 +155,13 @@ def screen(
     found: NDArray[np.void],
     member: Integers,
     elastic: Floats,
+    contacts: Integers,
 ) -> tuple[int, int]:
     """Compute every group of every step, and note those that the engine has otherwise.
 
     ball: (n + MAX_COMPUTED,) BALL, of which the last are worked in; laws: (1,) LAW, the exact one; found: (room,)
-    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly. Returns
+    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly; contacts: (1,), of the exact
+    steps. Returns
     how many rows of `found` and `member` are needed.
     """
     n, law = len(w.root), laws[0]
@@ -207,6 +211,7 @@ def screen(
                     f.exact.spin[step, i] = source.spin
                 is_off = is_off or _differs(f, step, i, ball[i].radius)
             if ended:
+                contacts[0] += scratch.count[0]
                 for c in range(min(scratch.count[0], len(scratch.met))):
                     elastic[step] += scratch.met[c].elastic
             if not is_off:

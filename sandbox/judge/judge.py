@@ -6,54 +6,27 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
-from sandbox.engines.walls import ARENA_COUNT, pieces_of
+from sandbox.engines.walls import pieces_of
 from sandbox.judge.causes import Cause
-from sandbox.judge.fit import Outcome, Problem, Trial, cause_of, explain
+from sandbox.judge.fit import Outcome, Problem, Trial
 from sandbox.judge.flight import Habit, find_habit, flown, misses
 from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
-from sandbox.judge.law import LAW, law
+from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.one_step import Group
-from sandbox.judge.thresholds import DOUBLE, LATE_STEPS, MAX_BALLS, MAX_FITS, SINGLE
+from sandbox.judge.search import Search, as_exact, cause_of
+from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, SINGLE
+from sandbox.judge.touching import Missed, Springs, StepError, Touches
 from sandbox.judge.words import of_outcome
-from sandbox.quantity import energy, length, nearest_on_segment, spin_energy
+from sandbox.quantity import energy, length, outside, segment_distance, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.state import Floats, Integers, Pushes, States
+from sandbox.state import Bools, Floats, Integers, Pushes, States
 
+MAX_PAIRS: Final = 2_000_000  # pairs of balls in steps that are looked through for how an engine flies
 MAX_KNOWN: Final = 40  # trials that are tried first
-
-
-@dataclass
-class StepError:
-    """What is wrong with a step of some balls.
-
-    step: of the run, from 1; balls: of the group; contact: first and second, None without one; candidates: the outcomes
-    that leave nothing over, with their causes; cause, because: why; energy (kg px²/s²), momentum (kg px/s) and
-    displacement (px): what is over of the exact step; before, after, should: velocities (k, 2) px/s of the contact's
-    balls; times: how many balls or contacts it stands for; numbers: how many places, velocities and spins it shows wrong; depth: px,
-    of the contact when it was found.
-    """
-
-    step: int
-    balls: tuple[int, ...]
-    contact: tuple[int, int] | None
-    cause: Cause
-    because: str
-    energy: float
-    momentum: float
-    displacement: float
-    before: Floats
-    after: Floats
-    should: Floats
-    spins: tuple[Floats, Floats, Floats]
-    candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
-    times: int = 1
-    numbers: int = 9
-    depth: float | None = None
 
 
 class Judge:
@@ -70,8 +43,10 @@ class Judge:
         self._fits = 0
         self._known: Counter[str] = Counter()
         self._trials: dict[str, Trial] = {}
-        self._pending: list[StepError] = []
-        self.habit: Habit | None = None
+        self._touches = Touches(scene)
+        self._missed, self._springs = Missed(self._touches), Springs()
+        self.contacts = np.zeros(1, np.int64)
+        self.habit, self._knows_flight = Habit({}), False
         self.precision = DOUBLE
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
@@ -83,8 +58,9 @@ class Judge:
         np.add.at(velocity, (pushes["row"] - 1, pushes["ball"]), pushes["dv"])
         before = before._replace(velocity=velocity)
         floor = self._floor(states, dt)
-        if self.habit is None:
-            self.habit = find_habit(before, after, dt, self._gravity, floor)
+        if not self._knows_flight:
+            habit = find_habit(before, after, dt, self._gravity, floor, self._free_balls(before, after))
+            self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._free(before, dt)
         spun = np.abs(after.spin - before.spin) * self._scene.bodies.radius * dt[:, None]
         off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
@@ -96,19 +72,49 @@ class Judge:
         f = Flown(before, after, exact, dt, strange, floor)
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(off.shape, bool)
-        errors: list[StepError] = []
+        errors: dict[int, list[StepError]] = {}
         for row in groups:
-            balls = member[row["begin"] : row["begin"] + row["count"]]
-            grouped[row["step"], balls] = True
-            errors += self._judge_group(f, int(row["step"]), balls, bool(row["ended"]), int(row["contacts"]))
+            step, balls = int(row["step"]), member[row["begin"] : row["begin"] + row["count"]]
+            grouped[step, balls] = True
+            wrong = self._judge_group(f, step, balls, elastic, ended=bool(row["ended"]))
+            if wrong and len(balls) <= MAX_COMPUTED:
+                touches = self._touches.among(f, step, balls.tolist())
+                self._springs.follow(touches, self._steps + step + 1, wrong)
+            errors.setdefault(step, []).extend(wrong)
         spun = np.abs(after.spin - exact.spin) * self._scene.bodies.radius * dt[:, None]
         off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
-        errors += self._flights(f, off & ~grouped, strange)
-        errors.sort(key=lambda e: e.step)
-        self._settle(f, errors)
-        self.errors += errors
-        self._enter(states, f, elastic, errors)
+        for error in self._flights(f, off & ~grouped, strange):
+            errors.setdefault(error.step - self._steps - 1, []).append(error)
+        found = []
+        for step in range(len(dt)):
+            found += self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
+        self.errors += found
+        self._enter(states, f, elastic, found)
         self._steps += len(dt)
+
+    def _free_balls(self, before: States, after: States) -> Bools:
+        """Return which balls touch nothing before a step and after it: (steps, n). Of many balls, in some steps only."""
+        n, radius = len(self._order), self._scene.bodies.radius
+        rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
+        free = np.zeros((len(before.position), n), bool)
+        free[:rows] = True
+        for states in (before, after):
+            x = states.position[:rows]
+            if self._scene.arena.walls:
+                free[:rows] &= -outside(x, self._scene.arena.size) > (1 + FAR) * radius
+            for wall in self._scene.walls:
+                free[:rows] &= segment_distance(x, wall.start, wall.to) - wall.thickness / 2 > (1 + FAR) * radius
+            for i in range(n - 1):
+                apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
+                free[:rows, i] &= apart.all(axis=1)
+                free[:rows, i + 1 :] &= apart
+        return free
+
+    @property
+    def mean_time(self) -> float:
+        """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
+        seconds, n = self._scene.clock.time(self._steps), len(self._order)
+        return seconds * n / (n + 2 * int(self.contacts[0]))
 
     def _floor(self, states: States, dt: Floats) -> float:
         """Return the noise of a step, px, from the precision of the engine's numbers."""
@@ -130,19 +136,21 @@ class Judge:
             found, member = np.zeros(room, FOUND), np.zeros(space, np.int64)
             work = Work(self._order, np.empty(n), np.empty(n, np.int64), np.empty(n, bool), np.empty(n, np.int64))
             elastic[:] = 0
-            rows, filled = screen(f, self._ball, self._piece, self._law, self._scratch, work, found, member, elastic)
+            counted = np.zeros(1, np.int64)
+            rows, filled = screen(
+                f, self._ball, self._piece, self._law, self._scratch, work, found, member, elastic, counted
+            )
             if rows <= room and filled <= space:
+                self.contacts += counted
                 return found[:rows], member, elastic
             room, space = max(rows, room), max(filled, space)
 
     def _flights(self, f: Flown, off: Floats, strange: Floats) -> list[StepError]:
         """Return the errors of balls that fly alone: one of each kind in each step."""
-        assert self.habit is not None
         errors = []
         for step in np.flatnonzero(off.any(axis=1)).tolist():
             by_habit = off[step] & ~strange[step]
             if by_habit.any():
-                assert self.habit.cause is not None
                 errors.append(self._flight(f, step, np.flatnonzero(by_habit), self.habit.cause, self.habit.because))
             alone = np.flatnonzero(off[step] & strange[step])
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
@@ -175,7 +183,14 @@ class Judge:
         return self._error(f, step, balls, None, cause, because, len(balls))
 
     def _error(
-        self, f: Flown, step: int, balls: Integers, contact: tuple[int, int] | None, cause: Cause, because: str, times: int = 1
+        self,
+        f: Flown,
+        step: int,
+        balls: Integers,
+        contact: tuple[int, int] | None,
+        cause: Cause,
+        because: str,
+        times: int = 1,
     ) -> StepError:
         bodies = self._scene.bodies
         shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
@@ -191,6 +206,7 @@ class Judge:
             energies[0] - energies[1],
             float((bodies.mass[balls] * off_v).sum()),
             float(off_x.sum()),
+            float(off_v.sum()),
             f.before.velocity[step, shown].copy(),
             f.after.velocity[step, shown].copy(),
             f.exact.velocity[step, shown].copy(),
@@ -204,45 +220,75 @@ class Judge:
         moving = 0.5 * b.mass[balls] * (v**2).sum(axis=1) + 0.5 * b.moment[balls] * states.spin[step, balls] ** 2
         return float((moving - b.mass[balls] * (x @ self._gravity)).sum())
 
-    def _judge_group(self, f: Flown, step: int, balls: Integers, ended: bool, contacts: int) -> list[StepError]:
+    def _judge_group(self, f: Flown, step: int, balls: Integers, elastic: Floats, *, ended: bool) -> list[StepError]:
         """Return what is wrong with a group's step."""
-        if not ended or len(balls) > MAX_BALLS:
-            if not ended:
-                for mine, theirs in ((f.exact.position, f.before.position), (f.exact.velocity, f.before.velocity)):
-                    mine[step, balls] = theirs[step, balls]
-                f.exact.spin[step, balls] = f.before.spin[step, balls]
-            because = f"{len(balls)} balls touch in one step: too many to tell what is wrong."
-            return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
-        group_ball = self._ball[balls]
-        for a, i in enumerate(balls.tolist()):
-            group_ball[a]["x"], group_ball[a]["y"] = f.before.position[step, i]
-            group_ball[a]["vx"], group_ball[a]["vy"] = f.before.velocity[step, i]
-            group_ball[a]["spin"] = f.before.spin[step, i]
-        after = np.column_stack([f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]])
-        problem = Problem(Group(group_ball, self._piece, float(f.dt[step])), after, self._gravity, f.floor)
+        if not ended:
+            return self._uncomputed(f, step, balls)
+        problem = self._problem(f, step, balls)
+        if exact := as_exact(problem):
+            self._accept(f, step, balls, elastic, exact, problem)
+            return []
         known = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
-        assert self.habit is not None
-        full = self._fits < MAX_FITS
-        fitting = explain(problem, self.habit.fields, known, rough=self._scene.is_rough, full=full)
+        search = Search(problem, self.habit.fields, rough=self._scene.is_rough)
+        fitting = search.known(known)
+        if not fitting and len(balls) <= MAX_BALLS and self._fits < MAX_FITS:
+            fitting = search.all()
+            self._fits += 1
         candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
-        for outcome, _ in candidates:
-            if outcome.trial.scope.get("scope") != 3:
+        self._learn(fitting)
+        contact = self._contact(problem, candidates)
+        if not candidates:
+            return self._unexplained(f, step, balls, contact, problem)
+        outcome, cause = candidates[0]
+        error = self._error(f, step, balls, contact, cause, of_outcome(outcome) or self.habit.because)
+        if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
+            self._accept(f, step, balls, elastic, outcome, problem)
+            error.energy = self._energy(f.after, step, balls) - self._energy(f.exact, step, balls)
+        error.candidates, error.numbers = candidates, problem.numbers
+        error.depth = float(outcome.met[0]["depth"]) if len(outcome.met) else None
+        return [error]
+
+    def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
+        """Return a group's step as a problem."""
+        ball = self._ball[balls]
+        ball["x"], ball["y"] = f.before.position[step, balls].T
+        ball["vx"], ball["vy"] = f.before.velocity[step, balls].T
+        ball["spin"] = f.before.spin[step, balls]
+        after = np.column_stack(
+            [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
+        )
+        return Problem(Group(ball, self._piece, float(f.dt[step])), after, self._gravity, f.floor)
+
+    def _accept(
+        self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
+    ) -> None:
+        """Take an outcome for what is right."""
+        elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
+        for rows, columns in ((f.exact.position, slice(2)), (f.exact.velocity, slice(2, 4)), (f.exact.spin, 4)):
+            rows[step, balls] = outcome.after[:, columns]
+
+    def _learn(self, fitting: Sequence[Outcome]) -> None:
+        """Remember what explains a step, to be tried first in others."""
+        for outcome in fitting:
+            if outcome.trial.scope.get("scope") != Scope.ONE:
                 key = repr(outcome.trial)
                 self._trials.setdefault(key, outcome.trial)
                 self._known[key] += 1
-        contact = self._contact(problem, candidates)
-        if candidates:
-            outcome, cause = candidates[0]
-            because = of_outcome(outcome) or self.habit.because
-            error = self._error(f, step, balls, contact, cause, because)
-            error.candidates, error.numbers = candidates, problem.numbers
-            error.depth = float(outcome.met[0]["depth"]) if len(outcome.met) else None
-            return [error]
-        self._fits += full
-        return self._unexplained(f, step, balls, contact, problem)
+
+    def _uncomputed(self, f: Flown, step: int, balls: Integers) -> list[StepError]:
+        """Return the error of a group whose exact step is not known; none if it rests, as it did."""
+        moved = np.abs(f.after.position[step, balls] - f.before.position[step, balls]).max()
+        still = moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor
+        source = f.after if still else f.before
+        for mine, theirs in zip(f.exact[:2], source[:2], strict=True):
+            mine[step, balls] = theirs[step, balls]
+        f.exact.spin[step, balls] = source.spin[step, balls]
+        if still:
+            return []
+        because = f"{len(balls)} balls touch in one step: too many to tell what is wrong."
+        return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:
-        assert self.habit is not None
         if outcome.trial.is_in_time and not outcome.trial.fault:
             return self.habit.cause or Cause.UNKNOWN
         return cause_of(outcome, problem)
@@ -259,59 +305,23 @@ class Judge:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = (problem.after - problem.exact.after) * problem.scale
         wrong = np.abs(off).max(axis=1) > f.floor
-        if contact is None:
-            kicked = np.abs(off[:, 2:]).max(axis=1) > f.floor
-            errors = []
-            if kicked.any() and (kicked.sum() == 1):
-                ball = balls[kicked]
-                errors.append(self._flight(f, step, ball, Cause.UNTOLD, self._kicked(f, step, int(ball[0]))))
-            elif kicked.any():
-                errors.append(self._error(f, step, balls[kicked], None, Cause.UNKNOWN, "Velocities changed as no single error does."))
-            if (put := balls[wrong & ~kicked]).size:
-                errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
-            return errors
+        touches = self._touches.among(f, step, balls.tolist())
+        if contact is None and not touches:
+            return self._apart(f, step, balls, problem, wrong)
         return [self._error(f, step, balls, contact, Cause.UNKNOWN, "What the step did fits no single error.")]
 
-    def _settle(self, f: Flown, errors: list[StepError]) -> None:
-        """Turn contacts missed into late ones, where they follow within some steps."""
-        by_step: dict[int, list[StepError]] = {}
-        for error in errors:
-            if error.cause == Cause.MISSED:
-                by_step.setdefault(error.step, []).append(error)
-        for row in range(len(f.dt)):
-            step = self._steps + row + 1
-            kept = []
-            for error in self._pending:
-                assert error.contact is not None
-                if self._is_resolved(f, row, *error.contact):
-                    error.cause = Cause.LATE
-                    error.because = f"Found {step - error.step} step{'s' * (step - error.step > 1)} late."
-                elif step - error.step < LATE_STEPS:
-                    kept.append(error)
-            self._pending = kept + by_step.get(step, [])
-
-    def _is_resolved(self, f: Flown, row: int, first: int, second: int) -> bool:
-        """Return whether two bodies that overlap before a step are pushed apart in it, and by nothing else."""
-        x, mass = f.before.position[row], self._scene.bodies.mass
-        free = f.before.velocity[row] + f.dt[row] * np.array(self._gravity)
-        change = f.after.velocity[row] - free
-        radius = self._scene.bodies.radius
-        if second >= 0:
-            away, reach = x[second] - x[first], float(radius[[first, second]].sum())
-            given = mass[[first, second], None] * change[[first, second]]
-            lost, relative = length(given.sum(axis=0)), change[first] - change[second]
-            if lost > length(given).sum() / 2:
-                return False
-        else:
-            start, to, thickness = self._scene.wall_line(~second)
-            away = nearest_on_segment(x[first], np.array(start), np.array(to)) - x[first]
-            reach = float(radius[first]) + (thickness / 2 if ~second >= ARENA_COUNT else 0.0)
-            relative = change[first]
-        distance = float(length(away))
-        if distance == 0 or reach - distance <= -f.floor:
-            return False
-        pushed = -float(relative @ away) / distance
-        return pushed > f.floor / float(f.dt[row]) and 2 * pushed * pushed > float(relative @ relative)
+    def _apart(self, f: Flown, step: int, balls: Integers, problem: Problem, wrong: Bools) -> list[StepError]:
+        """Return the errors of balls that are near each other, but touch nothing."""
+        off = np.abs((problem.after - problem.exact.after) * problem.scale)
+        kicked, errors = off[:, 2:].max(axis=1) > f.floor, []
+        if _is_exchange(problem, kicked):
+            because = "Velocities changed as in a contact, though nothing touches, and as no single error explains."
+            return [self._error(f, step, balls[kicked], None, Cause.UNKNOWN, because)]
+        if (changed := balls[kicked]).size:
+            errors.append(self._flight(f, step, changed, Cause.UNTOLD, self._kicked(f, step, int(changed[0]))))
+        if (put := balls[wrong & ~kicked]).size:
+            errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
+        return errors
 
     def _enter(self, states: States, f: Flown, elastic: Floats, errors: Sequence[StepError]) -> None:
         """Enter what is right about a block."""
@@ -329,3 +339,9 @@ class Judge:
         if scene.is_rough:
             turning = spin_energy(states.spin[[0, -1]], bodies.moment)
             sums[Cause.SPIN] += turning[1] - turning[0]
+
+
+def _is_exchange(problem: Problem, kicked: Bools) -> bool:
+    """Return whether balls exchange momentum: those of two or more that changed add up to less than their half."""
+    given = problem.group.ball["mass"][:, None] * (problem.after - problem.exact.after)[:, 2:4]
+    return bool(kicked.sum() > 1 and length(given.sum(axis=0)) < length(given).sum() / 2)

@@ -20,6 +20,7 @@ class When(IntEnum):
     IN_TIME = 0  # at the time of impact
     AFTER_MOVE = 1  # where the balls are after the step's move
     BEFORE_MOVE = 2  # where they are before it
+    ONE_BY_ONE = 3  # ball by ball: where each is after its move, and those after it before theirs
 
 
 class Place(IntEnum):
@@ -77,10 +78,13 @@ class Exchange(IntEnum):
     WHOLE = 1  # the two swap velocities
     REVERSED = 2  # velocities change sign
     SPEEDS = 3  # each is reflected at the tangent, and the two swap speeds
-    ALONG_SIGNS = 4  # each velocity's larger component changes sign
+    ALONG_SIGNS = 4  # the component of each velocity along the normal's larger component changes sign
     STOP = 5  # velocities become 0
-    FIRST_ONLY = 6  # only the first ball gets its impulse
-    SECOND_ONLY = 7  # only the second
+    EACH = 6  # each velocity is reflected at the tangent
+    TANGENTS = 7  # the two swap what their velocities have along the tangent
+    FIRST_ONLY = 8  # only the first ball gets its impulse
+    SECOND_ONLY = 9  # only the second
+    ALONG_VELOCITY = 10  # the impulse is along the relative velocity
 
 
 LAW: Final = np.dtype(
@@ -123,7 +127,7 @@ LAW: Final = np.dtype(
         ("theta", "f8"),  # of the velocity after gravity in the step's move: 0.5 is the parabola, 0 explicit
         ("after", "i8"),  # 1: gravity changes velocities after the contacts
         ("kept", "f8"),  # of velocities, in a step
-        ("slows_first", "i8"),  # 1: they are changed so before the move
+        ("slows_first", "i8"),  # 1: they are changed so before the move, 2: after gravity and before the move
         ("veer", "f8"),  # rad, by which velocities turn in a step
         ("clock", "f8"),  # times the length of the step
         ("dx", "f8"),  # px, by which balls are put elsewhere after a step

@@ -20,7 +20,7 @@ class Fault(NamedTuple):
 
     name: of the model; cause: of a value (1 if it has no parameter); fields: of LAW, fixed; of: the fields that get the
     parameter, none if it has none; low, high: its range, and right: its right value; rough: whether it is of friction
-    or spin; odd: whether another model that explains a step as well is more likely; says: the sentence, from the value.
+    or spin; in_radii: whether its range is in radii of the smallest ball; odd: whether another model that explains a step as well is more likely; says: the sentence, from the value.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Fault(NamedTuple):
     pairs_only: bool = False
     walls_only: bool = False
     odd: bool = False
+    in_radii: bool = False
 
 
 def _size(value: float) -> Cause:
@@ -53,24 +54,36 @@ _VELOCITY: Final = _always(Cause.VELOCITY)
 _ROUGH: Final = {"rough": True}
 
 
+def _figure(p: float) -> str:
+    """Return a fitted value in four digits, 0 if it is that to within the fit."""
+    return f"{0.0 if abs(p) < 1e-6 else p:.4g}"
+
+
+def _restitution(p: float) -> str:
+    if p < 0:
+        return f"The two still approach after the contact, at {_figure(-p)} of the speed at which they should part."
+    return f"The restitution is {_figure(p)} of the scene's."
+
+
 def _impulse(p: float) -> str:
     if p < 0:
         return f"The impulse pulls instead of pushing, {-p:.4g} of what is due."
-    return f"The impulse is {p:.4g} of what is due."
+    return f"The impulse is {_figure(p)} of what is due."
 
 
 FAULTS: Final = (
     Fault("impulse", _size, _impulse, {}, ("impulse",), -1.0, 3.0),
-    Fault("restitution", _size, lambda p: f"The restitution is {p:.4g} of the scene's.", {}, ("restitution",), -1.0, 2.0),
+    Fault("restitution", _size, _restitution, {}, ("restitution",), -1.0, 2.0),
     Fault(
         "offset",
         lambda p: Cause.EARLY if p > 0 else Cause.LATE,
         lambda p: f"Found {abs(p):.4g} px {'before the two touch' if p > 0 else 'deep'}.",
         {},
         ("offset",),
-        -3.0,
-        3.0,
+        -1.1,
+        1.1,
         0.0,
+        in_radii=True,
     ),
     Fault(
         "turn",
@@ -95,7 +108,7 @@ FAULTS: Final = (
     Fault(
         "first share",
         _VELOCITY,
-        lambda p: f"The first ball gets {p:.4g} of its impulse, and the second all: momentum is not kept.",
+        lambda p: f"The first ball gets {_figure(p)} of its impulse, and the second all: momentum is not kept.",
         {},
         ("first_share",),
         -1.0,
@@ -105,7 +118,7 @@ FAULTS: Final = (
     Fault(
         "second share",
         _VELOCITY,
-        lambda p: f"The second ball gets {p:.4g} of its impulse, and the first all: momentum is not kept.",
+        lambda p: f"The second ball gets {_figure(p)} of its impulse, and the first all: momentum is not kept.",
         {},
         ("second_share",),
         -1.0,
@@ -115,7 +128,7 @@ FAULTS: Final = (
     Fault(
         "brake",
         _VELOCITY,
-        lambda p: f"The wall brakes the ball along itself, by {p:.4g} of its impulse.",
+        lambda p: f"The wall brakes the ball along itself, by {_figure(p)} of its impulse.",
         {},
         ("brake",),
         -0.5,
@@ -126,17 +139,26 @@ FAULTS: Final = (
     Fault(
         "along",
         _VELOCITY,
-        lambda p: f"The speed along the contact becomes {p:.4g} of what it should be.",
+        lambda p: f"The speed along the contact becomes {_figure(p)} of what it should be.",
         {},
         ("slope",),
         -1.5,
         2.0,
     ),
-    Fault("friction", _friction, lambda p: f"Friction is {p:.4g} of what it should be.", {}, ("friction",), -2.0, 4.0, **_ROUGH),
+    Fault(
+        "friction",
+        _friction,
+        lambda p: f"Friction is {_figure(p)} of what it should be.",
+        {},
+        ("friction",),
+        -2.0,
+        4.0,
+        **_ROUGH,
+    ),
     Fault(
         "coefficient",
         _friction,
-        lambda p: f"The coefficient of friction is {p:.4g} of the scene's.",
+        lambda p: f"The coefficient of friction is {_figure(p)} of the scene's.",
         {},
         ("coefficient",),
         0.0,
@@ -156,7 +178,7 @@ FAULTS: Final = (
     Fault(
         "moment",
         _VELOCITY,
-        lambda p: f"The moment of inertia is taken {p:.4g} times that of a disc.",
+        lambda p: f"The moment of inertia is taken {_figure(p)} times that of a disc.",
         {},
         ("moment",),
         0.1,
@@ -166,7 +188,7 @@ FAULTS: Final = (
     Fault(
         "turning",
         _VELOCITY,
-        lambda p: f"Friction turns the balls by {p:.4g} of what it should.",
+        lambda p: f"Friction turns the balls by {_figure(p)} of what it should.",
         {},
         ("first_turns", "second_turns"),
         -2.0,
@@ -186,15 +208,24 @@ FAULTS: Final = (
     Fault(
         "apart",
         _always(Cause.PLACED),
-        lambda p: f"After the contact, each is put {abs(p):.4g} px {'further from' if p > 0 else 'nearer to'} the other.",
+        lambda p: (
+            f"After the contact, each is put {abs(p):.4g} px {'further from' if p > 0 else 'nearer to'} the other."
+        ),
         {},
         ("apart",),
         -2.0,
         2.0,
         0.0,
+        odd=True,
     ),
     Fault("missed", _always(Cause.MISSED), lambda _: "The contact is missed.", {"missed": 1}),
-    Fault("twice", _always(Cause.TURNED), lambda _: "Resolved twice: the second time the two were already parting.", {"twice": 1}, odd=True),
+    Fault(
+        "twice",
+        _always(Cause.TURNED),
+        lambda _: "Resolved twice: the second time the two were already parting.",
+        {"twice": 1},
+        odd=True,
+    ),
     Fault(
         "masses swapped",
         _VELOCITY,
@@ -202,10 +233,35 @@ FAULTS: Final = (
         {"masses": Masses.SWAPPED},
         pairs_only=True,
     ),
-    Fault("equal masses", _VELOCITY, lambda _: "The impulse is that of equal masses.", {"masses": Masses.EQUAL}, pairs_only=True),
-    Fault("masses by area", _VELOCITY, lambda _: "Masses are taken as radius squared.", {"masses": Masses.BY_AREA}, pairs_only=True),
-    Fault("masses by radius", _VELOCITY, lambda _: "Masses are taken as the radius.", {"masses": Masses.BY_RADIUS}, pairs_only=True),
-    Fault("swap", _VELOCITY, lambda _: "The two swap their whole velocities.", {"exchange": Exchange.WHOLE}, pairs_only=True, odd=True),
+    Fault(
+        "equal masses",
+        _VELOCITY,
+        lambda _: "The impulse is that of equal masses.",
+        {"masses": Masses.EQUAL},
+        pairs_only=True,
+    ),
+    Fault(
+        "masses by area",
+        _VELOCITY,
+        lambda _: "Masses are taken as radius squared.",
+        {"masses": Masses.BY_AREA},
+        pairs_only=True,
+    ),
+    Fault(
+        "masses by radius",
+        _VELOCITY,
+        lambda _: "Masses are taken as the radius.",
+        {"masses": Masses.BY_RADIUS},
+        pairs_only=True,
+    ),
+    Fault(
+        "swap",
+        _VELOCITY,
+        lambda _: "The two swap their whole velocities.",
+        {"exchange": Exchange.WHOLE},
+        pairs_only=True,
+        odd=True,
+    ),
     Fault("reversed", _VELOCITY, lambda _: "Whole velocities are reversed.", {"exchange": Exchange.REVERSED}, odd=True),
     Fault(
         "speeds",
@@ -214,19 +270,107 @@ FAULTS: Final = (
         {"exchange": Exchange.SPEEDS},
         pairs_only=True,
     ),
-    Fault("signs", _VELOCITY, lambda _: "A component of each velocity changes sign.", {"exchange": Exchange.ALONG_SIGNS}, odd=True),
+    Fault(
+        "each",
+        _VELOCITY,
+        lambda _: "Each velocity is reflected at the tangent by itself.",
+        {"exchange": Exchange.EACH},
+        pairs_only=True,
+        odd=True,
+    ),
+    Fault(
+        "tangents",
+        _VELOCITY,
+        lambda _: (
+            "The two swap what their velocities have along the tangent, and keep what they have along the normal."
+        ),
+        {"exchange": Exchange.TANGENTS},
+        pairs_only=True,
+        odd=True,
+    ),
+    Fault(
+        "along velocity",
+        _always(Cause.NORMAL),
+        lambda _: "The impulse is along the relative velocity, not along the line of centres.",
+        {"exchange": Exchange.ALONG_VELOCITY},
+        pairs_only=True,
+    ),
+    Fault(
+        "signs",
+        _VELOCITY,
+        lambda _: "A component of each velocity changes sign.",
+        {"exchange": Exchange.ALONG_SIGNS},
+        odd=True,
+    ),
     Fault("stop", _VELOCITY, lambda _: "Velocities become 0.", {"exchange": Exchange.STOP}, odd=True),
-    Fault("first only", _VELOCITY, lambda _: "Only the first ball gets its impulse.", {"exchange": Exchange.FIRST_ONLY}, pairs_only=True),
-    Fault("second only", _VELOCITY, lambda _: "Only the second ball gets its impulse.", {"exchange": Exchange.SECOND_ONLY}, pairs_only=True),
+    Fault(
+        "first only",
+        _VELOCITY,
+        lambda _: "Only the first ball gets its impulse.",
+        {"exchange": Exchange.FIRST_ONLY},
+        pairs_only=True,
+    ),
+    Fault(
+        "second only",
+        _VELOCITY,
+        lambda _: "Only the second ball gets its impulse.",
+        {"exchange": Exchange.SECOND_ONLY},
+        pairs_only=True,
+    ),
     Fault("no friction", _always(Cause.FRICTION_SMALL), lambda _: "There is no friction.", {"friction": 0}, **_ROUGH),
-    Fault("sum of frictions", _friction, lambda _: "The factors of friction are added, not multiplied.", {"mixing": Mixing.SUM}, **_ROUGH),
-    Fault("root of frictions", _friction, lambda _: "Friction is that of the root of the product.", {"mixing": Mixing.ROOT}, **_ROUGH),
-    Fault("larger friction", _friction, lambda _: "Friction is that of the larger factor.", {"mixing": Mixing.LARGER}, **_ROUGH),
-    Fault("no limit", _friction, lambda _: "Friction stops every slip, whatever the impulse allows.", {"unlimited": 1}, **_ROUGH),
-    Fault("early limit", _friction, lambda _: "Friction is limited by the impulse without restitution.", {"clamped": 1}, **_ROUGH),
+    Fault(
+        "sum of frictions",
+        _friction,
+        lambda _: "The factors of friction are added, not multiplied.",
+        {"mixing": Mixing.SUM},
+        **_ROUGH,
+    ),
+    Fault(
+        "root of frictions",
+        _friction,
+        lambda _: "Friction is that of the root of the product.",
+        {"mixing": Mixing.ROOT},
+        **_ROUGH,
+    ),
+    Fault(
+        "larger friction",
+        _friction,
+        lambda _: "Friction is that of the larger factor.",
+        {"mixing": Mixing.LARGER},
+        **_ROUGH,
+    ),
+    Fault(
+        "no limit",
+        _friction,
+        lambda _: "Friction stops every slip, whatever the impulse allows.",
+        {"unlimited": 1},
+        **_ROUGH,
+    ),
+    Fault(
+        "early limit",
+        _friction,
+        lambda _: "Friction is limited by the impulse without restitution.",
+        {"clamped": 1},
+        **_ROUGH,
+    ),
     Fault("slip without spin", _friction, lambda _: "The slip leaves the spins out.", {"without_spin": 1}, **_ROUGH),
-    Fault("first does not turn", _VELOCITY, lambda _: "Friction does not turn the first ball.", {"first_turns": 0}, **_ROUGH, odd=True),
-    Fault("second does not turn", _VELOCITY, lambda _: "Friction does not turn the second ball.", {"second_turns": 0}, **_ROUGH, pairs_only=True, odd=True),
+    Fault(
+        "first does not turn",
+        _VELOCITY,
+        lambda _: "Friction does not turn the first ball.",
+        {"first_turns": 0},
+        **_ROUGH,
+        odd=True,
+    ),
+    Fault(
+        "second does not turn",
+        _VELOCITY,
+        lambda _: "Friction does not turn the second ball.",
+        {"second_turns": 0},
+        **_ROUGH,
+        pairs_only=True,
+        odd=True,
+    ),
 )
 BY_NAME: Final = {fault.name: fault for fault in FAULTS}
 IN_TIME: Final[Fields] = {}
@@ -248,7 +392,7 @@ def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     thetas = (flight["theta"],) if "theta" in flight else (0.5, 0.0, 1.0) if gravity else (0.5,)
     walls = (Place.REFLECT, Place.ON, Place.LEAVE, Place.FALLEN) if gravity else (Place.REFLECT, Place.ON, Place.LEAVE)
     for when, parting, after, theta, order, at_wall, at_pair in product(
-        (When.AFTER_MOVE, When.BEFORE_MOVE),
+        (When.AFTER_MOVE, When.BEFORE_MOVE, When.ONE_BY_ONE),
         (0, 2, 1),
         (0, 1) if gravity else (0,),
         thetas,

@@ -20,7 +20,7 @@ from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.walls import ARENA_COUNT
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, When
-from sandbox.judge.thresholds import MAX_EVENTS, TIE
+from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
 from sandbox.state import Floats, Integers
 
 BALL: Final = np.dtype(
@@ -232,7 +232,15 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
         of_a, of_b = math.hypot(a.vx, a.vy), math.hypot(b.vx, b.vy)
         _reflect_with(a, of_b, nx, ny)
         _reflect_with(b, of_a, nx, ny)
-    elif law.exchange >= Exchange.REVERSED and law.exchange != Exchange.SPEEDS:
+    elif law.exchange == Exchange.EACH:
+        _reflect_with(a, math.hypot(a.vx, a.vy), nx, ny)
+        if pair:
+            _reflect_with(b, math.hypot(b.vx, b.vy), nx, ny)
+    elif law.exchange == Exchange.TANGENTS and pair:
+        along = (b.vy - a.vy) * nx - (b.vx - a.vx) * ny
+        a.vx, a.vy = a.vx - along * ny, a.vy + along * nx
+        b.vx, b.vy = b.vx + along * ny, b.vy - along * nx
+    elif law.exchange >= Exchange.REVERSED and law.exchange != Exchange.SPEEDS and law.exchange <= Exchange.STOP:
         _flip(law, a, abs(nx) > abs(ny))
         if pair:
             _flip(law, b, abs(nx) > abs(ny))
@@ -250,6 +258,8 @@ def _resolve(
     if not right and law.turn != 0:
         c, s = math.cos(law.turn), math.sin(law.turn)
         nx, ny = nx * c - ny * s, nx * s + ny * c
+    if not right and law.exchange == Exchange.ALONG_VELOCITY and pair:
+        nx, ny, _ = unit(a.vx - b.vx, a.vy - b.vy)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
     other_e = b.elasticity if pair else group.piece[~j].elasticity
@@ -395,7 +405,7 @@ def _end_of_slip(group: Group, law: Record, ball: NDArray[np.void], left: float)
 def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool:
     """Do a step from contact to contact. Returns whether it came to its end."""
     ball, left = scratch.ball, dt
-    for _ in range(MAX_EVENTS * len(ball)):
+    for _ in range(MAX_EVENTS + EVENTS_PER_BALL * len(ball)):
         time, i, j = _next_contact(group, law, ball, left)
         rolls, who = _end_of_slip(group, law, ball, left)
         if who >= 0 and rolls < time:
@@ -480,6 +490,23 @@ def _resolve_pair(group: Group, law: Record, scratch: Scratch, i: int, j: int) -
 
 
 @kernel
+def _run_one_by_one(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
+    """Do a step that moves each ball and resolves its contacts before the next one moves."""
+    n, fall_x, fall_y = len(scratch.ball), law.gx * dt, law.gy * dt
+    for i in range(n):
+        b = scratch.ball[i]
+        b.x += dt * (b.vx + law.theta * fall_x)
+        b.y += dt * (b.vy + law.theta * fall_y)
+        b.vx += fall_x
+        b.vy += fall_y
+        for p in range(len(group.piece)):
+            _resolve_wall(group, law, scratch, i, p)
+        for j in range(0 if law.order == Order.WALLS_FIRST else i + 1, n):
+            if j != i:
+                _resolve_pair(group, law, scratch, min(i, j), max(i, j))
+
+
+@kernel
 def _resolve_all(group: Group, law: Record, scratch: Scratch) -> None:
     """Resolve the contacts of all that overlap where they are."""
     n = len(scratch.ball)
@@ -500,11 +527,20 @@ def _resolve_all(group: Group, law: Record, scratch: Scratch) -> None:
 def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
     """Do a step that finds contacts where the balls are after its move, or before."""
     ball = scratch.ball
+    if law.when == When.ONE_BY_ONE:
+        _run_one_by_one(group, law, scratch, dt)
+        return
     if law.when == When.BEFORE_MOVE:
         _resolve_all(group, law, scratch)
     fall_x, fall_y = law.gx * dt, law.gy * dt
     for i in range(len(ball)):
         b = ball[i]
+        if law.slows_first == 2:
+            b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
+            _slow(law, b)
+            b.x += dt * b.vx
+            b.y += dt * b.vy
+            continue
         b.x += dt * (b.vx + law.theta * fall_x)
         b.y += dt * (b.vy + law.theta * fall_y)
         if law.after == 0:
@@ -532,7 +568,7 @@ def _finish(law: Record, ball: NDArray[np.void]) -> None:
         b = ball[i]
         b.x += law.dx
         b.y += law.dy
-        if law.slows_first == 0:
+        if law.slows_first == 0 or (law.slows_first == 2 and law.when == When.IN_TIME):
             _slow(law, b)
         speed = math.hypot(b.vx, b.vy)
         if speed > law.cap:

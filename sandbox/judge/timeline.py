@@ -12,10 +12,10 @@ import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
-from sandbox.judge.judge import Judge, StepError
+from sandbox.judge.judge import Judge
 from sandbox.judge.models import BY_NAME
-from sandbox.judge.words import of_outcome, summed
-from sandbox.state import Floats
+from sandbox.judge.touching import StepError
+from sandbox.judge.words import late_range, of_outcome, summed
 
 
 class Suffered(NamedTuple):
@@ -68,18 +68,22 @@ class Timeline:
         groups: dict[tuple[Cause, str], list[StepError]] = {}
         for error in self.errors:
             groups.setdefault((error.cause, _model(error)), []).append(error)
-        by_momentum = sum(error.momentum for error in self.errors) > 0
-        sizes = {key: sum(e.momentum if by_momentum else e.displacement for e in of) for key, of in groups.items()}
+        reach = self._judge.mean_time
+        sizes = {key: sum(e.displacement + e.speed * reach for e in of) for key, of in groups.items()}
         whole = sum(sizes.values()) or 1.0
         ordered = sorted(groups, key=lambda key: -sizes[key])
         return tuple(_suffered(key[0], groups[key], sizes[key] / whole) for key in ordered)
 
 
 def _suffered(cause: Cause, errors: Sequence[StepError], share: float) -> Suffered:
-    values: Floats = np.array([o.trial.value for error in errors for o, _ in error.candidates[:1]])
-    fault = next((o.trial.fault for error in errors for o, _ in error.candidates[:1]), "")
-    because = summed(BY_NAME[fault], values) if fault and BY_NAME[fault].of else ""
-    return Suffered(cause, because or errors[0].because, sum(error.times for error in errors), share)
+    outcomes = [o for error in errors for o, _ in error.candidates[:1]]
+    fault = outcomes[0].trial.fault if outcomes else ""
+    because = errors[0].because
+    if fault and BY_NAME[fault].of:
+        because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]))
+    elif not fault and cause == Cause.LATE and any(error.depth for error in errors):
+        because = late_range([error.depth for error in errors if error.depth])
+    return Suffered(cause, because, sum(error.times for error in errors), share)
 
 
 def _model(error: StepError) -> str:

@@ -1,5 +1,7 @@
 """Sentences on what is wrong with a step, and with many."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sandbox.judge.fit import Outcome
@@ -26,7 +28,16 @@ def _late(outcome: Outcome) -> str:
 
 def summed(fault: Fault, values: Floats) -> str:
     """Return the sentence of a model with many values of its parameter."""
-    low, high = float(np.min(values)), float(np.max(values))
+    low, high, median = float(np.min(values)), float(np.max(values)), float(np.median(values))
     if high - low <= ALIKE * max(abs(low), abs(high)):
-        return fault.says(float(np.median(values)))
-    return f"{fault.says(float(np.median(values)))[:-1]} at the median, {low:.3g} to {high:.3g} in all."
+        return fault.says(median)
+    low, high = sorted((abs(low), abs(high))) if low * high > 0 else (low, high)
+    return f"{fault.says(median)[:-1]} at the median, {low:.3g} to {high:.3g} in all."
+
+
+def late_range(depths: Sequence[float]) -> str:
+    """Return how deep contacts were found, px."""
+    low, high = min(depths), max(depths)
+    if high - low <= ALIKE * abs(high):
+        return f"Contacts are found late, {high:.3g} px deep."
+    return f"Contacts are found late, {low:.3g} to {high:.3g} px deep, {float(np.median(depths)):.3g} at the median."
