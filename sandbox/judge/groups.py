@@ -14,7 +14,7 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.impact import NEVER, time_to_touch
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.world import Motion
-from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law
+from sandbox.judge.one_step import BALL, MET, Group, Scratch, depth_in, run_law
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats, Integers, States
@@ -26,7 +26,6 @@ FOUND: Final = np.dtype(
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
         ("ended", "i8"),  # whether the exact step came to its end
-        ("contacts", "i8"),  # of the exact step
     ]
 )
 
@@ -48,13 +47,16 @@ class Flown(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What screening works in: (n,) each, but pair: (some, 2) links."""
+    """What screening works in, (n,) each. Of the groups, by their first ball: ended, elastic and count."""
 
     order: Integers
     low: Floats
     root: Integers
     touched: Bools
     members: Integers
+    ended: Bools
+    elastic: Floats
+    count: Integers
 
 
 @kernel
@@ -105,6 +107,12 @@ def _meets_wall(
     x, v = f.before.position[step, i], f.before.velocity[step, i]
     m = Motion(x[0], x[1], v[0], v[1], gravity[0], gravity[1])
     reach = ball[i].radius * (1 + NEAR if f.off[step, i] else 1.0)
+    if f.off[step, i]:
+        b = ball[len(ball) - 1]
+        b.x, b.y, b.radius = x[0], x[1], reach
+        for p in range(len(piece)):
+            if depth_in(b, piece[p]) > 0:
+                return True
     for p in range(len(piece)):
         if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
             return True
@@ -144,6 +152,85 @@ def _compute(
     return run_law(group, law, Scratch(scratch.ball[:k], scratch.met, scratch.count))
 
 
+@kernel
+def _members(w: Work, root: int) -> int:
+    """Collect the balls of a group in `members`. Returns their number."""
+    k = 0
+    for i in range(root, len(w.root)):
+        if w.root[i] == root:
+            w.members[k] = i
+            k += 1
+    return k
+
+
+@kernel
+def _elastic(scratch: Scratch) -> float:
+    """Return what restitution takes in the contacts of a step, kg px²/s²."""
+    total = 0.0
+    for c in range(min(scratch.count[0], len(scratch.met))):
+        total += scratch.met[c].elastic
+    return total
+
+
+@kernel
+def _write(f: Flown, scratch: Scratch, w: Work, step: int, k: int, ended: bool) -> None:
+    """Write the exact step of the first k of `members`; where it has no end, what the engine has."""
+    for a in range(k):
+        i, source = w.members[a], scratch.ball[a]
+        if ended:
+            f.exact.position[step, i, 0], f.exact.position[step, i, 1] = source.x, source.y
+            f.exact.velocity[step, i, 0], f.exact.velocity[step, i, 1] = source.vx, source.vy
+            f.exact.spin[step, i] = source.spin
+        else:
+            for axis in range(2):
+                f.exact.position[step, i, axis] = f.after.position[step, i, axis]
+                f.exact.velocity[step, i, axis] = f.after.velocity[step, i, axis]
+            f.exact.spin[step, i] = f.after.spin[step, i]
+
+
+@kernel
+def _meet_later(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool:
+    """Return whether two balls overlap after the exact steps of their groups, or touch and approach."""
+    x, v, dt = f.exact.position[step], f.exact.velocity[step], f.dt[step]
+    rx, ry = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
+    gap = math.hypot(rx, ry) - ball[i].radius - ball[j].radius
+    closing = (v[i, 0] - v[j, 0]) * rx + (v[i, 1] - v[j, 1]) * ry
+    return gap < f.floor and closing * dt > f.floor * math.hypot(rx, ry)
+
+
+@kernel
+def _join(
+    f: Flown, ball: NDArray[np.void], w: Work, step: int, gravity: tuple[float, float], widest: float, later: bool
+) -> bool:
+    """Join balls that have a contact, or, later, that meet only as others lead them to. Returns whether any are new."""
+    n, new = len(w.root), False
+    for a in range(n):
+        i = w.order[a]
+        reach = (1 + NEAR) * ball[i].radius
+        top = _swept(f, step, i, 0, gravity)[1] + reach + widest
+        below, above = _swept(f, step, i, 1, gravity)
+        for b in range(a + 1, n):
+            j = w.order[b]
+            if w.low[j] > top:
+                break
+            low, high = _swept(f, step, j, 1, gravity)
+            if low > above + reach + ball[j].radius or high < below - reach - ball[j].radius:
+                continue
+            if later:
+                is_new = (w.touched[i] or w.touched[j]) and _find(w.root, i) != _find(w.root, j)
+                is_new = is_new and _meet_later(f, ball, step, i, j)
+            else:
+                is_new = _joined(f, ball, step, min(i, j), max(i, j))
+            if is_new:
+                _link(w.root, i, j)
+                w.touched[i] = w.touched[j] = new = True
+    if new:
+        for i in range(n):
+            if w.touched[i]:
+                w.touched[_find(w.root, i)] = True
+    return new
+
+
 @entry
 def screen(
     f: Flown,
@@ -174,51 +261,32 @@ def screen(
             w.root[i] = i
             w.touched[i] = _meets_wall(f, ball, piece, step, i, gravity)
         _sort(f, w, step, gravity)
-        for a in range(n):
-            i = w.order[a]
-            top = _swept(f, step, i, 0, gravity)[1] + (1 + NEAR) * ball[i].radius + widest
-            below, above = _swept(f, step, i, 1, gravity)
-            for b in range(a + 1, n):
-                j = w.order[b]
-                if w.low[j] > top:
-                    break
-                margin = (1 + NEAR) * ball[i].radius + ball[j].radius
-                low, high = _swept(f, step, j, 1, gravity)
-                if low > above + margin or high < below - margin:
-                    continue
-                if _joined(f, ball, step, min(i, j), max(i, j)):
-                    _link(w.root, i, j)
-                    w.touched[i] = w.touched[j] = True
-        for i in range(n):
-            if w.root[i] != i:
-                w.root[i] = _find(w.root, i)
+        _join(f, ball, w, step, gravity, widest, False)
+        grows = True
+        while grows:
+            for i in range(n):
+                if w.root[i] != i:
+                    w.root[i] = _find(w.root, i)
+            for r in range(n):
+                if w.root[r] == r and w.touched[r]:
+                    k = _members(w, r)
+                    w.ended[r] = _compute(f, ball, piece, law, scratch, step, w, k)
+                    w.elastic[r], w.count[r] = _elastic(scratch), scratch.count[0]
+                    _write(f, scratch, w, step, k, w.ended[r])
+            grows = _join(f, ball, w, step, gravity, widest, True)
         for r in range(n):
             if w.root[r] != r or not w.touched[r]:
                 continue
-            k = 0
-            for i in range(r, n):
-                if w.root[i] == r:
-                    w.members[k] = i
-                    k += 1
-            ended = _compute(f, ball, piece, law, scratch, step, w, k)
-            is_off = not ended
+            k, is_off = _members(w, r), not w.ended[r]
             for a in range(k):
-                i = w.members[a]
-                source = scratch.ball[a]
-                if ended:
-                    f.exact.position[step, i, 0], f.exact.position[step, i, 1] = source.x, source.y
-                    f.exact.velocity[step, i, 0], f.exact.velocity[step, i, 1] = source.vx, source.vy
-                    f.exact.spin[step, i] = source.spin
-                is_off = is_off or _differs(f, step, i, ball[i].radius)
-            if ended:
-                contacts[0] += scratch.count[0]
-                for c in range(min(scratch.count[0], len(scratch.met))):
-                    elastic[step] += scratch.met[c].elastic
+                is_off = is_off or _differs(f, step, w.members[a], ball[w.members[a]].radius)
+            if w.ended[r]:
+                elastic[step] += w.elastic[r]
+                contacts[0] += w.count[r]
             if not is_off:
                 continue
             if rows < len(found) and filled + k <= len(member):
-                found[rows].step, found[rows].begin, found[rows].count, found[rows].ended = step, filled, k, ended
-                found[rows].contacts = scratch.count[0]
+                found[rows].step, found[rows].begin, found[rows].count, found[rows].ended = step, filled, k, w.ended[r]
                 for a in range(k):
                     member[filled + a] = w.members[a]
             rows += 1
@@ -251,4 +319,4 @@ def balls_of(scene: Scene, more: int = 0) -> NDArray[np.void]:
 
 def scratch_for(balls: int) -> Scratch:
     """Return what a step of so many balls works in."""
-    return Scratch(np.zeros(balls, BALL), np.zeros(MAX_EVENTS, MET), np.zeros(1, np.int64))
+    return Scratch(np.zeros(balls, BALL), np.zeros(MAX_EVENTS, MET), np.zeros(2, np.int64))

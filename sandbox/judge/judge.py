@@ -134,7 +134,11 @@ class Judge:
         room, space = 256, 1024
         while True:
             found, member = np.zeros(room, FOUND), np.zeros(space, np.int64)
-            work = Work(self._order, np.empty(n), np.empty(n, np.int64), np.empty(n, bool), np.empty(n, np.int64))
+            whole = (np.empty(n, np.int64) for _ in range(3))
+            root, members, count = whole
+            work = Work(
+                self._order, np.empty(n), root, np.empty(n, bool), members, np.empty(n, bool), np.empty(n), count
+            )
             elastic[:] = 0
             counted = np.zeros(1, np.int64)
             rows, filled = screen(
@@ -285,7 +289,11 @@ class Judge:
         f.exact.spin[step, balls] = source.spin[step, balls]
         if still:
             return []
-        because = f"{len(balls)} balls touch in one step: too many to tell what is wrong."
+        because = (
+            "A ball leans on others, or goes round an edge: such a step is not computed."
+            if len(balls) <= MAX_BALLS
+            else f"{len(balls)} balls touch in one step: too many to tell what is wrong."
+        )
         return [self._error(f, step, balls, None, Cause.UNKNOWN, because)]
 
     def _cause_of(self, outcome: Outcome, problem: Problem) -> Cause:

@@ -131,7 +131,7 @@ FAULTS: Final = (
         lambda p: f"The wall brakes the ball along itself, by {_figure(p)} of its impulse.",
         {},
         ("brake",),
-        -0.5,
+        0.0,
         1.0,
         0.0,
         walls_only=True,
@@ -301,6 +301,7 @@ FAULTS: Final = (
         lambda _: "A component of each velocity changes sign.",
         {"exchange": Exchange.ALONG_SIGNS},
         odd=True,
+        pairs_only=True,
     ),
     Fault("stop", _VELOCITY, lambda _: "Velocities become 0.", {"exchange": Exchange.STOP}, odd=True),
     Fault(

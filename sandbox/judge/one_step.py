@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.contact import CONTACT_TIME
+from sandbox.engines.exact.contact import CONTACT_TIME, HOP_TIME
 from sandbox.engines.exact.friction import friction_impulse, friction_on_face
 from sandbox.engines.exact.impact import NEVER, time_to_touch
 from sandbox.engines.exact.prediction import time_to_piece
@@ -67,7 +67,10 @@ class Group(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What a step works in. ball: (k,) BALL; met: (MAX_EVENTS,) MET, and count: (1,) of them."""
+    """What a step works in.
+
+    ball: (k,) BALL; met: (MAX_EVENTS,) MET; count: (2,), their number, and 1 if the step cannot be computed here.
+    """
 
     ball: NDArray[np.void]
     met: NDArray[np.void]
@@ -163,22 +166,23 @@ def _release(law: Record, b: Record) -> None:
 
 
 @kernel
-def _carry(group: Group, law: Record, b: Record, p: int, nx: float, ny: float) -> None:
-    """Let a face carry a ball, or two faces stop it."""
+def _carry(group: Group, law: Record, b: Record, p: int, nx: float, ny: float) -> bool:
+    """Let a face carry a ball, or two faces stop it. Returns whether that can be computed: not if it may turn there."""
     g_n = law.gx * nx + law.gy * ny
     if b.carrier >= 0 and b.carrier != p:
         b.vx, b.vy, b.ax, b.ay, b.turning, b.slips_for = 0.0, 0.0, 0.0, 0.0, 0.0, NEVER
-        return
+        return bool(b.spin == 0)
     b.carrier, b.ax, b.ay = p, law.gx - g_n * nx, law.gy - g_n * ny
     g_t, slip = law.gy * nx - law.gx * ny, b.vy * nx - b.vx * ny + b.radius * b.spin
     b.turning, b.slips_for = 0.0, NEVER
     largest = b.friction * group.piece[p].friction * g_n * law.coefficient
     if largest <= 0:
-        return
+        return True
     friction, b.slips_for = friction_on_face(g_t, largest, slip if abs(slip) > 1e-9 * abs(b.vx + b.vy) else 0.0)
     b.ax += friction * ny
     b.ay -= friction * nx
     b.turning = -2 * friction / b.radius
+    return True
 
 
 @kernel
@@ -368,6 +372,10 @@ def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int
         b = ball[j]
         nx, ny, distance = unit(b.x - a.x, b.y - a.y)
         depth = a.radius + b.radius - distance
+        closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
+        pull = (a.ax - b.ax) * nx + (a.ay - b.ay) * ny
+        if pull > 0 and a.elasticity * b.elasticity * closing < pull * HOP_TIME / 2:
+            scratch.count[1] = 1  # they lean on each other
         _release(law, b)
     else:
         piece = group.piece[~j]
@@ -388,7 +396,8 @@ def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int
             a.vx += away * nx
             a.vy += away * ny
             a.carrier = carrier
-            _carry(group, law, a, ~j, nx, ny)
+            if not _carry(group, law, a, ~j, nx, ny):
+                scratch.count[1] = 1
 
 
 @kernel
@@ -399,6 +408,19 @@ def _end_of_slip(group: Group, law: Record, ball: NDArray[np.void], left: float)
         if ball[i].carrier >= 0 and ball[i].slips_for < min(best, left):
             best, who = max(0.0, float(ball[i].slips_for)), i
     return best, who
+
+
+@kernel
+def _on_faces(group: Group, ball: NDArray[np.void]) -> bool:
+    """Return whether each ball that a face carries is still on it, and not beyond its end."""
+    for i in range(len(ball)):
+        b = ball[i]
+        if b.carrier >= 0 and b.ax * b.ax + b.ay * b.ay + b.vx * b.vx + b.vy * b.vy > 0:
+            piece = group.piece[b.carrier]
+            along = (b.x - piece.x) * piece.tx + (b.y - piece.y) * piece.ty
+            if piece.wall >= ARENA_COUNT and not 0 <= along <= piece.length:
+                return False
+    return True
 
 
 @kernel
@@ -419,7 +441,7 @@ def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool
             continue
         if i < 0:
             _fly(ball, left)
-            return True
+            return scratch.count[1] == 0 and _on_faces(group, ball)
         _fly(ball, time)
         left -= time
         _resolve_in_time(group, law, scratch, i, j, dt - left)
@@ -584,7 +606,7 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
         _release(law, scratch.ball[i])
         if law.slows_first == 1:
             _slow(law, scratch.ball[i])
-    scratch.count[0] = 0
+    scratch.count[0] = scratch.count[1] = 0
     dt, ended = group.dt * law.clock, True
     if law.when == When.IN_TIME:
         ended = _run_in_time(group, law, scratch, dt)

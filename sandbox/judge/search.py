@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.judge.causes import Cause
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
 from sandbox.judge.law import Laws, Order, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
@@ -31,7 +31,8 @@ def as_exact(problem: Problem) -> Outcome | None:
     ends += [{"offset": sign * share * problem.floor} for share in (1.0, 0.01) for sign in (1, -1)]
     trials = [Trial({**end, "order": order}) for end in ends for order in (Order.WALLS_FIRST, Order.REVERSED)]
     best = min(problem.outcomes(trials), key=lambda outcome: outcome.left)
-    return best if best.left <= 3 * problem.floor else None
+    enough = max(3 * problem.floor, NEGLIGIBLE * float(problem.group.ball["radius"].min()))
+    return best if best.left <= enough else None
 
 
 class Search:
@@ -134,7 +135,8 @@ def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
 def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     """Return the cause that an outcome stands for."""
     trial = outcome.trial
-    if not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
+    odd = bool(trial.fault) and BY_NAME[trial.fault].odd
+    if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
         return Cause.TURNED
     if trial.fault:
         model = BY_NAME[trial.fault]
