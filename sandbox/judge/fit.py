@@ -18,7 +18,7 @@ from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.state import Floats
 
 GRID: Final = 33  # points of a parameter's range from which a fit may begin
-STARTS: Final = 4  # of these, the best, from which it does: a contact that moves to the start of the step has no slope
+STARTS: Final = 4  # of these, the best, from which it does
 ROUNDS: Final = 8  # of Gauss and Newton's method, which doubles the digits in each
 STEP: Final = 1e-6  # of a parameter's range, for the derivative
 MET_KEPT: Final = 8  # contacts of a step that are kept for its sentence
@@ -128,6 +128,8 @@ class Problem:
         after, _, _ = self.run(_with(np.repeat(base, GRID), [m for m in models for _ in range(GRID)], grid.ravel()))
         left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
         left[np.isnan(left)] = np.inf
+        flat = np.isclose(left[:, 1:], left[:, :-1], rtol=1e-9, atol=0)
+        left[:, 1:][flat] = np.inf  # a contact that has moved to the start of the step no longer depends on the value
         best = np.argsort(left, axis=1)[:, :STARTS]
         value = np.take_along_axis(grid, best, axis=1).ravel()
         models = [model for model in models for _ in range(STARTS)]

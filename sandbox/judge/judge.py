@@ -228,6 +228,8 @@ class Judge:
         """Return what is wrong with a group's step."""
         if not ended:
             return self._uncomputed(f, step, balls)
+        if any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls):
+            return self._uncomputed(f, step, balls)
         problem = self._problem(f, step, balls)
         if exact := as_exact(problem):
             self._accept(f, step, balls, elastic, exact, problem)
@@ -279,10 +281,14 @@ class Judge:
                 self._trials.setdefault(key, outcome.trial)
                 self._known[key] += 1
 
+    def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
+        """Return whether balls that lie on each other stay where they are."""
+        moved = np.abs(f.after.position[step, balls] - f.before.position[step, balls]).max()
+        return bool(moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor)
+
     def _uncomputed(self, f: Flown, step: int, balls: Integers) -> list[StepError]:
         """Return the error of a group whose exact step is not known; none if it rests, as it did."""
-        moved = np.abs(f.after.position[step, balls] - f.before.position[step, balls]).max()
-        still = moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor
+        still = self._rests(f, step, balls)
         source = f.after if still else f.before
         for mine, theirs in zip(f.exact[:2], source[:2], strict=True):
             mine[step, balls] = theirs[step, balls]
