@@ -1,6 +1,7 @@
 """Fixtures and helpers that several test modules use."""
 
 import gc
+import multiprocessing
 import os
 import platform
 import shutil
@@ -66,6 +67,15 @@ def scene_of(*balls: str, size: str = "[800, 600]", more: str = "") -> Scene:
     """Parse a scene of ball groups, each given as the lines of its table."""
     groups = "\n".join(f"[[balls]]\n{group}" for group in balls)
     return parse(f"{more}\n[arena]\nsize = {size}\n{groups}\n", "test.toml")
+
+
+@pytest.fixture(autouse=True)
+def _no_process_left() -> Iterator[None]:
+    """End the processes that a test has left running, such as those that compile: no other test starts with them."""
+    yield
+    for process in multiprocessing.active_children():
+        process.terminate()
+        process.join()
 
 
 @pytest.fixture

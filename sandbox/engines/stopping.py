@@ -1,7 +1,8 @@
-"""An engine that stops where it is when it fails, so that others beside it go on."""
+"""Engines that stop where they are when they fail or reach a limit, so that others beside them go on."""
 
 from sandbox.engines.checked import CheckedEngine
-from sandbox.errors import EngineError
+from sandbox.engines.engine import Traits
+from sandbox.errors import EngineError, LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.state import Contacts, State, no_contacts
 
@@ -45,3 +46,26 @@ class StoppingEngine:
                 self._state = self._engine.state()
             except EngineError as error:
                 self.error = error
+
+
+class StoppedEngine:
+    """Stands still in the last state of an engine that has reached a limit; error: which, and when."""
+
+    def __init__(self, state: State, traits: Traits, error: LimitReached) -> None:
+        self.traits = traits
+        self._state = state
+        self.error = error
+
+    def step(self) -> None:
+        """Do nothing."""
+
+    def state(self) -> State:
+        """Return a snapshot of where it stands."""
+        return self._state.copy()
+
+    def contacts(self) -> Contacts:
+        """Return no contacts."""
+        return no_contacts()
+
+    def kick(self, ball: int, dv: Vector) -> None:
+        """Do nothing."""

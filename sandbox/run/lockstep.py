@@ -13,8 +13,8 @@ import numpy as np
 from sandbox.engines import Engine, Engines, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
 from sandbox.engines.engine import Traits, traits_of
-from sandbox.engines.stopping import StoppingEngine
-from sandbox.errors import Refused, SandboxError
+from sandbox.engines.stopping import StoppedEngine, StoppingEngine
+from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
@@ -58,6 +58,10 @@ class Runner:
             self._earlier.append(self._latest())
             engine.contacts()
         self.engine, self.start = engine, self._clock.time(self._steps)
+
+    def stop_at(self, state: State, limit: LimitReached) -> None:
+        """Stand still from now on in a state, which is of the last step within a limit."""
+        self.engine = StoppedEngine(state, self.traits, limit)
 
     def step(self) -> None:
         """Advance by one step."""
@@ -114,8 +118,8 @@ def _build(name: str, source: Source, stops: bool, scene: Scene, state: State) -
 class Lockstep:
     """Engines that run one scene from one state, step by step, with the same mouse and the same edits.
 
-    stops: whether an engine that fails stops there, and does not raise EngineError; expendable: the engine without
-    which the others go on if it raises SandboxError in a step.
+    stops: whether an engine that fails or reaches a limit stops there, and does not raise EngineError or LimitReached;
+    expendable: the engine without which the others go on if it raises SandboxError in a step.
     Raises SandboxError if an engine's name is unknown, Refused if an engine cannot run the scene or be dragged as the
     inputs ask.
     """
@@ -143,7 +147,8 @@ class Lockstep:
         self._kicks: list[Push] = []  # before the next step
         self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
         self.dropped = ""  # why the expendable engine runs no more
-        self._expendable = expendable
+        self._stops, self._expendable = stops, expendable
+        self._states: dict[str, State] | None = None  # of the engines now, once they are read
         self.given: list[Input] = []  # all inputs applied so far
         self.balls = list(range(len(scene.bodies)))  # the number of each ball among all balls that ever existed
         self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
@@ -194,6 +199,7 @@ class Lockstep:
         before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
+        self._states = None
         edit.change_clock(self.clock)
         self.scene = self.mouse.scene = scene
         for name, after in self.energies(self.states()).items():
@@ -225,14 +231,19 @@ class Lockstep:
     def step(self) -> None:
         """Apply the inputs of this step, pull the grabbed ball, and advance every engine by one step."""
         self._begin_step()
+        before = self.states() if self._stops else {}
         for name, runner in list(self.engines.items()):
             try:
                 runner.step()
             except SandboxError as error:
-                if name != self._expendable:
+                if name == self._expendable:
+                    self._drop(str(error))
+                elif isinstance(error, LimitReached) and self._stops:
+                    runner.stop_at(before[name], error)
+                else:
                     raise
-                self._drop(str(error))
         self.steps += 1
+        self._states = None
 
     def advance(self, arrays: Mapping[Runner, States]) -> int:
         """Do one step or more as `step` does, write the states after each, and return the number of steps done.
@@ -250,6 +261,7 @@ class Lockstep:
             runner.advance(arrays[runner].rows(slice(steps)))
         self._steps_per_call = max(1, int(steps * MAX_CALL_SECONDS / (perf_counter() - begun)))
         self.steps += steps
+        self._states = None
         return steps
 
     def _begin_step(self) -> None:
@@ -259,7 +271,7 @@ class Lockstep:
         if self.mouse.ball is None and not self._kicks:
             return
         self.hands[self.steps] = hand = Hand(self._kicks, copy(self.mouse))
-        self._kicks = []
+        self._kicks, self._states = [], None
         for name, runner in self.engines.items():
             state, self.pushes[name] = runner.push(hand)
             self.work[name] += self._work_of(self.pushes[name], state)
@@ -274,12 +286,19 @@ class Lockstep:
 
     def _drop(self, why: str) -> None:
         """Go on without the expendable engine."""
-        self.dropped = why
+        self.dropped, self._states = why, None
         del self.engines[str(self._expendable)]
+
+    def limits(self) -> dict[str, LimitReached]:
+        """Return the limits that engines have reached, which stand still since then."""
+        engines = {name: runner.engine for name, runner in self.engines.items()}
+        return {name: engine.error for name, engine in engines.items() if isinstance(engine, StoppedEngine)}
 
     def states(self) -> dict[str, State]:
         """Return the state of every engine."""
-        return {name: runner.state() for name, runner in self.engines.items()}
+        if self._states is None:
+            self._states = {name: runner.state() for name, runner in self.engines.items()}
+        return dict(self._states)
 
     def energies(self, states: Mapping[str, State]) -> dict[str, float]:
         """Return the energy of each of some states, kg px²/s²."""

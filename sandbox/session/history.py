@@ -19,7 +19,8 @@ class Moment:
     states, contacts (found in the step that led here), counts (of contacts so far), wall_impulse (so far, see
     `gas.wall_impulse`, kg/s), energy (kg px²/s²), work (what mouse and edits have added to it): for each engine. balls:
     each ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
-    energy_scale: kg px²/s², what shares of energy are of so far, see `EnergyScale`.
+    energy_scale: kg px²/s², what shares of energy are of so far, see `EnergyScale`. standing: the engines that have
+    reached a limit, and stand still.
     """
 
     step: int
@@ -35,6 +36,7 @@ class Moment:
     target: Vector
     wall_impulse: dict[str, float]
     energy_scale: float
+    standing: frozenset[str] = frozenset()
 
     @property
     def size(self) -> int:

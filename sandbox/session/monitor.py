@@ -63,10 +63,12 @@ class Monitor:
 
     def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
         """Observe the engines after a step, with the contacts of that step. After an edit, start afresh."""
-        if self._reference not in states:
-            if self._lockstep.dropped and not self._stopped:
+        limit = self._lockstep.limits().get(self._reference)
+        if self._reference not in states or limit:
+            why = str(limit or self._lockstep.dropped)
+            if why and not self._stopped:
                 self.catch_up()
-                self._stop(self._lockstep.dropped)
+                self._stop(why)
         elif self._lockstep.edited:
             self.catch_up()
             self._begin_segment()

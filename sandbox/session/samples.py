@@ -145,6 +145,7 @@ class Samples:
         change = {
             name: change_of_energy(energy, self.energy_at_start, moment.work[name])
             for name, energy in moment.energy.items()
+            if name not in moment.standing
         }
         before, self._change = self._change, change.get(self.reference, np.nan)
         series = self.series
@@ -161,9 +162,10 @@ class Samples:
     def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
         """Return each quantity of each engine: (quantities, engines)."""
         values = np.full((len(Quantity), len(self.engines)), np.nan)
-        reference = moment.states.get(self.reference)
+        states = _running(moment)
+        reference = states.get(self.reference)
         for k, name in enumerate(self.engines):
-            if name not in moment.states:
+            if name not in states:
                 continue
             values[Quantity.ENERGY.value, k] = change[name]
             if name not in self._silent:
@@ -172,14 +174,14 @@ class Samples:
             if name == self.reference:
                 values[Quantity.GAP.value, k] = 0.0
             elif reference is not None:
-                values[Quantity.GAP.value, k] = length(moment.states[name].position - reference.position).max()
+                values[Quantity.GAP.value, k] = length(states[name].position - reference.position).max()
         for quantity in self._sampled:
             values[quantity.value] = self._of_states(quantity, moment)
         return values
 
     def _of_states(self, quantity: Quantity, moment: Moment) -> list[float]:
         """Return one of OF_STATES of each engine."""
-        states, of_state = moment.states, OF_STATES[quantity]
+        states, of_state = _running(moment), OF_STATES[quantity]
         return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
 
     def _sample(self, quantity: Quantity) -> None:
@@ -195,7 +197,7 @@ class Samples:
 
     def _pressure_in_theory(self, moment: Moment) -> float:
         """Return the pressure that theory expects of a gas with the reference's energy, kg/s²; NaN if it is no gas."""
-        scene, reference = moment.scene, moment.states.get(self.reference)
+        scene, reference = moment.scene, _running(moment).get(self.reference)
         if self._gas[0] is not scene:
             self._gas = scene, is_gas(scene)
         if not self._gas[1] or reference is None:
@@ -251,6 +253,11 @@ class Samples:
     def times(self) -> Floats:
         """The times of the samples, s: (samples,)."""
         return self.series.rows[:, 0]
+
+
+def _running(moment: Moment) -> dict[str, State]:
+    """Return the states of the engines that have not reached a limit."""
+    return {name: state for name, state in moment.states.items() if name not in moment.standing}
 
 
 def change_of_energy(energy: float, start: float, work: float) -> float:

@@ -308,6 +308,7 @@ class Session:
             lockstep.mouse.target,
             dict(self._wall_impulse),
             self._scale.value,
+            frozenset(lockstep.limits()),
         )
         self.samples.add(moment)
         self._history.keep(moment)

@@ -4,7 +4,7 @@ from typing import Final
 
 from pygame import Rect, Surface
 
-from sandbox.errors import EngineError
+from sandbox.errors import EngineError, LimitReached
 from sandbox.view.layout import Layout
 from sandbox.view.primitives import card, wrapped
 
@@ -23,9 +23,10 @@ def draw_error_card(surface: Surface, layout: Layout, error: str) -> None:
     card(surface, [[line] for line in (head, *lines)], layout.status.topleft, height, window)
 
 
-def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError) -> None:
-    """Draw in the place of an arena why its engine failed, and when."""
+def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError | LimitReached) -> None:
+    """Draw in the place of an arena why its engine failed or reached a limit, and when."""
     height = layout.text_height
-    text = f"failed at {error.time:.3f} s, and stands still: {error}"
+    how = f"failed at {error.time:.3f} s, and stands still" if isinstance(error, EngineError) else "stands still"
+    text = f"{how}: {error}"
     lines = wrapped(text, place.width - 4 * height, height, "    ")[:MAX_LINES]
     card(surface, [[line] for line in lines], place.topleft, height, place)

@@ -6,7 +6,7 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.errors import SandboxError
+from sandbox.errors import EngineError, SandboxError
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.layers import Layer
@@ -87,8 +87,9 @@ def record(
             for step in track(steps_of_frames(scene, video.fps)):
                 camera.go_to(step)
                 video.add(camera.draw())
-    if failure := next(filter(None, (pane.failure for pane in camera.view.panes)), None):
-        raise failure
+    for pane in camera.view.panes:
+        if isinstance(pane.failure, EngineError):
+            raise pane.failure
 
 
 def check_recording(path: str, size: tuple[int, int]) -> None:

@@ -7,7 +7,7 @@ from pygame import Color, Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
-from sandbox.engines.stopping import StoppingEngine
+from sandbox.engines.stopping import StoppedEngine, StoppingEngine
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -56,7 +56,7 @@ class Pane:
         for one in moments if afresh else moments[-1:]:
             self.trail.add(one.states[self.name])
         self._live = live
-        self.failure = engine.error if isinstance(engine, StoppingEngine) else None
+        self.failure = engine.error if isinstance(engine, StoppingEngine | StoppedEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = engine, DebugDraw(engine.space, contrast(moment.scene.arena.background))
         if afresh or moment.scene is not self.scene:

@@ -29,7 +29,7 @@ NAMES = list(bundled(TRUTHS))
 LEANING = "truths/discs-that-lean"  # a lasting contact, which solvers follow in steps or hops
 FALLING = "truths/pyramid-falls"  # likewise
 SLIDING = "truths/sliding-trains"
-CARRIED = {SLIDING, FALLING, "truths/floor-under-a-heap"}  # by walls, which take up momentum
+CARRIED = {SLIDING, FALLING, "truths/floor-under-a-heap", "truths/full-floor"}  # by walls, which take up momentum
 OUTRUN = {"truths/thin-wall-60-hz"}  # in which a ball deliberately moves more than its radius in a step
 
 

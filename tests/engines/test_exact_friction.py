@@ -574,3 +574,27 @@ def test_states_do_not_depend_on_the_number_of_steps_per_call() -> None:
         for name in States._fields:
             assert getattr(state, name).tobytes() == getattr(states, name)[step].tobytes()
     assert one.contacts().tobytes() == many.contacts().tobytes()
+
+
+@pytest.mark.parametrize("elasticity", [0.3, 0.5, 0.7, 0.9])
+@pytest.mark.parametrize("first", [(0.1, 0.0), (0.05, -0.05), (10.0, 9.9), (100.0, 99.9)])
+def test_rolling_balls_that_meet_slowly_never_part_faster(first: tuple[float, float], elasticity: float) -> None:
+    """Friction presses the two together only until they roll again, which is far shorter than a hop takes."""
+    at = 100.0, 120.0 + (first[0] - first[1]) / 2
+    balls = (
+        ball((x, FLOOR - 10), (v, 0), friction=0.5, elasticity=elasticity, spin=v / 10)
+        for x, v in zip(at, first, strict=True)
+    )
+    scene = box_of(*balls, head=FALLING, friction=0.5)
+    engine, apart = engine_of(scene), first[0] - first[1]
+    before = engine.state()
+    contacts = 0
+    for _ in range(60):
+        engine.step()
+        state = engine.state()
+        contacts += int((engine.contacts()["second"] >= 0).sum())
+        kinetic = [energy(each, scene.bodies, (0, 0), scene.arena.size) for each in (before, state)]
+        assert kinetic[1] <= kinetic[0] * (1 + 1e-12)
+        assert state.velocity[1, 0] - state.velocity[0, 0] <= elasticity**2 * apart * (1 + 1e-9)
+        before = state
+    assert contacts > 0

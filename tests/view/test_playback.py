@@ -337,3 +337,27 @@ def test_a_hidden_reference_that_ends_early_says_why_in_the_status_line_and_the_
     assert stopped[0] == pytest.approx(7 / 60)
     assert stopped[1] == why
     assert window.view.session.step >= 9
+
+
+def test_a_reference_that_reaches_its_limit_stands_still_in_its_pane_and_nothing_is_measured_against_it(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 0)
+    moving = scene_of("radius = 20\nelasticity = 1\nposition = [400, 300]\nvelocity = [3600, 0]")
+    window.begin(moving, ["pymunk", "exact"])
+    for _ in range(10):  # it touches the wall at 380/3600 s, in step 7
+        window.playback.advance(1 / 60)
+    pymunk, exact = window.view.panes
+    why = "exact ends at 0.1 s: the next step exceeds the limit of 0 contacts"
+    assert str(exact.failure) == why
+    assert pymunk.failure is None
+    assert exact.state.position[0].tolist() == pytest.approx([400 + 3600 * 6 / 60, 300])
+    stopped = window.view.charts.marks.stopped
+    assert stopped is not None
+    assert stopped[0] == pytest.approx(7 / 60)
+    assert stopped[1] == why
+    samples = window.view.session.samples
+    gap = samples.of(Quantity.GAP)[:, 0]
+    assert gap[:7] == pytest.approx(np.zeros(7), abs=1e-9)
+    assert np.isnan(gap[7:]).all()
+    assert len(gap) == 11

@@ -31,7 +31,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.contact import CONTACT_TIME, MIN_APPROACH, count_slow_contact, give, hop_round_end, lean_time
+from sandbox.engines.exact.contact import (
+    CONTACT_TIME,
+    MIN_APPROACH,
+    count_slow_contact,
+    give,
+    hop_round_end,
+    lean_until,
+)
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
 from sandbox.engines.exact.records import NONE, STATIC
@@ -380,7 +387,7 @@ def _note_contact(world: World, c: Record, m: Record, sign: float, now: float) -
     if c.second >= 0:
         body.last_disc_contact = now
     if c.hop > 0:
-        body.leans_until = now + lean_time(world)
+        lean_until(world, i, world.hop_time, now)
     if world.has_gravity:
         count_slow_contact(world, i, 0.0, now)
 

@@ -27,6 +27,7 @@ import numpy as np
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.friction import rub_discs, rub_wall
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.records import STATIC
 from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
@@ -47,10 +48,14 @@ MAX_SLOW_CONTACTS: Final = 300  # the same, at which it is examined at once
 
 
 class Parting(NamedTuple):
-    """How two bodies part. speed: px/s, along the normal; hops: they lean on each other; rests: the face carries it."""
+    """How two bodies part.
+
+    speed: px/s, along the normal; hop_time: s, of the hop in which bodies that lean on each other part, or 0; rests:
+    whether the face carries the disc from now on.
+    """
 
     speed: float
-    hops: bool
+    hop_time: float
     rests: bool
 
 
@@ -86,9 +91,24 @@ def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now
         hop = world.hop_speed
         if not (_contact_is_recent(of_a, now) and _contact_is_recent(of_b, now)):
             hop = max(_hop_speed(world, i, now), _hop_speed(world, j, now))
+        time = min(world.hop_time, _slips_for(world, i, now), _slips_for(world, j, now))
+        hop *= time / world.hop_time
         if speed < hop:
-            return Parting(hop, True, False)
-    return Parting(speed, False, False)
+            return Parting(hop, time, False)
+    return Parting(speed, 0.0, False)
+
+
+@kernel
+def _slips_for(world: World, i: int, now: float) -> float:
+    """Return for how long disc i slips on what carries it, s, so that friction presses it against others."""
+    return world.turn[i].slips_until - now if world.is_rough else NEVER
+
+
+@kernel
+def lean_until(world: World, i: int, hop_time: float, now: float) -> None:
+    """Let disc i count as leaning after a hop (s)."""
+    body = world.body[i]
+    body.leans_until = max(body.leans_until, now + LEAN_HOPS * hop_time)
 
 
 @kernel
@@ -116,13 +136,13 @@ def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now
     speed = body.elasticity * piece.elasticity * closing
     leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
-        return Parting(0.0, False, True)
+        return Parting(0.0, 0.0, True)
     if leans or (pull > world.min_pull and not is_face):
         touches_discs = now - body.last_disc_contact < lean_time(world)
         hop = _hop_speed(world, i, now) if touches_discs else hop_round_end(world, pull)
         if speed < hop:
-            return Parting(hop, True, False)
-    return Parting(speed, False, False)
+            return Parting(hop, world.hop_time, False)
+    return Parting(speed, 0.0, False)
 
 
 class Approach(NamedTuple):
@@ -227,8 +247,9 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
-    if course.hops:
-        of_a.leans_until = of_b.leans_until = now + lean_time(world)
+    if course.hop_time > 0:
+        lean_until(world, i, course.hop_time, now)
+        lean_until(world, j, course.hop_time, now)
     to_b_x, to_b_y = impulse * nx - tangential * ny, impulse * ny + tangential * nx
     for k, per_k, sign in ((i, per_a, -1), (j, per_b, 1)):
         if per_k == 0:
@@ -283,9 +304,9 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     _count_contact(world, i, now)
     if course.rests:
         carry(world, i, p, carrier, _shortest_flight(world, body, now), now, log)
-    if course.hops:
-        body.leans_until = now + lean_time(world)
-    if course.hops or now - body.last_disc_contact < lean_time(world):
+    if course.hop_time > 0:
+        lean_until(world, i, course.hop_time, now)
+    if course.hop_time > 0 or now - body.last_disc_contact < lean_time(world):
         count_slow_contact(world, i, closing, now)
 
 
