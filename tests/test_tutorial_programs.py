@@ -8,7 +8,7 @@ import pytest
 from conftest import scene_of
 from tutorial_programs import FOLDER, PROGRAMS
 
-from sandbox.analysis.causes import Cause
+from sandbox.judge.causes import Cause
 from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.model import Scene
 

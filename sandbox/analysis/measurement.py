@@ -83,8 +83,8 @@ class Run:
     mean anything; contacts: in order of time; impacts: what the ledger found about the first MAX_IMPACTS of them, none
     if they cannot be judged one by one; differences: from the reference, until the two are apart; missed: passages
     without a reported contact; escape: the balls that left the arena, None if none did; unjudged: why its contacts
-    cannot be judged one by one, None if they can; suffered: what the run suffers from, the worst first, of an engine that
-    is judged by its steps; scores: for the scene's expectations that fall into the run;
+    cannot be judged one by one, None if they can; suffered: what the run suffers from, the worst first, of an engine
+    that is judged by its steps; scores: for the scene's expectations that fall into the run;
     theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """

@@ -218,8 +218,8 @@ def _unjudged(comparison: Comparison) -> str:
     sentences = []
     if silent:
         sentences.append(
-            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by what each step does "
-            "to the balls."
+            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by what each step "
+            "does to the balls."
         )
     sentences += [_suffered(comparison, name) for name in silent]
     if soft:

@@ -86,7 +86,7 @@ class Problem:
 
     def residuals(self, after: Floats) -> Floats:
         """Return the residuals of what steps come to, px: (laws, 5 k)."""
-        return ((after - self.after) * self.scale).reshape(len(after), -1)  # type: ignore[no-any-return]
+        return ((after - self.after) * self.scale).reshape(len(after), -1)
 
     def outcomes(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Try trials as they are."""

@@ -51,11 +51,11 @@ def flown(
         v = _turned(v + dt * g, kept)
         return x + dt * v, v
     if get("slows_first", 0):
-        v = _turned(v, kept) + [get("dvx", 0.0), get("dvy", 0.0)]
-    x = x + dt * v + get("theta", 0.5) * dt**2 * g + [get("dx", 0.0), get("dy", 0.0)]
+        v = _turned(v, kept)
+    x = x + dt * v + get("theta", 0.5) * dt**2 * g + np.array([get("dx", 0.0), get("dy", 0.0)])
     v = v + dt * g
     if not get("slows_first", 0):
-        v = _turned(v, kept) + [get("dvx", 0.0), get("dvy", 0.0)]
+        v = _turned(v, kept)
     return x, v
 
 
@@ -85,10 +85,8 @@ def find_habit(
         return None
     if fits[moving].mean() > MOST:
         return right
-    legs = Legs(
-        *(a[moving] for a in (before.position, before.velocity, after.position, after.velocity)),
-        np.broadcast_to(dt[:, None], moving.shape)[moving][:, None],
-    )
+    times = np.broadcast_to(dt[:, None], moving.shape)[moving][:, None]
+    legs = Legs(before.position[moving], before.velocity[moving], after.position[moving], after.velocity[moving], times)
     for habit in _candidates(legs, np.array(gravity), floor):
         if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
             return habit
@@ -116,7 +114,10 @@ def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
     for ticks in dict.fromkeys((clock, *_clock_of(change, g))):
         yield Habit({"clock": ticks}, Cause.PLACED, f"Each step flies for {ticks:.6g} of its length.")
     shift = np.median(way, axis=0)
-    because = f"Every step puts each ball {np.hypot(*shift):.3g} px further than its flight leads, by ({shift[0]:.3g}, {shift[1]:.3g})."
+    size = np.hypot(*shift)
+    because = (
+        f"Every step puts each ball {size:.3g} px further than its flight leads, by ({shift[0]:.3g}, {shift[1]:.3g})."
+    )
     yield Habit({"dx": float(shift[0]), "dy": float(shift[1])}, Cause.PLACED, because)
 
 
@@ -152,7 +153,7 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
 
 def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
     """Return habits that change velocities by a share of them, or turn them."""
-    x, v, x_after, v_after, dt = legs
+    _, v, _, v_after, dt = legs
     before, fallen, after = (_complex(z) for z in (v, v + dt * g, v_after))
     fall = _complex(dt * g)
     for first, by in ((0, after / _nonzero(fallen)), (1, (after - fall) / _nonzero(before))):
@@ -170,10 +171,10 @@ def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
 
 
 def _complex(v: Floats) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
-    return v[:, 0] + 1j * v[:, 1]  # type: ignore[no-any-return]
+    return v[:, 0] + 1j * v[:, 1]
 
 
 def _nonzero(
     z: "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]",
 ) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
-    return np.where(z == 0, np.nan, z)  # type: ignore[no-any-return]
+    return np.where(z == 0, np.nan, z)

@@ -34,8 +34,8 @@ class Flown(NamedTuple):
     """A block of steps as the engine did them, and exactly.
 
     before, after: the engine's states of (steps, n), with pushes already in the velocities before; exact: what the
-    exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies; floor:
-    px, below which a difference is rounding.
+    exact step has after, written; dt: (steps,) s; off: (steps, n) whether a ball did not fly as the engine flies;
+    floor: px, below which a difference is rounding.
     """
 
     before: States
@@ -47,7 +47,11 @@ class Flown(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What screening works in, (n,) each. Of the groups, by their first ball: ended, elastic and count."""
+    """What screening works in, (n,) each.
+
+    Of the groups, by their first ball: ended, elastic and met,
+    the number of contacts.
+    """
 
     order: Integers
     low: Floats
@@ -56,7 +60,7 @@ class Work(NamedTuple):
     members: Integers
     ended: Bools
     elastic: Floats
-    count: Integers
+    met: Integers
 
 
 @kernel
@@ -96,7 +100,7 @@ def _joined(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> bool
     nearest = math.hypot(rx + t * vx, ry + t * vy)
     y = f.after.position[step]
     nearest = min(nearest, math.hypot(y[j, 0] - y[i, 0], y[j, 1] - y[i, 1]))
-    return nearest < reach + NEAR * min(ball[i].radius, ball[j].radius)
+    return bool(nearest < reach + NEAR * min(ball[i].radius, ball[j].radius))
 
 
 @kernel
@@ -113,7 +117,7 @@ def _meets_wall(
         for p in range(len(piece)):
             if depth_in(b, piece[p]) > 0:
                 return True
-    for p in range(len(piece)):
+    for p in range(len(piece)):  # noqa: SIM110
         if time_to_piece(m, reach, piece[p], False) <= f.dt[step] + TIE:
             return True
     return False
@@ -134,7 +138,7 @@ def _differs(f: Flown, step: int, i: int, radius: float) -> bool:
     for axis in range(2):
         off = max(off, abs(f.after.position[step, i, axis] - f.exact.position[step, i, axis]))
         off = max(off, abs(f.after.velocity[step, i, axis] - f.exact.velocity[step, i, axis]) * dt)
-    return max(off, abs(f.after.spin[step, i] - f.exact.spin[step, i]) * radius * dt) > f.floor
+    return bool(max(off, abs(f.after.spin[step, i] - f.exact.spin[step, i]) * radius * dt) > f.floor)
 
 
 @kernel
@@ -149,7 +153,7 @@ def _compute(
         group.ball[a] = ball[w.members[a]]
     for a in range(k):
         fill_ball(group.ball[a], f.before, step, w.members[a])
-    return run_law(group, law, Scratch(scratch.ball[:k], scratch.met, scratch.count))
+    return bool(run_law(group, law, Scratch(scratch.ball[:k], scratch.met, scratch.tally)))
 
 
 @kernel
@@ -167,7 +171,7 @@ def _members(w: Work, root: int) -> int:
 def _elastic(scratch: Scratch) -> float:
     """Return what restitution takes in the contacts of a step, kg px²/s²."""
     total = 0.0
-    for c in range(min(scratch.count[0], len(scratch.met))):
+    for c in range(min(scratch.tally[0], len(scratch.met))):
         total += scratch.met[c].elastic
     return total
 
@@ -195,7 +199,7 @@ def _meet_later(f: Flown, ball: NDArray[np.void], step: int, i: int, j: int) -> 
     rx, ry = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1]
     gap = math.hypot(rx, ry) - ball[i].radius - ball[j].radius
     closing = (v[i, 0] - v[j, 0]) * rx + (v[i, 1] - v[j, 1]) * ry
-    return gap < f.floor and closing * dt > f.floor * math.hypot(rx, ry)
+    return bool(gap < f.floor and closing * dt > f.floor * math.hypot(rx, ry))
 
 
 @kernel
@@ -231,6 +235,43 @@ def _join(
     return new
 
 
+@kernel
+def _any_differs(f: Flown, ball: NDArray[np.void], w: Work, step: int, k: int) -> bool:
+    """Return whether one of the first k of `members` is not where the exact step has it."""
+    for a in range(k):  # noqa: SIM110  # kernels have no generators
+        if _differs(f, step, w.members[a], ball[w.members[a]].radius):
+            return True
+    return False
+
+
+@kernel
+def _compute_all(
+    f: Flown,
+    ball: NDArray[np.void],
+    piece: NDArray[np.void],
+    law: Record,
+    scratch: Scratch,
+    step: int,
+    w: Work,
+    widest: float,
+) -> None:
+    """Compute the groups of a step, and again those that grow, until none does."""
+    n, gravity = len(w.root), (law.gx, law.gy)
+    _join(f, ball, w, step, gravity, widest, False)
+    grows = True
+    while grows:
+        for i in range(n):
+            if w.root[i] != i:
+                w.root[i] = _find(w.root, i)
+        for r in range(n):
+            if w.root[r] == r and w.touched[r]:
+                k = _members(w, r)
+                w.ended[r] = _compute(f, ball, piece, law, scratch, step, w, k)
+                w.elastic[r], w.met[r] = _elastic(scratch), scratch.tally[0]
+                _write(f, scratch, w, step, k, w.ended[r])
+        grows = _join(f, ball, w, step, gravity, widest, True)
+
+
 @entry
 def screen(
     f: Flown,
@@ -247,9 +288,8 @@ def screen(
     """Compute every group of every step, and note those that the engine has otherwise.
 
     ball: (n + MAX_COMPUTED,) BALL, of which the last are worked in; laws: (1,) LAW, the exact one; found: (room,)
-    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly; contacts: (1,), of the exact
-    steps. Returns
-    how many rows of `found` and `member` are needed.
+    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly; contacts:
+    (1,), of the exact steps. Returns how many rows of `found` and `member` are needed.
     """
     n, law = len(w.root), laws[0]
     gravity, widest = (law.gx, law.gy), 0.0
@@ -261,28 +301,15 @@ def screen(
             w.root[i] = i
             w.touched[i] = _meets_wall(f, ball, piece, step, i, gravity)
         _sort(f, w, step, gravity)
-        _join(f, ball, w, step, gravity, widest, False)
-        grows = True
-        while grows:
-            for i in range(n):
-                if w.root[i] != i:
-                    w.root[i] = _find(w.root, i)
-            for r in range(n):
-                if w.root[r] == r and w.touched[r]:
-                    k = _members(w, r)
-                    w.ended[r] = _compute(f, ball, piece, law, scratch, step, w, k)
-                    w.elastic[r], w.count[r] = _elastic(scratch), scratch.count[0]
-                    _write(f, scratch, w, step, k, w.ended[r])
-            grows = _join(f, ball, w, step, gravity, widest, True)
+        _compute_all(f, ball, piece, law, scratch, step, w, widest)
         for r in range(n):
             if w.root[r] != r or not w.touched[r]:
                 continue
-            k, is_off = _members(w, r), not w.ended[r]
-            for a in range(k):
-                is_off = is_off or _differs(f, step, w.members[a], ball[w.members[a]].radius)
+            k = _members(w, r)
+            is_off = not w.ended[r] or _any_differs(f, ball, w, step, k)
             if w.ended[r]:
                 elastic[step] += w.elastic[r]
-                contacts[0] += w.count[r]
+                contacts[0] += w.met[r]
             if not is_off:
                 continue
             if rows < len(found) and filled + k <= len(member):

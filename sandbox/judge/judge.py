@@ -93,7 +93,7 @@ class Judge:
         self._steps += len(dt)
 
     def _free_balls(self, before: States, after: States) -> Bools:
-        """Return which balls touch nothing before a step and after it: (steps, n). Of many balls, in some steps only."""
+        """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
         n, radius = len(self._order), self._scene.bodies.radius
         rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
         free = np.zeros((len(before.position), n), bool)
@@ -149,12 +149,12 @@ class Judge:
                 return found[:rows], member, elastic
             room, space = max(rows, room), max(filled, space)
 
-    def _flights(self, f: Flown, off: Floats, strange: Floats) -> list[StepError]:
+    def _flights(self, f: Flown, off: Bools, strange: Bools) -> list[StepError]:
         """Return the errors of balls that fly alone: one of each kind in each step."""
         errors = []
         for step in np.flatnonzero(off.any(axis=1)).tolist():
             by_habit = off[step] & ~strange[step]
-            if by_habit.any():
+            if by_habit.any() and self.habit.cause is not None:
                 errors.append(self._flight(f, step, np.flatnonzero(by_habit), self.habit.cause, self.habit.because))
             alone = np.flatnonzero(off[step] & strange[step])
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
@@ -181,7 +181,8 @@ class Judge:
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
         dx = f.after.position[step, ball] - f.exact.position[step, ball]
-        return f"Ball {ball} was put ({dx[0]:.3g}, {dx[1]:.3g}) px from where its flight led to at {self._time(step):.3f} s."
+        where = f"({dx[0]:.3g}, {dx[1]:.3g}) px from where its flight led to"
+        return f"Ball {ball} was put {where} at {self._time(step):.3f} s."
 
     def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
         return self._error(f, step, balls, None, cause, because, len(balls))

@@ -154,10 +154,10 @@ _RIGHT: Final[dict[str, Any]] = {
 }
 
 
-def law(gravity: tuple[float, float], **fields: float) -> np.void:
-    """Return the exact law under some gravity (px/s²), with other values in some fields."""
+def law(gravity: tuple[float, float], **fields: float) -> Laws:
+    """Return the exact law under some gravity (px/s²), with other values in some fields: () LAW."""
     record = np.zeros((), LAW)
     record["gx"], record["gy"] = gravity
     for name, value in (_RIGHT | fields).items():
         record[name] = value
-    return record[()]  # type: ignore[no-any-return]
+    return record

@@ -15,18 +15,22 @@ from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Whe
 Fields = Mapping[str, float]
 
 
+IN_TIME: Final[Fields] = {}
+
+
 class Fault(NamedTuple):
     """Something that can be wrong with contacts.
 
     name: of the model; cause: of a value (1 if it has no parameter); fields: of LAW, fixed; of: the fields that get the
     parameter, none if it has none; low, high: its range, and right: its right value; rough: whether it is of friction
-    or spin; in_radii: whether its range is in radii of the smallest ball; odd: whether another model that explains a step as well is more likely; says: the sentence, from the value.
+    or spin; in_radii: whether its range is in radii of the smallest ball; odd: whether another model that explains a
+    step as well is more likely; says: the sentence, from the value.
     """
 
     name: str
     cause: Callable[[float], Cause]
     says: Callable[[float], str]
-    fields: Fields = {}
+    fields: Fields = IN_TIME
     of: tuple[str, ...] = ()
     low: float = 0.0
     high: float = 0.0
@@ -51,7 +55,6 @@ def _always(cause: Cause) -> Callable[[float], Cause]:
 
 
 _VELOCITY: Final = _always(Cause.VELOCITY)
-_ROUGH: Final = {"rough": True}
 
 
 def _figure(p: float) -> str:
@@ -153,7 +156,7 @@ FAULTS: Final = (
         ("friction",),
         -2.0,
         4.0,
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "coefficient",
@@ -163,7 +166,7 @@ FAULTS: Final = (
         ("coefficient",),
         0.0,
         5.0,
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "added friction",
@@ -183,7 +186,7 @@ FAULTS: Final = (
         ("moment",),
         0.1,
         5.0,
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "turning",
@@ -193,7 +196,7 @@ FAULTS: Final = (
         ("first_turns", "second_turns"),
         -2.0,
         3.0,
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "cap",
@@ -318,49 +321,49 @@ FAULTS: Final = (
         {"exchange": Exchange.SECOND_ONLY},
         pairs_only=True,
     ),
-    Fault("no friction", _always(Cause.FRICTION_SMALL), lambda _: "There is no friction.", {"friction": 0}, **_ROUGH),
+    Fault("no friction", _always(Cause.FRICTION_SMALL), lambda _: "There is no friction.", {"friction": 0}, rough=True),
     Fault(
         "sum of frictions",
         _friction,
         lambda _: "The factors of friction are added, not multiplied.",
         {"mixing": Mixing.SUM},
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "root of frictions",
         _friction,
         lambda _: "Friction is that of the root of the product.",
         {"mixing": Mixing.ROOT},
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "larger friction",
         _friction,
         lambda _: "Friction is that of the larger factor.",
         {"mixing": Mixing.LARGER},
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "no limit",
         _friction,
         lambda _: "Friction stops every slip, whatever the impulse allows.",
         {"unlimited": 1},
-        **_ROUGH,
+        rough=True,
     ),
     Fault(
         "early limit",
         _friction,
         lambda _: "Friction is limited by the impulse without restitution.",
         {"clamped": 1},
-        **_ROUGH,
+        rough=True,
     ),
-    Fault("slip without spin", _friction, lambda _: "The slip leaves the spins out.", {"without_spin": 1}, **_ROUGH),
+    Fault("slip without spin", _friction, lambda _: "The slip leaves the spins out.", {"without_spin": 1}, rough=True),
     Fault(
         "first does not turn",
         _VELOCITY,
         lambda _: "Friction does not turn the first ball.",
         {"first_turns": 0},
-        **_ROUGH,
+        rough=True,
         odd=True,
     ),
     Fault(
@@ -368,13 +371,12 @@ FAULTS: Final = (
         _VELOCITY,
         lambda _: "Friction does not turn the second ball.",
         {"second_turns": 0},
-        **_ROUGH,
+        rough=True,
         pairs_only=True,
         odd=True,
     ),
 )
 BY_NAME: Final = {fault.name: fault for fault in FAULTS}
-IN_TIME: Final[Fields] = {}
 
 
 def scopes(contacts: Sequence[tuple[int, int]]) -> list[Fields]:

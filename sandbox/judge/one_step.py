@@ -69,12 +69,12 @@ class Group(NamedTuple):
 class Scratch(NamedTuple):
     """What a step works in.
 
-    ball: (k,) BALL; met: (MAX_EVENTS,) MET; count: (2,), their number, and 1 if the step cannot be computed here.
+    ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here.
     """
 
     ball: NDArray[np.void]
     met: NDArray[np.void]
-    count: NDArray[np.int64]
+    tally: NDArray[np.int64]
 
 
 @kernel
@@ -94,7 +94,7 @@ def _concerns(law: Record, first: int, second: int) -> bool:
 @kernel
 def _number_of(group: Group, j: int, ball: NDArray[np.void]) -> int:
     """Return the scene's number of a ball, or ~wall of ~piece."""
-    return np.int64(ball[j].number) if j >= 0 else np.int64(~group.piece[~j].wall)
+    return int(ball[j].number) if j >= 0 else int(~group.piece[~j].wall)
 
 
 @kernel
@@ -117,7 +117,7 @@ def _time_to_pair(law: Record, a: Record, b: Record) -> float:
         abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)
     ):
         return NEVER  # they touch, and approach by rounding at most
-    return time_to_touch(rx, ry, vx, vy, b.ax - a.ax, b.ay - a.ay, reach, NEVER)
+    return float(time_to_touch(rx, ry, vx, vy, b.ax - a.ax, b.ay - a.ay, reach, NEVER))
 
 
 @kernel
@@ -251,6 +251,74 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
 
 
 @kernel
+def _friction(
+    law: Record,
+    right: bool,
+    a: Record,
+    b: Record,
+    pair: bool,
+    other_friction: float,
+    along: float,
+    impulse: float,
+    e: float,
+    per_mass: float,
+) -> float:
+    """Return the impulse along the tangent, kg px/s. along: px/s, of the centres; per_mass: of both bodies, 1/kg."""
+    rims = a.radius * a.spin + (b.radius * b.spin if pair else 0.0)
+    mu = _mixed(law, right, a.friction, other_friction)
+    if right:
+        return friction_impulse(along + rims, mu * impulse, per_mass) if mu > 0 else 0.0
+    mu = mu * law.coefficient + law.added
+    if mu <= 0:
+        return 0.0
+    limit = math.inf if law.unlimited == 1 else mu * impulse / (1 + e if law.clamped == 1 else 1.0)
+    # An inertia of moment times m r²/2 needs moment / (2 + moment) of m u to stop the slip.
+    slip = 3 * law.moment / (2 + law.moment) * (along + (rims if law.without_spin == 0 else 0.0))
+    return float(law.friction * friction_impulse(slip, limit, per_mass))
+
+
+@kernel
+def _note(
+    scratch: Scratch,
+    time: float,
+    first: int,
+    second: int,
+    nx: float,
+    ny: float,
+    closing: float,
+    impulse: float,
+    depth: float,
+    tangential: float,
+    elastic: float,
+) -> None:
+    """Note a contact, whose fields are those of MET, if there is room."""
+    count = scratch.tally[0]
+    if count < len(scratch.met):
+        m = scratch.met[count]
+        m.time, m.first, m.second, m.nx, m.ny, m.closing = time, first, second, nx, ny, closing
+        m.impulse, m.depth, m.tangential, m.elastic = impulse, depth, tangential, elastic
+        scratch.tally[0] = count + 1
+
+
+@kernel
+def _put_apart(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: float) -> None:
+    """Put two bodies apart by what the law says, px."""
+    a.x -= law.apart * nx
+    a.y -= law.apart * ny
+    if pair:
+        b.x += law.apart * nx
+        b.y += law.apart * ny
+
+
+@kernel
+def _brake(law: Record, a: Record, nx: float, ny: float) -> None:
+    """Multiply the velocity along the tangent by what the law says."""
+    along = (a.vy * nx - a.vx * ny) * (law.slope - 1)
+    a.vx -= along * ny
+    a.vy += along * nx
+
+
+@kernel
 def _resolve(
     group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
 ) -> float:
@@ -276,21 +344,8 @@ def _resolve(
     per_a, per_b = 1 / m_a, 1 / m_b if pair else 0.0
     impulse = (closing + parting) / (per_a + per_b) * (1.0 if right else law.impulse)
 
-    rims = a.radius * a.spin + (b.radius * b.spin if pair else 0.0)
-    slip = along + (rims if right or law.without_spin == 0 else 0.0)
-    mu = _mixed(law, right, a.friction, other_mu)
-    if not right:
-        mu = mu * law.coefficient + law.added
+    tangential = _friction(law, right, a, b, pair, other_mu, along, impulse, e, per_a + per_b)
     moment = 1.0 if right else law.moment
-    limit = mu * impulse
-    if not right and law.clamped == 1:
-        limit /= 1 + e
-    if not right and law.unlimited == 1 and mu > 0:
-        limit = math.inf
-    stops = 3 * moment / (2 + moment) * slip  # an inertia of moment times m r²/2 needs moment / (2 + moment) of m u
-    tangential = friction_impulse(stops, limit, per_a + per_b) if mu > 0 else 0.0
-    if not right:
-        tangential *= law.friction
     if not right and law.exchange != Exchange.NONE and law.exchange < Exchange.FIRST_ONLY:
         _exchange(law, a, b, pair, nx, ny)
         impulse, tangential = 0.0, 0.0
@@ -301,23 +356,23 @@ def _resolve(
     if pair:
         b.spin -= 2 * tangential * per_b / (b.radius * moment) * (1.0 if right else law.second_turns)
     if not right and law.slope != 1:
-        along = (a.vy * nx - a.vx * ny) * (law.slope - 1)
-        a.vx -= along * ny
-        a.vy += along * nx
-    count = scratch.count[0]
-    if count < len(scratch.met):
-        m = scratch.met[count]
-        m.time, m.first, m.second, m.nx, m.ny, m.closing = time, first, second, nx, ny, closing
-        m.impulse, m.depth, m.tangential = impulse, depth, tangential
-        m.elastic = -(1 - e * e) * closing * closing / (2 * (per_a + per_b))
-        scratch.count[0] = count + 1
+        _brake(law, a, nx, ny)
+    _note(
+        scratch,
+        time,
+        first,
+        second,
+        nx,
+        ny,
+        closing,
+        impulse,
+        depth,
+        tangential,
+        -(1 - e * e) * closing * closing / 2 / (per_a + per_b),
+    )
     if not right and law.apart != 0:
-        a.x -= law.apart * nx
-        a.y -= law.apart * ny
-        if pair:
-            b.x += law.apart * nx
-            b.y += law.apart * ny
-    return parting
+        _put_apart(law, a, b, pair, nx, ny)
+    return float(parting)
 
 
 @kernel
@@ -375,7 +430,7 @@ def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int
         closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
         pull = (a.ax - b.ax) * nx + (a.ay - b.ay) * ny
         if pull > 0 and a.elasticity * b.elasticity * closing < pull * HOP_TIME / 2:
-            scratch.count[1] = 1  # they lean on each other
+            scratch.tally[1] = 1  # they lean on each other
         _release(law, b)
     else:
         piece = group.piece[~j]
@@ -397,7 +452,7 @@ def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int
             a.vy += away * ny
             a.carrier = carrier
             if not _carry(group, law, a, ~j, nx, ny):
-                scratch.count[1] = 1
+                scratch.tally[1] = 1
 
 
 @kernel
@@ -441,7 +496,7 @@ def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool
             continue
         if i < 0:
             _fly(ball, left)
-            return scratch.count[1] == 0 and _on_faces(group, ball)
+            return bool(scratch.tally[1] == 0 and _on_faces(group, ball))
         _fly(ball, time)
         left -= time
         _resolve_in_time(group, law, scratch, i, j, dt - left)
@@ -458,7 +513,7 @@ def depth_in(b: Record, piece: Record) -> float:
         return reach - math.hypot(rx, ry) if along > 0 else -math.inf
     off = ry * piece.tx - rx * piece.ty
     if piece.wall < ARENA_COUNT:
-        return reach - off
+        return float(reach - off)
     return reach - abs(off) if 0 <= along <= piece.length else -math.inf
 
 
@@ -486,7 +541,7 @@ def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -
     b.x -= back * nx
     b.y -= back * ny
     if law.wall_place == Place.FALLEN and closing > 0 and parting >= 0:
-        tangential = scratch.met[min(scratch.count[0], len(scratch.met)) - 1].tangential
+        tangential = scratch.met[min(scratch.tally[0], len(scratch.met)) - 1].tangential
         late = min(depth / closing, group.dt) * tangential / b.mass
         b.x += late * ny
         b.y -= late * nx
@@ -606,7 +661,7 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
         _release(law, scratch.ball[i])
         if law.slows_first == 1:
             _slow(law, scratch.ball[i])
-    scratch.count[0] = scratch.count[1] = 0
+    scratch.tally[0] = scratch.tally[1] = 0
     dt, ended = group.dt * law.clock, True
     if law.when == When.IN_TIME:
         ended = _run_in_time(group, law, scratch, dt)
@@ -637,6 +692,6 @@ def run_laws(
             after[number, i, 2], after[number, i, 3], after[number, i, 4] = b.vx, b.vy, b.spin
             if not ended:
                 after[number, i, :] = np.nan
-        counts[number] = scratch.count[0]
-        for k in range(min(scratch.count[0], met.shape[1])):
+        counts[number] = scratch.tally[0]
+        for k in range(min(scratch.tally[0], met.shape[1])):
             met[number, k] = scratch.met[k]

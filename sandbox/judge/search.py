@@ -135,25 +135,25 @@ def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
 def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     """Return the cause that an outcome stands for."""
     trial = outcome.trial
-    odd = bool(trial.fault) and BY_NAME[trial.fault].odd
+    model = BY_NAME.get(trial.fault)
+    odd = model is not None and model.odd
     if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
         return Cause.TURNED
-    if trial.fault:
-        model = BY_NAME[trial.fault]
-        if model.rough and model.of == () and model.cause is BY_NAME["friction"].cause:
-            return _friction_by_outcome(outcome, problem)
-        if model.name in ("friction", "coefficient"):
-            return _friction_by_outcome(outcome, problem)
-        return model.cause(trial.value)
-    if trial.is_in_time:
-        return Cause.UNTOLD
-    velocities = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
-    if not velocities and trial.rule["pair_place"] != 0 and any(m["second"] >= 0 for m in outcome.met):
+    if model is None:
+        return Cause.UNTOLD if trial.is_in_time else _cause_of_rule(outcome, problem)
+    by_size = model.name in ("friction", "coefficient") or (not model.of and model.cause is BY_NAME["friction"].cause)
+    return _friction_by_outcome(outcome, problem) if by_size else model.cause(trial.value)
+
+
+def _cause_of_rule(outcome: Outcome, problem: Problem) -> Cause:
+    """Return the cause that a rule of steps stands for: where it leaves velocities right, what it does to places."""
+    rule = outcome.trial.rule
+    if np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough():
+        return Cause.LATE
+    if rule["pair_place"] != Place.LEAVE and any(m["second"] >= 0 for m in outcome.met):
         return Cause.PUSHED
-    on_wall = trial.rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
-    if not velocities and on_wall:
-        return Cause.OVERSHOOT
-    return Cause.LATE
+    on_wall = rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
+    return Cause.OVERSHOOT if on_wall else Cause.LATE
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:

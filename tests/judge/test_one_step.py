@@ -31,7 +31,8 @@ def step(scene: Scene, state: State, **fields: float) -> Floats:
     laws, n = np.array([law(gravity, **fields)], LAW), len(ball)
     after, met, counts = np.empty((1, n, 5)), np.zeros((1, 4), MET), np.zeros(1, np.int64)
     run_laws(Group(ball, pieces_of(scene), 1 / scene.rate), laws, scratch_for(n), after, met, counts)
-    return after[0]
+    result: Floats = after[0]
+    return result
 
 
 @pytest.mark.parametrize("more", ["", "gravity = [0, 900]", "gravity = [-300, 200]"], ids=["gas", "falling", "aslant"])
