@@ -18,7 +18,7 @@ from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scr
 from sandbox.judge.law import LAW, Scope, law
 from sandbox.judge.one_step import Group
 from sandbox.judge.search import Search, as_exact, cause_of
-from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, SINGLE
+from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, NEARLY, SINGLE
 from sandbox.judge.touching import Missed, Springs, StepError, Touches
 from sandbox.judge.words import of_outcome
 from sandbox.quantity import energy, length, outside, segment_distance, spin_energy
@@ -320,7 +320,8 @@ class Judge:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = (problem.after - problem.exact.after) * problem.scale
         wrong = np.abs(off).max(axis=1) > f.floor
-        touches = self._touches.among(f, step, balls.tolist())
+        nearly = NEARLY * float(self._scene.bodies.radius.min())
+        touches = self._touches.among(f, step, balls.tolist(), nearly)
         if contact is None and not touches:
             return self._apart(f, step, balls, problem, wrong)
         return [self._error(f, step, balls, contact, Cause.UNKNOWN, "What the step did fits no single error.")]

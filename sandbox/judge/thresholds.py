@@ -13,3 +13,4 @@ MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have 
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
 FAR: Final = 0.1  # of a radius, by which a ball must be apart from everything to show how an engine flies
 NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early
+NEARLY: Final = 1e-3  # of a radius, within which bodies may have touched: far above what rounding moves a contact

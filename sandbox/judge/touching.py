@@ -108,11 +108,11 @@ class Touches:
         away = nearest_on_segment(x[first], np.array(start), np.array(to)) - x[first]
         return away, float(radius[first] + thickness / 2 - length(away))
 
-    def among(self, f: Flown, row: int, balls: Sequence[int]) -> list[Touch]:
-        """Return how some balls touch each other, and walls."""
+    def among(self, f: Flown, row: int, balls: Sequence[int], gap: float = 0.0) -> list[Touch]:
+        """Return how some balls touch each other, and walls, or are at most a gap (px) apart."""
         pairs = [*combinations(balls, 2), *((ball, ~wall) for ball in balls for wall in self._walls)]
         touches = (self.of(f, row, pair) for pair in pairs)
-        return [touch for touch in touches if touch.depth > f.floor]
+        return [touch for touch in touches if touch.depth > f.floor - gap]
 
 
 class Missed:
