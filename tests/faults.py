@@ -15,9 +15,9 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from pymunk import Circle
 
-from sandbox.analysis.causes import Cause
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
+from sandbox.judge.causes import Cause
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State, no_contacts

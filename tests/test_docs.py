@@ -29,9 +29,9 @@ from browser import chromium
 from conftest import REQUIRED, Command
 from PIL import Image, ImageSequence
 
-from sandbox.analysis.causes import Cause
 from sandbox.bench.parts import PARTS
 from sandbox.bench.window import finer_gas
+from sandbox.judge.causes import Cause
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene

@@ -29,7 +29,6 @@ the time at which they touched.
 import math
 from typing import Final
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import (
     NO_ERROR,
     Block,
@@ -50,6 +49,7 @@ from sandbox.analysis.friction import (
 )
 from sandbox.analysis.rest import enter_friction_at_rest, enter_rest, is_at_rest
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 
 MAX_TURNED: Final = 0.5  # rad; what acts further from the normal is no impulse along a turned one
 

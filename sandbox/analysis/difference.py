@@ -17,7 +17,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     BY_STATES,
     DISORDERED,
@@ -45,6 +44,9 @@ from sandbox.analysis.record import (
 from sandbox.analysis.start_overlaps import SINGLE_PRECISION
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.timeline import Timeline
+from sandbox.judge.touching import StepError
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -68,11 +70,15 @@ class Kind(StrEnum):
     FLIGHT = "flight"
     STATES = "states"
     START = "start"
+    STEP = "step"
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A contact in which an engine and the reference differ; or what no contact shows: a flight, the start, states."""
+    """A contact in which an engine and the reference differ; or what no contact shows: a flight, the start, states.
+
+    Of a step, what should be is what the exact step makes of the engine's own state before it.
+    """
 
     kind: Kind
     time: float  # s, in the engine; in the reference if it is missing
@@ -133,6 +139,35 @@ def difference_of_states(time: float, ball: int, own: Record, reference: Record)
     assert cause is not None
     reason = Reason(cause, BY_STATES, in_reference=own.unjudged is None)
     return Difference(Kind.STATES, time, ball, None, *reason, None, None, None, None)
+
+
+def differences_of_steps(scene: Scene, timeline: Timeline) -> tuple[Difference, ...]:
+    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES."""
+    return tuple(_of_step(scene, error) for error in timeline.errors[:MAX_DIFFERENCES])
+
+
+def _of_step(scene: Scene, error: StepError) -> Difference:
+    before, after, should = (tuple((x, y) for x, y in v.tolist()) for v in (error.before, error.after, error.should))
+    spins = [tuple(each.tolist()) for each in error.spins]
+    first, second = error.contact or (error.balls[0], None)
+    return Difference(
+        Kind.STEP,
+        scene.clock.time(error.step),
+        first,
+        second,
+        error.cause,
+        error.because,
+        in_reference=False,
+        before=before,
+        after=after,
+        should_before=before,
+        should_after=should,
+        spin_before=spins[0],
+        spin_after=spins[1],
+        should_spin_before=spins[0],
+        should_spin_after=spins[2],
+        depth=error.depth,
+    )
 
 
 def differences(

@@ -2,7 +2,6 @@
 
 import math
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import (
     NO_ERROR,
     Block,
@@ -14,6 +13,7 @@ from sandbox.analysis.findings import (
     sum_unsteady,
 )
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.state import Floats, Integers
 
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Damping, Floats, Integers

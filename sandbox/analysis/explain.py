@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import pair_friction
 from sandbox.analysis.flights import PUSHED_OUT, SPIN_CHANGED, VELOCITY_CHANGED, Flights
 from sandbox.analysis.start_overlaps import StartOverlap
 from sandbox.analysis.tunnelling import Passage
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.scene.model import ARENA_WALLS, Scene
 
 WRONG_REFERENCE: Final = "The reference is wrong here."

@@ -6,9 +6,9 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.causes import Cause
 from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
+from sandbox.judge.causes import Cause
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 

@@ -3,7 +3,6 @@
 import math
 from typing import Final
 
-from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.findings import (
     Block,
     SceneConstants,
@@ -12,6 +11,7 @@ from sandbox.analysis.findings import (
 )
 from sandbox.compiled import Record, kernel
 from sandbox.engines.walls import ARENA_COUNT
+from sandbox.judge.causes import NEGLIGIBLE
 
 TOUCHING: Final = 0.1  # of a depth; bodies that overlapped by less of it before their flight only touched then
 

@@ -3,7 +3,6 @@
 import math
 from typing import NamedTuple
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.displacement import mends_overlap
 from sandbox.analysis.findings import (
     Block,
@@ -17,6 +16,7 @@ from sandbox.analysis.replay import (
     fly,
 )
 from sandbox.compiled import kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.state import Contacts, Floats, Integers
 
 

@@ -3,7 +3,6 @@
 import math
 from typing import Final
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import (
     Block,
     SceneConstants,
@@ -16,6 +15,7 @@ from sandbox.analysis.findings import (
 )
 from sandbox.analysis.rest import enter_friction_at_rest
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 
 WITHIN_ARM: Final = 1e-3  # of friction, that float32 and the iterations of a solver may be off
 _OF_FRICTION: Final = (Cause.FRICTION_SMALL, Cause.FRICTION_LARGE, Cause.RESCALED, Cause.UNTOLD)  # its errors

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from sandbox.analysis.attribution import attribute_simultaneous, attribute_single
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.displacement import attribute_displacement
 from sandbox.analysis.engine_gravity import engine_gravity
 from sandbox.analysis.findings import (
@@ -53,6 +52,7 @@ from sandbox.analysis.start_overlaps import StartOverlap, StartOverlaps
 from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
 from sandbox.compiled import entry, kernel
 from sandbox.engines.engine import Traits
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, Pushes, States
@@ -452,12 +452,16 @@ class Ledger:
 
     def entries(self) -> tuple[Entry, ...]:
         """Return a line for each cause that occurred, in the order of Cause."""
-        sums = self._sums if self._unjudged is None else _in_one_line(self._sums, self._unjudged)
-        return tuple(
-            Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
-            for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
-            if energy or contacts
-        )
+        return entries_of(self._sums if self._unjudged is None else _in_one_line(self._sums, self._unjudged))
+
+
+def entries_of(sums: Floats) -> tuple[Entry, ...]:
+    """Return a line for each cause that occurred. sums: (4, causes), of energy, momentum, displacement, contacts."""
+    return tuple(
+        Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
+        for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
+        if energy or contacts
+    )
 
 
 def _in_one_line(sums: Floats, line: Cause) -> Floats:

@@ -8,16 +8,18 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
-from sandbox.analysis.difference import Difference, difference_of_states, differences
+from sandbox.analysis.difference import Difference, difference_of_states, differences, differences_of_steps
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.findings import Findings
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, why_unjudged
+from sandbox.analysis.ledger import Entry, Ledger, entries_of, why_unjudged
 from sandbox.analysis.record import Record
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.judge import Judge
+from sandbox.judge.timeline import Suffered, Timeline
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
@@ -81,7 +83,8 @@ class Run:
     mean anything; contacts: in order of time; impacts: what the ledger found about the first MAX_IMPACTS of them, none
     if they cannot be judged one by one; differences: from the reference, until the two are apart; missed: passages
     without a reported contact; escape: the balls that left the arena, None if none did; unjudged: why its contacts
-    cannot be judged one by one, None if they can; scores: for the scene's expectations that fall into the run;
+    cannot be judged one by one, None if they can; suffered: what the run suffers from, the worst first, of an engine
+    that is judged by its steps; scores: for the scene's expectations that fall into the run;
     theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
@@ -103,6 +106,7 @@ class Run:
     missed: tuple[Passage, ...]
     escape: Escape | None
     unjudged: Cause | None
+    suffered: tuple[Suffered, ...]
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
@@ -143,6 +147,7 @@ class Measurement:
         self._scene = scene
         self._stride = stride
         self._ledger = Ledger(scene, self._traits)
+        self._judge = Judge(scene) if why_unjudged(self._traits) == Cause.SILENT and not self._traits.soft else None
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
@@ -228,6 +233,9 @@ class Measurement:
         states = self.states.rows(slice(rows))
         pushes = np.array(self.pushes, PUSH)
         torques, damped = self._ledger.add(states, contacts, pushes)
+        if self._judge:
+            steps = self._entered + np.arange(1, rows)
+            self._judge.add(states, pushes, 1 / self._scene.clock.rates(steps))
         self.scale.follow(self._scene, states, contacts, self._entered)
         self._torques[self._entered : self._entered + rows - 1] = torques
         self._given[self._entered + 1 : self._entered + rows] = damped
@@ -294,6 +302,9 @@ class Measurement:
             differing = (difference_of_states(*away, record, reference),)
         if in_place:
             differing = tuple(one for one in differing if one.cause in OF_REPORTS)
+        timeline = Timeline(self._judge) if self._judge else None
+        if timeline:
+            differing = () if in_place else differences_of_steps(scene, timeline)
         change = change_of(total_energy, energy_scale)
         scores, escape = self._scores(energy_scale), self._escape(final)
         figures = Figures(
@@ -312,7 +323,7 @@ class Measurement:
             met=sum(one.passed for one in scores if not one.skipped),
             skipped=sum(bool(one.skipped) for one in scores),
             first_difference=differing[0] if differing else None,
-            ledger=self._ledger.entries(),
+            ledger=entries_of(timeline.sums) if timeline else self._ledger.entries(),
         )
         return Run(
             figures=figures,
@@ -332,6 +343,7 @@ class Measurement:
             missed=tuple(sorted(record.missed)),
             escape=escape,
             unjudged=record.unjudged,
+            suffered=timeline.suffered if timeline and not in_place else (),
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),

@@ -6,7 +6,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.explain import (
     explain,
     explain_damping,
@@ -19,6 +18,7 @@ from sandbox.analysis.flights import DAMPED, PUSHED_OUT, PUT_ELSEWHERE, SPIN_CHA
 from sandbox.analysis.start_overlaps import MAY_BE_BY_OVERLAP, StartOverlap, overlap_of
 from sandbox.analysis.ties import SIMULTANEOUS
 from sandbox.analysis.tunnelling import Passage
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, State
 

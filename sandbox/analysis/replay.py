@@ -3,7 +3,6 @@
 import math
 from typing import Final, NamedTuple
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import (
     Block,
     SceneConstants,
@@ -15,6 +14,7 @@ from sandbox.analysis.findings import (
     turn_energy,
 )
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.state import Contacts, Floats, Integers
 
 ROUNDING: Final = 1e-12  # of the speeds of two bodies: what their approach may be off

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.scene.clock import Clock
 from sandbox.state import Bools, Contacts, Integers
 

@@ -3,7 +3,6 @@
 import math
 from typing import Final
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.findings import (
     Block,
     SceneConstants,
@@ -11,6 +10,7 @@ from sandbox.analysis.findings import (
     pair_constants,
 )
 from sandbox.compiled import Record, kernel
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 
 BOUNCED: Final = 0.75  # of the speed that gravity gives in a flight: more than that was not a bounce before it
 

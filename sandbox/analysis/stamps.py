@@ -10,10 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.findings import SceneConstants, StepLengths, give_impulse, line_to_wall, of_step
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.walls import ARENA_COUNT
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.state import Contacts, Floats, Integers
 
 PARTS: Final = 16  # of a step, in which the first is looked for at whose end two bodies are deep enough

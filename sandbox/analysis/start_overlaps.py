@@ -6,8 +6,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.first_touch import TOUCHING
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.quantity import deepest_overlap, length, segment_distance
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.state import Floats

@@ -6,8 +6,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.compiled import entry, kernel
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.quantity import outside, segment_distance
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers

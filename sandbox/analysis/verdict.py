@@ -8,7 +8,6 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
 from sandbox.analysis.expectations import worst
@@ -17,7 +16,8 @@ from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE
 from sandbox.engines import TUNED, settings_in
-from sandbox.text import listed
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
 NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
@@ -31,6 +31,7 @@ SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that comput
 MAX_OWN_ERROR: Final = 0.01  # fraction of the energy that the reference may have in error before the verdict says so
 EXPLAINED: Final = 0.1  # of an energy error, by which a ledger that explains it may differ
 MAX_CANCELLED: Final = 5  # times an energy error, that its causes may come to before others cancel them
+UNKNOWN_SHOWN: Final = 0.01  # of an engine's error that fits no cause, before the verdict says so
 MARK: Final = " *"  # of rows whose figures are of the whole run, though the paths soon mean nothing
 _FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
 REMEDIES: Final = {
@@ -217,14 +218,46 @@ def _unjudged(comparison: Comparison) -> str:
     sentences = []
     if silent:
         sentences.append(
-            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by states alone."
+            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by what each step "
+            "does to the balls."
         )
+    sentences += [_suffered(comparison, name) for name in silent]
     if soft:
         sentences.append(
             f"Contacts of {listed(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
             "energy while nothing overlaps."
         )
     return " ".join(sentences)
+
+
+def _suffered(comparison: Comparison, name: str) -> str:
+    """Say what is wrong with most of an engine's steps, and with the first, where these have been judged."""
+    run = comparison.runs[name]
+    if not run.suffered:
+        return ""
+    known = [one for one in run.suffered if one.cause != Cause.UNKNOWN]
+    unknown = sum(one.share for one in run.suffered if one.cause == Cause.UNKNOWN)
+    first, sentences = run.figures.first_difference, []
+    if known:
+        worst = known[0]
+        times = counted(worst.times, "time")
+        sentences.append(
+            f"What is wrong in {name}, {times} and {_percent(worst.share)} of its error: {_lower(worst.because)}"
+        )
+    if unknown > UNKNOWN_SHOWN:
+        sentences.append(f"{_percent(unknown)} of {name}'s error fits no single cause.")
+    if first and not (known and first.because == known[0].because):
+        who = pair_name(comparison.scene, first)
+        sentences.append(f"Its first wrong step ends at {first.time:.3f} s, {who}: {_lower(first.because)}")
+    return " ".join(sentences)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %"
+
+
+def _lower(sentence: str) -> str:
+    return f"{sentence[0].lower()}{sentence[1:]}"
 
 
 def _paths(comparison: Comparison) -> str:

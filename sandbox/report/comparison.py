@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.advice import Trial, advice_rows, recommend
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
 from sandbox.analysis.measurement import MAX_IMPACTS, Run
 from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
 from sandbox.engines import TUNED
+from sandbox.judge.causes import Cause
 from sandbox.report.charts import charts
 from sandbox.report.html import render
 from sandbox.report.impacts import impacts
@@ -39,6 +39,7 @@ KINDS: Final = {
     Kind.FLIGHT: "in flight",
     Kind.STATES: "by states",
     Kind.START: "at the start",
+    Kind.STEP: "a step",
 }
 KEYS: Final = (
     ("Space", "play or pause"),

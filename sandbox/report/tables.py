@@ -9,11 +9,11 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 
-from sandbox.analysis.causes import NEGLIGIBLE, Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
 from sandbox.analysis.verify import Board, Outcome, Result, tally
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.scene.model import Scene
 from sandbox.text import counted
 
@@ -29,6 +29,7 @@ _KINDS: Final = {
     Kind.FLIGHT: "",
     Kind.STATES: "",
     Kind.START: "",
+    Kind.STEP: "",
 }
 
 
@@ -79,10 +80,12 @@ def headline(comparison: Comparison) -> str:
 
 def speeds_and_spins(scene: Scene, difference: Difference, against: str) -> Iterator[str]:
     """Yield a contact's speeds, and its spins if a ball turns, before and after it; none if it is no contact."""
-    if difference.second is not None:
+    if difference.kind == Kind.STEP:
+        yield _velocities(difference)
+    elif difference.second is not None:
         yield _speeds(difference, against)
-        if spins := _spins(scene, difference, against):
-            yield spins
+    if difference.second is not None and (spins := _spins(scene, difference, against)):
+        yield spins
 
 
 def _speeds(first: Difference, against: str) -> str:
@@ -92,6 +95,17 @@ def _speeds(first: Difference, against: str) -> str:
         for pair in ((first.before, first.after), (first.should_before, first.should_after))
     )
     return f"Speeds, px/s: {_before_and_after(own, reference, against)}."
+
+
+def _velocities(difference: Difference) -> str:
+    """Return a sentence with the velocities before and after a step, and after the exact step from the same state."""
+    before, after, should = (
+        " and ".join(f"({x + 0.0:.4g}, {y + 0.0:.4g})" for x, y in each or ())
+        for each in (difference.before, difference.after, difference.should_after)
+    )
+    if after == should:
+        return f"Velocities, px/s: {before} before the step, and {after} after it, as they should be. Places are wrong."
+    return f"Velocities, px/s: {before} before the step, {after} after it; exactly, {should} after it."
 
 
 def _spins(scene: Scene, first: Difference, against: str) -> str:

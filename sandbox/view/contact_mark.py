@@ -12,8 +12,8 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.analysis.causes import NEGLIGIBLE
 from sandbox.analysis.difference import Difference, Velocities
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State

@@ -6,11 +6,11 @@ from typing import Final
 import pygame
 from pygame import Surface
 
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.gas import wall_impulse
 from sandbox.engines import create
 from sandbox.files import whole_file
+from sandbox.judge.causes import Cause
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
 from sandbox.view.layout import Layout

@@ -8,9 +8,9 @@ from conftest import scene_of
 from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
+from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene

@@ -12,13 +12,13 @@ import pytest
 from conftest import scene_of
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
 from sandbox.analysis.junit import limits_as_junit
 from sandbox.analysis.verdict import verdict
 from sandbox.engines import Engine, advance, can_run, registry
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.errors import SandboxError
+from sandbox.judge.causes import Cause
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import verdict
+from sandbox.judge.causes import Cause
 from sandbox.scene.model import Scene
 
 OWN = (Cause.DAMPING, Cause.LATE, Cause.PUSHED, Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.ROUNDING)

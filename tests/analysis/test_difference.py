@@ -11,9 +11,9 @@ from conftest import scene_of
 from faults import EventDriven
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference, pair_name
+from sandbox.judge.causes import Cause
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene

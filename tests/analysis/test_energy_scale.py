@@ -9,9 +9,9 @@ import pymunk
 import pytest
 from conftest import scene_of
 
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import compare, compare_with, flatten, run_reference
 from sandbox.analysis.verify import Outcome, verify
+from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import load

@@ -10,9 +10,9 @@ from conftest import scene_of
 from faults import FAULTS
 
 import sandbox.engines
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.comparison import Reference, compare_with, run_reference
 from sandbox.analysis.measurement import Run
+from sandbox.judge.causes import Cause
 from sandbox.scene.model import Scene
 
 EIGHT: Final = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"

@@ -6,10 +6,10 @@ import numpy as np
 import pymunk
 import pytest
 
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.rescaled import PERSISTENCE, RescaledImpulses
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SpaceWarning
+from sandbox.judge.causes import Cause
 from sandbox.scene.clock import Clock
 from sandbox.scripting.watch import Watched, watch
 from sandbox.state import CONTACT

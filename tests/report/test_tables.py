@@ -2,8 +2,8 @@
 
 from conftest import scene_of
 
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.difference import Difference, Kind
+from sandbox.judge.causes import Cause
 from sandbox.report.tables import _spins
 
 

@@ -13,9 +13,9 @@ import pymunk
 import pytest
 
 import sandbox
-from sandbox.analysis.causes import Cause
 from sandbox.analysis.verdict import verdict
 from sandbox.errors import SandboxError, SpaceWarning
+from sandbox.judge.causes import Cause
 from sandbox.scripting.comparison import Comparison
 from sandbox.scripting.watch import Watched, watch
 

@@ -15,6 +15,7 @@ g_t - mu g_n s, until u, which changes by g_t - 3 mu g_n s a second, is 0. From 
 import math
 
 from sandbox.compiled import kernel
+from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.world import World
 
 
@@ -36,9 +37,9 @@ def _rub(world: World, i: int, nx: float, ny: float, tangential: float, per_mass
 
 
 @kernel
-def _tangential(slip: float, impulse: float, friction: float, per_mass: float) -> float:
-    """Return the impulse along the tangent, kg px/s. per_mass: of both bodies, 1/kg."""
-    largest = max(0.0, friction * impulse)
+def friction_impulse(slip: float, limit: float, per_mass: float) -> float:
+    """Return the impulse along the tangent, kg px/s, up to a limit. slip: px/s; per_mass: of both bodies, 1/kg."""
+    largest = max(0.0, limit)
     return max(-largest, min(largest, slip / (3 * per_mass)))
 
 
@@ -51,7 +52,7 @@ def rub_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float)
     slip, per_mass = slip_on(world, i, nx, ny), 1 / world.body[i].mass
     if not world.is_rough:
         return 0.0, slip
-    tangential = _tangential(slip, impulse, world.turn[i].friction * world.piece[p].friction, per_mass)
+    tangential = friction_impulse(slip, world.turn[i].friction * world.piece[p].friction * impulse, per_mass)
     _rub(world, i, nx, ny, tangential, per_mass)
     return tangential, slip
 
@@ -64,10 +65,23 @@ def rub_discs(
     slip = slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
     if not world.is_rough:
         return 0.0, slip
-    tangential = _tangential(slip, impulse, world.turn[i].friction * world.turn[j].friction, per_i + per_j)
+    tangential = friction_impulse(slip, world.turn[i].friction * world.turn[j].friction * impulse, per_i + per_j)
     _rub(world, i, nx, ny, tangential, per_i)
     _rub(world, j, -nx, -ny, tangential, per_j)
     return tangential, slip
+
+
+@kernel
+def friction_on_face(g_t: float, largest: float, slip: float) -> tuple[float, float]:
+    """Return the friction of a face per mass, px/s², and for how long a disc that it carries slips, s.
+
+    g_t: px/s², gravity along the tangent; largest: px/s², what friction can be; slip: px/s.
+    """
+    if slip == 0 and abs(g_t) <= 3 * largest:
+        return g_t / 3, NEVER
+    friction = math.copysign(largest, slip if slip != 0 else g_t)
+    change = g_t - 3 * friction
+    return friction, -slip / change if slip * change < 0 else NEVER
 
 
 @kernel
@@ -79,13 +93,9 @@ def rub_face(world: World, i: int, p: int, nx: float, ny: float, slip: float, no
     largest = turn.friction * world.piece[p].friction * g_n
     if largest <= 0 or g_n <= world.min_pull:
         return
-    if slip == 0 and abs(g_t) <= 3 * largest:
-        friction = g_t / 3
-    else:
-        friction = math.copysign(largest, slip if slip != 0 else g_t)
-        change = g_t - 3 * friction
-        if slip * change < 0:
-            turn.slips_until = now - slip / change
+    friction, slips_for = friction_on_face(g_t, largest, slip)
+    if slips_for < NEVER:
+        turn.slips_until = now + slips_for
     body.ax += friction * ny
     body.ay -= friction * nx
     turn.spin_rate = -2 * friction / world.disc[i].radius

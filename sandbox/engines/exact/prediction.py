@@ -110,7 +110,7 @@ def _time_to_end(rx: float, ry: float, m: Motion, reach: float, piece: Record) -
 
 
 @kernel
-def _time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> float:
+def time_to_piece(m: Motion, radius: float, piece: Record, carried: bool) -> float:
     """Return when a disc touches a piece of wall or, if the piece carries the disc, when it slides off an end."""
     rx, ry = m.x - piece.x, m.y - piece.y
     if piece.length == 0:
@@ -137,14 +137,14 @@ def _predict_walls(world: World, i: int, m: Motion, now: float) -> None:
         # A disc that a face carries cannot touch the ends of that wall before it leaves the face.
         if event.carrier not in (NONE, p) and piece[p].wall == piece[event.carrier].wall:
             continue
-        time = now + _time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
+        time = now + time_to_piece(m, world.disc[i].radius, piece[p], p == event.carrier)
         if p == event.carrier:
             time *= 1 + CLOCK_MARGIN
         elif time < now + CONTACT_TIME:
             approach = approach_to_piece(m, piece[p])
             if time == now and is_rounding(world, approach):
                 radius = world.disc[i].radius
-                time = _later(now + _time_to_piece(parting(m, approach), radius, piece[p], False), now)
+                time = _later(now + time_to_piece(parting(m, approach), radius, piece[p], False), now)
             time = _time_of_next(world, i, i, m, approach, time, now)
         if time < NEVER:
             _propose_contact(world, i, time, ~p, 0)

@@ -1,0 +1,179 @@
+"""Which error models leave nothing over of a step: those with the fewest parameters first, and then all that do.
+
+A parameter is fitted by Gauss and Newton's method from the best points of a grid: the residual of a step that a model
+explains goes to the noise floor, and that of one which it does not explain stays.
+"""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.judge.groups import scratch_for
+from sandbox.judge.law import LAW, Laws, When, law
+from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
+from sandbox.judge.one_step import MET, Group, run_laws
+from sandbox.judge.thresholds import LEFT_OVER
+from sandbox.state import Floats
+
+GRID: Final = 33  # points of a parameter's range from which a fit may begin
+STARTS: Final = 4  # of these, the best, from which it does
+ROUNDS: Final = 8  # of Gauss and Newton's method, which doubles the digits in each
+STEP: Final = 1e-6  # of a parameter's range, for the derivative
+MET_KEPT: Final = 8  # contacts of a step that are kept for its sentence
+
+
+class Trial(NamedTuple):
+    """A way to make a step: by a rule, with a fault of the contacts in some scope, and its value."""
+
+    rule: Fields
+    fault: str = ""  # its name, "" if none
+    scope: Fields = IN_TIME
+    value: float = 1.0
+
+    @property
+    def fields(self) -> dict[str, float]:
+        """The fields of LAW that it changes."""
+        if not self.fault:
+            return dict(self.rule)
+        model = BY_NAME[self.fault]
+        return {**self.rule, **self.scope, **model.fields, **dict.fromkeys(model.of, self.value)}
+
+    @property
+    def is_in_time(self) -> bool:
+        """Whether contacts are found at the time of impact."""
+        return self.rule.get("when", When.IN_TIME) == When.IN_TIME
+
+
+class Outcome(NamedTuple):
+    """What a step comes to by a trial.
+
+    left: px, what is over of the residual; met: its contacts; after: (k, 5).
+    """
+
+    trial: Trial
+    left: float
+    met: NDArray[np.void]
+    after: Floats
+
+
+class Problem:
+    """A step of a group of balls that an engine did, for models to explain.
+
+    after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise.
+    """
+
+    def __init__(self, group: Group, after: Floats, gravity: tuple[float, float], floor: float) -> None:
+        self.group, self.after, self.gravity, self.floor = group, after, gravity, floor
+        dt, radius = group.dt, group.ball["radius"]
+        self.scale = np.empty_like(after)
+        self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
+        self._scratch = scratch_for(len(group.ball))
+        self.exact = self.outcomes([Trial({})])[0]
+        self.size = self.exact.left
+
+    def run(self, laws: Laws) -> tuple[Floats, NDArray[np.void], NDArray[np.int64]]:
+        """Do the step by some laws. Returns what it comes to, (laws, k, 5), and contacts."""
+        after = np.empty((len(laws), *self.after.shape))
+        met, counts = np.zeros((len(laws), MET_KEPT), MET), np.zeros(len(laws), np.int64)
+        run_laws(self.group, laws, self._scratch, after, met, counts)
+        return after, met, counts
+
+    def laws(self, trials: Sequence[Trial]) -> Laws:
+        """Return the laws of some trials."""
+        return laws_of(trials, self.gravity)
+
+    def residuals(self, after: Floats) -> Floats:
+        """Return the residuals of what steps come to, px: (laws, 5 k)."""
+        return ((after - self.after) * self.scale).reshape(len(after), -1)
+
+    def outcomes(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Try trials as they are."""
+        if not trials:
+            return []
+        return self.outcomes_of(trials, self.laws(trials))
+
+    def outcomes_of(self, trials: Sequence[Trial], laws: Laws) -> list[Outcome]:
+        """Try trials whose laws are known."""
+        after, met, counts = self.run(laws)
+        left = np.abs(self.residuals(after)).max(axis=1)
+        left[np.isnan(left)] = np.inf
+        return [Outcome(trial, float(left[k]), met[k, : counts[k]], after[k]) for k, trial in enumerate(trials)]
+
+    @property
+    def numbers(self) -> int:
+        """How many places, velocities and spins of balls are not as the exact step has them."""
+        off = np.abs(self.residuals(self.exact.after[None])).reshape(self.after.shape) > self.enough()
+        return int(off[:, :2].any(axis=1).sum() + off[:, 2:4].any(axis=1).sum() + off[:, 4].sum())
+
+    def enough(self) -> float:
+        """Return the residual that an explanation may leave, px."""
+        return max(2 * self.floor, LEFT_OVER * self.size)
+
+    def fits(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
+        """Return the outcomes that leave nothing over, the best first."""
+        enough = self.enough()
+        fitting = (o for o in outcomes if o.left <= enough and (o.trial.is_in_time or len(o.met)))
+        return sorted(fitting, key=lambda o: o.left)
+
+    def fit(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Fit the parameters of trials, and return what they come to."""
+        if not trials:
+            return []
+        models = [BY_NAME[trial.fault] for trial in trials]
+        base = self.laws(trials)
+        low, high = self._ranges(models)
+        grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
+        after, _, _ = self.run(_with(np.repeat(base, GRID), [m for m in models for _ in range(GRID)], grid.ravel()))
+        left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
+        left[np.isnan(left)] = np.inf
+        flat = np.isclose(left[:, 1:], left[:, :-1], rtol=1e-9, atol=0)
+        left[:, 1:][flat] = np.inf  # a contact that has moved to the start of the step no longer depends on the value
+        best = np.argsort(left, axis=1)[:, :STARTS]
+        value = np.take_along_axis(grid, best, axis=1).ravel()
+        models = [model for model in models for _ in range(STARTS)]
+        laws, trials = np.repeat(base, STARTS), [trial for trial in trials for _ in range(STARTS)]
+        value = self._refine(laws, models, value)
+        fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
+        outcomes = self.outcomes_of(fitted, _with(laws, models, value))
+        return [min(outcomes[k : k + STARTS], key=lambda o: o.left) for k in range(0, len(outcomes), STARTS)]
+
+    def _ranges(self, models: Sequence[Fault]) -> tuple[Floats, Floats]:
+        """Return the least and the largest values of the models' parameters, (k,) each."""
+        unit = np.where([model.in_radii for model in models], self.group.ball["radius"].min(), 1.0)
+        return unit * [model.low for model in models], unit * [model.high for model in models]
+
+    def _refine(self, laws: Laws, models: Sequence[Fault], value: Floats) -> Floats:
+        """Return values that leave less over, from given ones."""
+        low, high = self._ranges(models)
+        step = STEP * (high - low)
+        now = self.residuals(self.run(_with(laws, models, value))[0])
+        for _ in range(ROUNDS):
+            ahead = self.residuals(self.run(_with(laws, models, value + step))[0])
+            slope = (ahead - now) / step[:, None]
+            steep = np.einsum("lk,lk->l", slope, slope)
+            change = -np.einsum("lk,lk->l", slope, now) / np.where(steep > 0, steep, np.inf)
+            value = np.clip(value + np.nan_to_num(change), low, high)
+            now = self.residuals(self.run(_with(laws, models, value))[0])
+            if np.nanmin(np.abs(now).max(axis=1)) <= self.floor / 100 or not np.abs(change).max() > 0:
+                break
+        return value
+
+
+def laws_of(trials: Sequence[Trial], gravity: tuple[float, float]) -> Laws:
+    """Return the laws of some trials. gravity: px/s²."""
+    laws = np.repeat(np.array([law(gravity)], LAW), len(trials))
+    for number, trial in enumerate(trials):
+        for name, value in trial.fields.items():
+            laws[name][number] = value
+    return laws
+
+
+def _with(laws: Laws, models: Sequence[Fault], value: Floats) -> Laws:
+    """Return laws with other values of the models' parameters."""
+    laws = laws.copy()
+    for number, model in enumerate(models):
+        for name in model.of:
+            laws[name][number] = value[number]
+    return laws

@@ -1,0 +1,180 @@
+"""How an engine flies: the balls that fly as they should, and a habit that most of the others share.
+
+In a step of dt s from the velocity v under gravity g, a ball should come to x + v dt + g dt²/2 and v + g dt. A habit is
+another gravity, another integration of it, a share of the velocity that is lost, a turn of the velocity, another length
+of step, or a shift. Each is fitted to the median of all balls and steps, and holds if most of these then fit.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from sandbox.judge.causes import Cause
+from sandbox.quantity import dot, length
+from sandbox.state import Bools, Floats, States
+
+MOST: Final = 0.5  # of the balls and steps; fewer are no habit
+
+
+LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
+
+
+class Habit(NamedTuple):
+    """How an engine flies. fields: of LAW; cause: what is wrong, None if nothing; because: a sentence."""
+
+    fields: Mapping[str, float]
+    cause: Cause | None = None
+    because: str = ""
+
+
+class Legs(NamedTuple):
+    """Flights of balls in steps, (k, 2) each, and dt (k, 1) s: start, end and the velocities there."""
+
+    x: Floats
+    v: Floats
+    x_after: Floats
+    v_after: Floats
+    dt: Floats
+
+
+def flown(
+    before: States, dt: Floats, fields: Mapping[str, float], gravity: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    """Return positions and velocities after steps of free flight, (steps, n, 2) each. fields: of LAW. dt: (steps,)."""
+    get = fields.get
+    g = np.array([get("gx", gravity[0]), get("gy", gravity[1])])
+    kept = get("kept", 1.0) * np.exp(1j * get("veer", 0.0))
+    dt = dt[:, None, None] * get("clock", 1.0)
+    x, v = before.position, before.velocity
+    if get("slows_first", 0) == 2:
+        v = _turned(v + dt * g, kept)
+        return x + dt * v, v
+    if get("slows_first", 0):
+        v = _turned(v, kept)
+    x = x + dt * v + get("theta", 0.5) * dt**2 * g + np.array([get("dx", 0.0), get("dy", 0.0)])
+    v = v + dt * g
+    if not get("slows_first", 0):
+        v = _turned(v, kept)
+    return x, v
+
+
+def _turned(v: Floats, by: complex) -> Floats:
+    z = (v[..., 0] + 1j * v[..., 1]) * by
+    return np.stack([z.real, z.imag], axis=-1)
+
+
+def misses(before: States, after: States, dt: Floats, at: tuple[Floats, Floats]) -> Floats:
+    """Return how far balls are from where a flight ends, px: (steps, n), of places and of velocities in a step."""
+    x, v = at
+    off = np.abs(after.position - x).max(axis=2)
+    return np.maximum(off, np.abs(after.velocity - v).max(axis=2) * dt[:, None])  # type: ignore[no-any-return]
+
+
+def find_habit(
+    before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float, free: Bools
+) -> Habit | None:
+    """Return how an engine flies, in a block of its steps; None if too few balls fly to say.
+
+    free: (steps, n), whether a ball touches nothing.
+    """
+    right = Habit({})
+    fits = _fits(before, after, dt, right, gravity, floor)
+    moving = free & ((length(before.velocity) * dt[:, None] > floor) | any(gravity))
+    if moving.sum() < LEAST:
+        return None
+    if fits[moving].mean() > MOST:
+        return right
+    times = np.broadcast_to(dt[:, None], moving.shape)[moving][:, None]
+    legs = Legs(before.position[moving], before.velocity[moving], after.position[moving], after.velocity[moving], times)
+    for habit in _candidates(legs, np.array(gravity), floor):
+        if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
+            return habit
+    return right
+
+
+def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tuple[float, float], floor: float) -> Bools:
+    fits: Bools = misses(before, after, dt, flown(before, dt, habit.fields, gravity)) <= floor
+    return fits
+
+
+def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
+    """Return habits to try, the fewest fields first."""
+    x, v, x_after, v_after, dt = legs
+    change = (v_after - v) / dt
+    pull = np.median(change, axis=0)
+    pull[np.abs(pull) * float(dt.max()) ** 2 <= floor] = 0.0
+    if g.any() or np.abs(pull).max() > 0:
+        yield from _of_gravity(legs, g, g)
+        if np.abs(pull - g).max() * float(dt.max()) ** 2 > floor:
+            yield from _of_gravity(legs, g, pull)
+    yield from _of_velocity(legs, g)
+    way = x_after - x - dt * (v + dt * g / 2)
+    clock = 1 + float(np.median(dot(way, v) / np.maximum(dot(v, v), 1e-300) / dt[:, 0]))
+    for ticks in dict.fromkeys((clock, *_clock_of(change, g))):
+        yield Habit({"clock": ticks}, Cause.PLACED, f"Each step flies for {ticks:.6g} of its length.")
+    shift = np.median(way, axis=0)
+    size = np.hypot(*shift)
+    because = (
+        f"Every step puts each ball {size:.3g} px further than its flight leads, by ({shift[0]:.3g}, {shift[1]:.3g})."
+    )
+    yield Habit({"dx": float(shift[0]), "dy": float(shift[1])}, Cause.PLACED, because)
+
+
+def _clock_of(change: Floats, g: Floats) -> list[float]:
+    return [float(np.median(dot(change, g[None]) / dot(g, g)))] if g.any() else []
+
+
+def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
+    """Return habits of another gravity, and of other ways to integrate it."""
+    x, v, x_after, _, dt = legs
+    fields = {"gx": float(pull[0]), "gy": float(pull[1])}
+    other = (
+        f"Balls in flight accelerate by ({pull[0]:.6g}, {pull[1]:.6g}) px/s², where the scene's gravity is "
+        f"({g[0]:.6g}, {g[1]:.6g})."
+    )
+    wrong = bool((pull != g).any())
+    if wrong:
+        yield Habit(fields, Cause.GRAVITY, other if pull.any() else "Balls in flight do not fall: gravity is left out.")
+    if not pull.any():
+        return
+    theta = float(np.median(dot((x_after - x) / dt - v, pull[None]) / np.maximum(dot(pull, pull), 1e-300) / dt[:, 0]))
+    theta = float(round(theta))
+    how = "the velocity after it" if theta > 0.5 else "the velocity before it"
+    if theta not in (0.0, 1.0):
+        return
+    off = abs(theta - 0.5) * float(np.hypot(*pull)) * float(dt.max()) ** 2
+    because = (
+        f"Gravity is integrated in steps, which move balls at {how}: each ends {off:.3g} px "
+        f"{'beyond' if theta > 0.5 else 'short of'} the parabola."
+    )
+    yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{other} {because}" if wrong else because)
+
+
+def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
+    """Return habits that change velocities by a share of them, or turn them."""
+    _, v, _, v_after, dt = legs
+    before, fallen, after = (_complex(z) for z in (v, v + dt * g, v_after))
+    fall = _complex(dt * g)
+    for first, by in ((0, after / _nonzero(fallen)), (1, (after - fall) / _nonzero(before))):
+        kept, veer = float(np.median(np.abs(by))), float(np.median(np.angle(by)))
+        slower, turned = {"kept": kept}, {"veer": veer}
+        much = f"Every step multiplies velocities by {kept:.6g}, without a contact."
+        far = f"Every step turns velocities by {np.degrees(veer):.4g}°, without a contact."
+        for fields, because in ((slower, much), (turned, far), (slower | turned, f"{much} {far}")):
+            for theta in (0.5, 1.0, 0.0) if g.any() else (0.5,):
+                more = {"slows_first": first, "theta": theta}
+                yield Habit(fields | more, Cause.UNTOLD, because)
+                if not first:  # the move is at the velocity after
+                    yield Habit(fields | more | {"slows_first": 1}, Cause.UNTOLD, because)
+                    yield Habit(fields | {"slows_first": 2, "theta": 1.0}, Cause.UNTOLD, because)
+
+
+def _complex(v: Floats) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
+    return v[:, 0] + 1j * v[:, 1]
+
+
+def _nonzero(
+    z: "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]",
+) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
+    return np.where(z == 0, np.nan, z)

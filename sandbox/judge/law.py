@@ -1,0 +1,163 @@
+"""How a step may be wrong: the exact law of contact and flight, with every parameter that an error model can change.
+
+A law is a record of LAW. `EXACT` is right in everything; an error model changes one field, a rule of steps a few.
+Throughout: n is the unit normal from a ball to what it touches, t = (-n_y, n_x) the tangent, J the impulse along n, J_t
+that along t, 1/m the sum of the inverse masses, u the slip of the rims along t, as in `engines.exact.friction`.
+"""
+
+from enum import IntEnum
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Laws = NDArray[np.void]  # (k,) of dtype LAW
+
+
+class When(IntEnum):
+    """When contacts are found."""
+
+    IN_TIME = 0  # at the time of impact
+    AFTER_MOVE = 1  # where the balls are after the step's move
+    BEFORE_MOVE = 2  # where they are before it
+    ONE_BY_ONE = 3  # ball by ball: where each is after its move, and those after it before theirs
+
+
+class Place(IntEnum):
+    """What becomes of an overlap that was found."""
+
+    LEAVE = 0
+    REFLECT = 1  # at a wall: to where a bounce in time would have led
+    ON = 2  # at a wall: onto it
+    HALVES = 3  # of a pair: half each
+    BY_MASS = 4  # of a pair: by the inverse masses
+    FALLEN = 5  # at a wall: as REFLECT, with what gravity did meanwhile taken back
+
+
+class Order(IntEnum):
+    """In which order the contacts of a step are resolved."""
+
+    WALLS_FIRST = 0
+    PAIRS_FIRST = 1
+    REVERSED = 2  # walls first, pairs from the last to the first
+
+
+class Scope(IntEnum):
+    """Which contacts are wrong."""
+
+    ALL = 0
+    PAIRS = 1
+    WALLS = 2
+    ONE = 3  # that of `first` and `second`
+
+
+class Masses(IntEnum):
+    """Which masses an impulse is computed with, and applied to."""
+
+    OWN = 0
+    SWAPPED = 1  # right impulse, applied to the other's mass
+    EQUAL = 2
+    BY_AREA = 3  # radius squared
+    BY_RADIUS = 4
+    PLAIN = 5  # the impulse is added to velocities as if it were a velocity
+
+
+class Mixing(IntEnum):
+    """How two factors of friction make one."""
+
+    PRODUCT = 0
+    SUM = 1
+    ROOT = 2
+    LARGER = 3
+
+
+class Exchange(IntEnum):
+    """What is done to velocities instead of an impulse."""
+
+    NONE = 0
+    WHOLE = 1  # the two swap velocities
+    REVERSED = 2  # velocities change sign
+    SPEEDS = 3  # each is reflected at the tangent, and the two swap speeds
+    ALONG_SIGNS = 4  # the component of each velocity along the normal's larger component changes sign
+    STOP = 5  # velocities become 0
+    EACH = 6  # each velocity is reflected at the tangent
+    TANGENTS = 7  # the two swap what their velocities have along the tangent
+    FIRST_ONLY = 8  # only the first ball gets its impulse
+    SECOND_ONLY = 9  # only the second
+    ALONG_VELOCITY = 10  # the impulse is along the relative velocity
+
+
+LAW: Final = np.dtype(
+    [
+        ("when", "i8"),
+        ("order", "i8"),
+        ("wall_place", "i8"),
+        ("pair_place", "i8"),
+        ("parting", "i8"),  # 1: contacts are resolved though the bodies part
+        ("scope", "i8"),  # of what follows, up to `missed`
+        ("first", "i8"),
+        ("second", "i8"),  # ball, or ~wall
+        ("offset", "f8"),  # px, by which bodies touch sooner
+        ("impulse", "f8"),  # times J
+        ("restitution", "f8"),  # times e
+        ("turn", "f8"),  # rad, of n
+        ("tangential", "f8"),  # J along t, besides friction
+        ("first_share", "f8"),  # of J that the first gets
+        ("second_share", "f8"),
+        ("masses", "i8"),
+        ("exchange", "i8"),
+        ("friction", "f8"),  # times J_t
+        ("coefficient", "f8"),  # times the coefficient of friction
+        ("added", "f8"),  # to the coefficient
+        ("brake", "f8"),  # J along t, against the velocity of a ball at a wall
+        ("mixing", "i8"),
+        ("unlimited", "i8"),  # 1: friction stops every slip
+        ("clamped", "i8"),  # 1: friction is limited by the impulse without restitution
+        ("without_spin", "i8"),  # 1: slip is that of the centres
+        ("moment", "f8"),  # times the moment of inertia
+        ("first_turns", "f8"),  # times the change of the first's spin
+        ("second_turns", "f8"),
+        ("slope", "f8"),  # times the velocity along t after the contact
+        ("twice", "i8"),  # 1: resolved again at once
+        ("missed", "i8"),  # 1: not resolved
+        ("apart", "f8"),  # px, by which each is put further from the other
+        ("cap", "f8"),  # px/s, the largest speed
+        ("gx", "f8"),  # px/s², gravity
+        ("gy", "f8"),
+        ("theta", "f8"),  # of the velocity after gravity in the step's move: 0.5 is the parabola, 0 explicit
+        ("after", "i8"),  # 1: gravity changes velocities after the contacts
+        ("kept", "f8"),  # of velocities, in a step
+        ("slows_first", "i8"),  # 1: they are changed so before the move, 2: after gravity and before the move
+        ("veer", "f8"),  # rad, by which velocities turn in a step
+        ("clock", "f8"),  # times the length of the step
+        ("dx", "f8"),  # px, by which balls are put elsewhere after a step
+        ("dy", "f8"),
+        ("dvx", "f8"),  # px/s, by which velocities change after a step
+        ("dvy", "f8"),
+    ]
+)
+_RIGHT: Final[dict[str, Any]] = {
+    "impulse": 1.0,
+    "restitution": 1.0,
+    "first_share": 1.0,
+    "second_share": 1.0,
+    "friction": 1.0,
+    "coefficient": 1.0,
+    "moment": 1.0,
+    "first_turns": 1.0,
+    "second_turns": 1.0,
+    "slope": 1.0,
+    "cap": np.inf,
+    "theta": 0.5,
+    "kept": 1.0,
+    "clock": 1.0,
+}
+
+
+def law(gravity: tuple[float, float], **fields: float) -> Laws:
+    """Return the exact law under some gravity (px/s²), with other values in some fields: () LAW."""
+    record = np.zeros((), LAW)
+    record["gx"], record["gy"] = gravity
+    for name, value in (_RIGHT | fields).items():
+        record[name] = value
+    return record

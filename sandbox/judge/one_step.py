@@ -1,0 +1,697 @@
+"""One step of a few balls from any state, by the exact law or by one with something wrong.
+
+Times of impact, normals and friction are those of `engines.exact`; what can be wrong is in LAW. `run_laws` does the
+same step by many laws in one call. A disc that a face carries slides or rolls on it without bouncing, as in `exact`;
+what `exact` does with discs that lean on each other is not done here.
+"""
+
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.compiled import Record, entry, kernel
+from sandbox.engines.exact.contact import CONTACT_TIME, HOP_TIME
+from sandbox.engines.exact.friction import friction_impulse, friction_on_face
+from sandbox.engines.exact.impact import NEVER, time_to_touch
+from sandbox.engines.exact.prediction import time_to_piece
+from sandbox.engines.exact.support import normal_to, unit
+from sandbox.engines.exact.world import Motion
+from sandbox.engines.walls import ARENA_COUNT
+from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, When
+from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
+from sandbox.state import Floats, Integers
+
+BALL: Final = np.dtype(
+    [
+        ("x", "f8"),  # px
+        ("y", "f8"),
+        ("vx", "f8"),  # px/s
+        ("vy", "f8"),
+        ("spin", "f8"),  # rad/s
+        ("ax", "f8"),  # px/s², what pulls at it
+        ("ay", "f8"),
+        ("turning", "f8"),  # rad/s², of a disc that slides
+        ("slips_for", "f8"),  # s, until it rolls
+        ("carrier", "i8"),  # piece of wall, or -1
+        ("number", "i8"),  # in the scene
+        ("radius", "f8"),  # px
+        ("mass", "f8"),  # kg
+        ("elasticity", "f8"),
+        ("friction", "f8"),
+    ]
+)
+MET: Final = np.dtype(
+    [
+        ("time", "f8"),  # s since the step began
+        ("first", "i8"),  # ball
+        ("second", "i8"),  # ball, or ~wall
+        ("nx", "f8"),
+        ("ny", "f8"),
+        ("closing", "f8"),  # px/s
+        ("impulse", "f8"),  # kg px/s
+        ("depth", "f8"),  # px
+        ("tangential", "f8"),  # kg px/s
+        ("elastic", "f8"),  # kg px²/s², what restitution does to the energy
+    ]
+)
+
+
+class Group(NamedTuple):
+    """A few balls and walls. ball: (k,) BALL, before the step; piece: (m,) PIECE; dt: s."""
+
+    ball: NDArray[np.void]
+    piece: NDArray[np.void]
+    dt: float
+
+
+class Scratch(NamedTuple):
+    """What a step works in.
+
+    ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here.
+    """
+
+    ball: NDArray[np.void]
+    met: NDArray[np.void]
+    tally: NDArray[np.int64]
+
+
+@kernel
+def _motion(b: Record) -> Motion:
+    return Motion(b.x, b.y, b.vx, b.vy, b.ax, b.ay)
+
+
+@kernel
+def _concerns(law: Record, first: int, second: int) -> bool:
+    """Return whether a contact of two numbers is one of those that a law has wrong."""
+    scope = law.scope
+    if scope == Scope.ONE:
+        return bool(law.first == first and law.second == second)
+    return bool(scope == Scope.ALL or (scope == Scope.PAIRS) == (second >= 0))
+
+
+@kernel
+def _number_of(group: Group, j: int, ball: NDArray[np.void]) -> int:
+    """Return the scene's number of a ball, or ~wall of ~piece."""
+    return int(ball[j].number) if j >= 0 else int(~group.piece[~j].wall)
+
+
+@kernel
+def _offset(law: Record, first: int, second: int) -> float:
+    """Return by how many px two bodies touch sooner than they should."""
+    return float(law.offset) if law.offset != 0 and _concerns(law, first, second) else 0.0
+
+
+@kernel
+def _is_missed(law: Record, first: int, second: int) -> bool:
+    return bool(law.missed == 1 and _concerns(law, first, second))
+
+
+@kernel
+def _time_to_pair(law: Record, a: Record, b: Record) -> float:
+    rx, ry = b.x - a.x, b.y - a.y
+    reach = a.radius + b.radius + _offset(law, a.number, b.number)
+    vx, vy = b.vx - a.vx, b.vy - a.vy
+    if rx * rx + ry * ry <= reach * reach and -(rx * vx + ry * vy) <= 1e-12 * math.hypot(rx, ry) * (
+        abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)
+    ):
+        return NEVER  # they touch, and approach by rounding at most
+    return float(time_to_touch(rx, ry, vx, vy, b.ax - a.ax, b.ay - a.ay, reach, NEVER))
+
+
+@kernel
+def _next_contact(group: Group, law: Record, ball: NDArray[np.void], left: float) -> tuple[float, int, int]:
+    """Return the first contact within a time (s): when, of which ball, and with which ball or ~piece of wall.
+
+    Of those within TIE of each other the first by number, or the last if the law reverses the order.
+    """
+    best, i_best, j_best = NEVER, -1, 0
+    for i in range(len(ball)):
+        a = ball[i]
+        for p in range(len(group.piece)):
+            piece = group.piece[p]
+            if a.carrier == p or _is_missed(law, a.number, ~piece.wall):
+                continue
+            if a.carrier >= 0 and group.piece[a.carrier].wall == piece.wall:
+                continue
+            time = time_to_piece(_motion(a), a.radius + _offset(law, a.number, ~piece.wall), piece, False)
+            if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
+                best, i_best, j_best = time, i, ~p
+        for j in range(i + 1, len(ball)):
+            if _is_missed(law, a.number, ball[j].number):
+                continue
+            time = _time_to_pair(law, a, ball[j])
+            if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
+                best, i_best, j_best = time, i, j
+    return best, i_best, j_best
+
+
+@kernel
+def _fly(ball: NDArray[np.void], time: float) -> None:
+    """Let all balls fly, slide or roll for a time (s)."""
+    for i in range(len(ball)):
+        b = ball[i]
+        b.x += time * (b.vx + time * b.ax / 2)
+        b.y += time * (b.vy + time * b.ay / 2)
+        b.vx += time * b.ax
+        b.vy += time * b.ay
+        b.spin += time * b.turning
+        b.slips_for -= time
+
+
+@kernel
+def _release(law: Record, b: Record) -> None:
+    b.ax, b.ay, b.turning, b.slips_for, b.carrier = law.gx, law.gy, 0.0, NEVER, -1
+
+
+@kernel
+def _carry(group: Group, law: Record, b: Record, p: int, nx: float, ny: float) -> bool:
+    """Let a face carry a ball, or two faces stop it. Returns whether that can be computed: not if it may turn there."""
+    g_n = law.gx * nx + law.gy * ny
+    if b.carrier >= 0 and b.carrier != p:
+        b.vx, b.vy, b.ax, b.ay, b.turning, b.slips_for = 0.0, 0.0, 0.0, 0.0, 0.0, NEVER
+        return bool(b.spin == 0)
+    b.carrier, b.ax, b.ay = p, law.gx - g_n * nx, law.gy - g_n * ny
+    g_t, slip = law.gy * nx - law.gx * ny, b.vy * nx - b.vx * ny + b.radius * b.spin
+    b.turning, b.slips_for = 0.0, NEVER
+    largest = b.friction * group.piece[p].friction * g_n * law.coefficient
+    if largest <= 0:
+        return True
+    friction, b.slips_for = friction_on_face(g_t, largest, slip if abs(slip) > 1e-9 * abs(b.vx + b.vy) else 0.0)
+    b.ax += friction * ny
+    b.ay -= friction * nx
+    b.turning = -2 * friction / b.radius
+    return True
+
+
+@kernel
+def _mixed(law: Record, right: bool, a: float, b: float) -> float:
+    """Return the coefficient of friction of two factors."""
+    if right or law.mixing == Mixing.PRODUCT:
+        return a * b
+    if law.mixing == Mixing.SUM:
+        return a + b
+    return math.sqrt(a * b) if law.mixing == Mixing.ROOT else max(a, b)
+
+
+@kernel
+def _mass_in(law: Record, right: bool, b: Record) -> float:
+    """Return the mass that an impulse is computed with."""
+    if right or law.masses <= Masses.SWAPPED:
+        return float(b.mass)
+    if law.masses == Masses.BY_AREA:
+        return float(b.radius * b.radius)
+    return float(b.radius) if law.masses == Masses.BY_RADIUS else 1.0
+
+
+@kernel
+def _reflect_with(b: Record, speed: float, nx: float, ny: float) -> None:
+    """Reflect a velocity at the tangent, and give it a speed (px/s)."""
+    before, along = math.hypot(b.vx, b.vy), 2 * (b.vx * nx + b.vy * ny)
+    share = speed / before if before > 0 else 0.0
+    b.vx, b.vy = share * (b.vx - along * nx), share * (b.vy - along * ny)
+
+
+@kernel
+def _flip(law: Record, b: Record, flips_x: bool) -> None:
+    """Change the sign of a velocity, or of a component, or stop it."""
+    if law.exchange == Exchange.STOP:
+        b.vx = b.vy = 0.0
+    elif law.exchange == Exchange.REVERSED:
+        b.vx, b.vy = -b.vx, -b.vy
+    elif flips_x:
+        b.vx = -b.vx
+    else:
+        b.vy = -b.vy
+
+
+@kernel
+def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: float) -> None:
+    """Change velocities as the law does instead of an impulse."""
+    if law.exchange == Exchange.WHOLE and pair:
+        a.vx, b.vx = b.vx, a.vx
+        a.vy, b.vy = b.vy, a.vy
+    elif law.exchange == Exchange.SPEEDS and pair:
+        of_a, of_b = math.hypot(a.vx, a.vy), math.hypot(b.vx, b.vy)
+        _reflect_with(a, of_b, nx, ny)
+        _reflect_with(b, of_a, nx, ny)
+    elif law.exchange == Exchange.EACH:
+        _reflect_with(a, math.hypot(a.vx, a.vy), nx, ny)
+        if pair:
+            _reflect_with(b, math.hypot(b.vx, b.vy), nx, ny)
+    elif law.exchange == Exchange.TANGENTS and pair:
+        along = (b.vy - a.vy) * nx - (b.vx - a.vx) * ny
+        a.vx, a.vy = a.vx - along * ny, a.vy + along * nx
+        b.vx, b.vy = b.vx + along * ny, b.vy - along * nx
+    elif law.exchange >= Exchange.REVERSED and law.exchange != Exchange.SPEEDS and law.exchange <= Exchange.STOP:
+        _flip(law, a, abs(nx) > abs(ny))
+        if pair:
+            _flip(law, b, abs(nx) > abs(ny))
+
+
+@kernel
+def _friction(
+    law: Record,
+    right: bool,
+    a: Record,
+    b: Record,
+    pair: bool,
+    other_friction: float,
+    along: float,
+    impulse: float,
+    e: float,
+    per_mass: float,
+) -> float:
+    """Return the impulse along the tangent, kg px/s. along: px/s, of the centres; per_mass: of both bodies, 1/kg."""
+    rims = a.radius * a.spin + (b.radius * b.spin if pair else 0.0)
+    mu = _mixed(law, right, a.friction, other_friction)
+    if right:
+        return friction_impulse(along + rims, mu * impulse, per_mass) if mu > 0 else 0.0
+    mu = mu * law.coefficient + law.added
+    if mu <= 0:
+        return 0.0
+    limit = math.inf if law.unlimited == 1 else mu * impulse / (1 + e if law.clamped == 1 else 1.0)
+    # An inertia of moment times m r²/2 needs moment / (2 + moment) of m u to stop the slip.
+    slip = 3 * law.moment / (2 + law.moment) * (along + (rims if law.without_spin == 0 else 0.0))
+    return float(law.friction * friction_impulse(slip, limit, per_mass))
+
+
+@kernel
+def _note(
+    scratch: Scratch,
+    time: float,
+    first: int,
+    second: int,
+    nx: float,
+    ny: float,
+    closing: float,
+    impulse: float,
+    depth: float,
+    tangential: float,
+    elastic: float,
+) -> None:
+    """Note a contact, whose fields are those of MET, if there is room."""
+    count = scratch.tally[0]
+    if count < len(scratch.met):
+        m = scratch.met[count]
+        m.time, m.first, m.second, m.nx, m.ny, m.closing = time, first, second, nx, ny, closing
+        m.impulse, m.depth, m.tangential, m.elastic = impulse, depth, tangential, elastic
+        scratch.tally[0] = count + 1
+
+
+@kernel
+def _put_apart(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: float) -> None:
+    """Put two bodies apart by what the law says, px."""
+    a.x -= law.apart * nx
+    a.y -= law.apart * ny
+    if pair:
+        b.x += law.apart * nx
+        b.y += law.apart * ny
+
+
+@kernel
+def _brake(law: Record, a: Record, nx: float, ny: float) -> None:
+    """Multiply the velocity along the tangent by what the law says."""
+    along = (a.vy * nx - a.vx * ny) * (law.slope - 1)
+    a.vx -= along * ny
+    a.vy += along * nx
+
+
+@kernel
+def _resolve(
+    group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
+) -> float:
+    """Let two bodies exchange momentum. Returns the speed at which they part then, px/s, as the law has it."""
+    ball, pair = scratch.ball, j >= 0
+    a, b = ball[i], ball[j if pair else i]
+    first, second = np.int64(a.number), _number_of(group, j, ball)
+    right = not _concerns(law, first, second)
+    if not right and law.turn != 0:
+        c, s = math.cos(law.turn), math.sin(law.turn)
+        nx, ny = nx * c - ny * s, nx * s + ny * c
+    if not right and law.exchange == Exchange.ALONG_VELOCITY and pair:
+        nx, ny, _ = unit(a.vx - b.vx, a.vy - b.vy)
+    closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
+    along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
+    other_e = b.elasticity if pair else group.piece[~j].elasticity
+    other_mu = b.friction if pair else group.piece[~j].friction
+    e = a.elasticity * other_e * (1.0 if right else law.restitution)
+    parting = e * closing
+    if not pair and law.wall_place == Place.FALLEN and law.when == When.AFTER_MOVE:
+        parting = max(0.0, parting - (1 + e) * (law.gx * nx + law.gy * ny) * depth / closing) if closing > 0 else 0.0
+    m_a, m_b = _mass_in(law, right, a), _mass_in(law, right, b)
+    per_a, per_b = 1 / m_a, 1 / m_b if pair else 0.0
+    impulse = (closing + parting) / (per_a + per_b) * (1.0 if right else law.impulse)
+
+    tangential = _friction(law, right, a, b, pair, other_mu, along, impulse, e, per_a + per_b)
+    moment = 1.0 if right else law.moment
+    if not right and law.exchange != Exchange.NONE and law.exchange < Exchange.FIRST_ONLY:
+        _exchange(law, a, b, pair, nx, ny)
+        impulse, tangential = 0.0, 0.0
+    _push(law, right, a, b, pair, nx, ny, impulse, 0.0 if right else law.tangential * impulse, per_a, per_b)
+    brake = 0.0 if right or pair else math.copysign(law.brake * impulse, along)
+    _push(law, True, a, b, pair, nx, ny, 0.0, tangential + brake, per_a, per_b)
+    a.spin -= 2 * tangential * per_a / (a.radius * moment) * (1.0 if right else law.first_turns)
+    if pair:
+        b.spin -= 2 * tangential * per_b / (b.radius * moment) * (1.0 if right else law.second_turns)
+    if not right and law.slope != 1:
+        _brake(law, a, nx, ny)
+    _note(
+        scratch,
+        time,
+        first,
+        second,
+        nx,
+        ny,
+        closing,
+        impulse,
+        depth,
+        tangential,
+        -(1 - e * e) * closing * closing / 2 / (per_a + per_b),
+    )
+    if not right and law.apart != 0:
+        _put_apart(law, a, b, pair, nx, ny)
+    return float(parting)
+
+
+@kernel
+def _push(
+    law: Record,
+    right: bool,
+    a: Record,
+    b: Record,
+    pair: bool,
+    nx: float,
+    ny: float,
+    along_n: float,
+    along_t: float,
+    per_a: float,
+    per_b: float,
+) -> None:
+    """Give two bodies an impulse along the normal and the tangent, kg px/s."""
+    x, y = along_n * nx - along_t * ny, along_n * ny + along_t * nx
+    to_a, to_b = per_a, per_b
+    if not right:
+        if law.masses == Masses.SWAPPED and pair:
+            to_a, to_b = per_b, per_a
+        to_a *= law.first_share if law.exchange != Exchange.SECOND_ONLY else 0.0
+        to_b *= law.second_share if law.exchange != Exchange.FIRST_ONLY else 0.0
+    a.vx -= x * to_a
+    a.vy -= y * to_a
+    if pair:
+        b.vx += x * to_b
+        b.vy += y * to_b
+
+
+@kernel
+def _part(law: Record, a: Record, b: Record, nx: float, ny: float, depth: float) -> None:
+    """Push two balls apart by their overlap, as the law does."""
+    of_a, of_b = 0.0, 0.0
+    if law.pair_place == Place.HALVES:
+        of_a = of_b = depth / 2
+    elif law.pair_place == Place.BY_MASS:
+        of_a, of_b = depth * b.mass / (a.mass + b.mass), depth * a.mass / (a.mass + b.mass)
+    a.x -= of_a * nx
+    a.y -= of_a * ny
+    b.x += of_b * nx
+    b.y += of_b * ny
+
+
+@kernel
+def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int, time: float) -> None:
+    """Resolve a contact of bodies that have just met."""
+    ball = scratch.ball
+    a = ball[i]
+    if j >= 0:
+        b = ball[j]
+        nx, ny, distance = unit(b.x - a.x, b.y - a.y)
+        depth = a.radius + b.radius - distance
+        closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
+        pull = (a.ax - b.ax) * nx + (a.ay - b.ay) * ny
+        if pull > 0 and a.elasticity * b.elasticity * closing < pull * HOP_TIME / 2:
+            scratch.tally[1] = 1  # they lean on each other
+        _release(law, b)
+    else:
+        piece = group.piece[~j]
+        nx, ny, distance = normal_to(a, piece)
+        depth = a.radius + piece.half_thickness - distance
+    carrier = a.carrier
+    _release(law, a)
+    parting = _resolve(group, law, scratch, i, j, nx, ny, depth, time)
+    if law.twice == 1 and _concerns(law, np.int64(a.number), _number_of(group, j, ball)):
+        _resolve(group, law, scratch, i, j, nx, ny, depth, time)
+        a.carrier = ~j if j < 0 else -1  # it goes on into the wall, without meeting that again in this step
+    if j >= 0:
+        _part(law, a, ball[j], nx, ny, max(depth, 0.0))
+    if j < 0 and group.piece[~j].length > 0 and a.carrier < 0:
+        pull = law.gx * nx + law.gy * ny
+        away = -(a.vx * nx + a.vy * ny)
+        if pull > 0 and parting >= 0 and abs(away) <= pull * CONTACT_TIME / 2 + 1e-12 * (abs(a.vx) + abs(a.vy)):
+            a.vx += away * nx
+            a.vy += away * ny
+            a.carrier = carrier
+            if not _carry(group, law, a, ~j, nx, ny):
+                scratch.tally[1] = 1
+
+
+@kernel
+def _end_of_slip(group: Group, law: Record, ball: NDArray[np.void], left: float) -> tuple[float, int]:
+    """Return when the first of the balls that slide begins to roll, within a time (s)."""
+    best, who = NEVER, -1
+    for i in range(len(ball)):
+        if ball[i].carrier >= 0 and ball[i].slips_for < min(best, left):
+            best, who = max(0.0, float(ball[i].slips_for)), i
+    return best, who
+
+
+@kernel
+def _on_faces(group: Group, ball: NDArray[np.void]) -> bool:
+    """Return whether each ball that a face carries is still on it, and not beyond its end."""
+    for i in range(len(ball)):
+        b = ball[i]
+        if b.carrier >= 0 and b.ax * b.ax + b.ay * b.ay + b.vx * b.vx + b.vy * b.vy > 0:
+            piece = group.piece[b.carrier]
+            along = (b.x - piece.x) * piece.tx + (b.y - piece.y) * piece.ty
+            if piece.wall >= ARENA_COUNT and not 0 <= along <= piece.length:
+                return False
+    return True
+
+
+@kernel
+def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool:
+    """Do a step from contact to contact. Returns whether it came to its end."""
+    ball, left = scratch.ball, dt
+    for _ in range(MAX_EVENTS + EVENTS_PER_BALL * len(ball)):
+        time, i, j = _next_contact(group, law, ball, left)
+        rolls, who = _end_of_slip(group, law, ball, left)
+        if who >= 0 and rolls < time:
+            _fly(ball, rolls)
+            left -= rolls
+            b = ball[who]
+            p = np.int64(b.carrier)
+            nx, ny, _ = normal_to(b, group.piece[p])
+            b.spin = -(b.vy * nx - b.vx * ny) / b.radius
+            _carry(group, law, b, p, nx, ny)
+            continue
+        if i < 0:
+            _fly(ball, left)
+            return bool(scratch.tally[1] == 0 and _on_faces(group, ball))
+        _fly(ball, time)
+        left -= time
+        _resolve_in_time(group, law, scratch, i, j, dt - left)
+    return False
+
+
+@kernel
+def depth_in(b: Record, piece: Record) -> float:
+    """Return how deep a ball is in a piece of wall, px; -inf if it is not beside it."""
+    rx, ry = b.x - piece.x, b.y - piece.y
+    along = rx * piece.tx + ry * piece.ty
+    reach = b.radius + piece.half_thickness
+    if piece.length == 0:
+        return reach - math.hypot(rx, ry) if along > 0 else -math.inf
+    off = ry * piece.tx - rx * piece.ty
+    if piece.wall < ARENA_COUNT:
+        return float(reach - off)
+    return reach - abs(off) if 0 <= along <= piece.length else -math.inf
+
+
+@kernel
+def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -> None:
+    """Resolve the contact of a ball with a wall that it is in."""
+    b, piece = scratch.ball[i], group.piece[p]
+    first, second = np.int64(b.number), np.int64(~piece.wall)
+    depth = depth_in(b, piece)
+    if depth + _offset(law, first, second) <= 0 or _is_missed(law, first, second):
+        return
+    nx, ny, _ = normal_to(b, piece)
+    closing = b.vx * nx + b.vy * ny
+    if closing <= 0 and law.parting != 1:
+        return
+    parting = _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
+    if law.twice == 1 and _concerns(law, first, second):
+        _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
+    e = b.elasticity * piece.elasticity * (law.restitution if _concerns(law, first, second) else 1.0)
+    back = 0.0
+    if law.wall_place in (Place.REFLECT, Place.FALLEN):
+        back = (1 + e) * depth
+    elif law.wall_place == Place.ON:
+        back = depth
+    b.x -= back * nx
+    b.y -= back * ny
+    if law.wall_place == Place.FALLEN and closing > 0 and parting >= 0:
+        tangential = scratch.met[min(scratch.tally[0], len(scratch.met)) - 1].tangential
+        late = min(depth / closing, group.dt) * tangential / b.mass
+        b.x += late * ny
+        b.y -= late * nx
+
+
+@kernel
+def _resolve_pair(group: Group, law: Record, scratch: Scratch, i: int, j: int) -> None:
+    """Resolve the contact of two balls that overlap."""
+    a, b = scratch.ball[i], scratch.ball[j]
+    nx, ny, distance = unit(b.x - a.x, b.y - a.y)
+    depth = a.radius + b.radius - distance
+    first, second = np.int64(a.number), np.int64(b.number)
+    if depth + _offset(law, first, second) <= 0 or _is_missed(law, first, second):
+        return
+    closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
+    if closing > 0 or law.parting == 1:
+        _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
+        if law.twice == 1 and _concerns(law, first, second):
+            _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
+    elif law.parting != 2:
+        return
+    _part(law, a, b, nx, ny, depth)
+
+
+@kernel
+def _run_one_by_one(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
+    """Do a step that moves each ball and resolves its contacts before the next one moves."""
+    n, fall_x, fall_y = len(scratch.ball), law.gx * dt, law.gy * dt
+    for i in range(n):
+        b = scratch.ball[i]
+        b.x += dt * (b.vx + law.theta * fall_x)
+        b.y += dt * (b.vy + law.theta * fall_y)
+        b.vx += fall_x
+        b.vy += fall_y
+        for p in range(len(group.piece)):
+            _resolve_wall(group, law, scratch, i, p)
+        for j in range(0 if law.order == Order.WALLS_FIRST else i + 1, n):
+            if j != i:
+                _resolve_pair(group, law, scratch, min(i, j), max(i, j))
+
+
+@kernel
+def _resolve_all(group: Group, law: Record, scratch: Scratch) -> None:
+    """Resolve the contacts of all that overlap where they are."""
+    n = len(scratch.ball)
+    for turn in range(2):
+        if (turn == 0) != (law.order == Order.PAIRS_FIRST):
+            for i in range(n):
+                for p in range(len(group.piece)):
+                    _resolve_wall(group, law, scratch, i, p)
+        else:
+            for k in range(n):
+                i = n - 1 - k if law.order == Order.REVERSED else k
+                for m in range(i + 1, n):
+                    j = n + i - m if law.order == Order.REVERSED else m
+                    _resolve_pair(group, law, scratch, i, j)
+
+
+@kernel
+def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
+    """Do a step that finds contacts where the balls are after its move, or before."""
+    ball = scratch.ball
+    if law.when == When.ONE_BY_ONE:
+        _run_one_by_one(group, law, scratch, dt)
+        return
+    if law.when == When.BEFORE_MOVE:
+        _resolve_all(group, law, scratch)
+    fall_x, fall_y = law.gx * dt, law.gy * dt
+    for i in range(len(ball)):
+        b = ball[i]
+        if law.slows_first == 2:
+            b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
+            _slow(law, b)
+            b.x += dt * b.vx
+            b.y += dt * b.vy
+            continue
+        b.x += dt * (b.vx + law.theta * fall_x)
+        b.y += dt * (b.vy + law.theta * fall_y)
+        if law.after == 0:
+            b.vx += fall_x
+            b.vy += fall_y
+    if law.when == When.AFTER_MOVE:
+        _resolve_all(group, law, scratch)
+    if law.after == 1:
+        for i in range(len(ball)):
+            ball[i].vx += fall_x
+            ball[i].vy += fall_y
+
+
+@kernel
+def _slow(law: Record, b: Record) -> None:
+    """Change a velocity as a law does in every step, with contacts and without."""
+    c, s = law.kept * math.cos(law.veer), law.kept * math.sin(law.veer)
+    b.vx, b.vy = b.vx * c - b.vy * s + law.dvx, b.vx * s + b.vy * c + law.dvy
+
+
+@kernel
+def _finish(law: Record, ball: NDArray[np.void]) -> None:
+    """Do what a law does to every ball after a step."""
+    for i in range(len(ball)):
+        b = ball[i]
+        b.x += law.dx
+        b.y += law.dy
+        if law.slows_first == 0 or (law.slows_first == 2 and law.when == When.IN_TIME):
+            _slow(law, b)
+        speed = math.hypot(b.vx, b.vy)
+        if speed > law.cap:
+            b.vx *= law.cap / speed
+            b.vy *= law.cap / speed
+
+
+@kernel
+def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
+    """Do a step by a law. Returns whether it came to its end."""
+    for i in range(len(group.ball)):
+        scratch.ball[i] = group.ball[i]
+        _release(law, scratch.ball[i])
+        if law.slows_first == 1:
+            _slow(law, scratch.ball[i])
+    scratch.tally[0] = scratch.tally[1] = 0
+    dt, ended = group.dt * law.clock, True
+    if law.when == When.IN_TIME:
+        ended = _run_in_time(group, law, scratch, dt)
+        for i in range(len(scratch.ball)):
+            b = scratch.ball[i]
+            b.x += (law.theta - 0.5) * law.gx * dt * dt
+            b.y += (law.theta - 0.5) * law.gy * dt * dt
+    else:
+        _run_in_steps(group, law, scratch, dt)
+    _finish(law, scratch.ball)
+    return ended
+
+
+@entry
+def run_laws(
+    group: Group, laws: NDArray[Any], scratch: Scratch, after: Floats, met: NDArray[np.void], counts: Integers
+) -> None:
+    """Do the same step by each of some laws.
+
+    after: (laws, k, 5), for x, y, vx, vy and spin, NaN where a step has no end; met: (laws, some) MET, for the first
+    contacts, and counts: (laws,) of all.
+    """
+    for number in range(len(laws)):
+        ended = run_law(group, laws[number], scratch)
+        for i in range(len(scratch.ball)):
+            b = scratch.ball[i]
+            after[number, i, 0], after[number, i, 1] = b.x, b.y
+            after[number, i, 2], after[number, i, 3], after[number, i, 4] = b.vx, b.vy, b.spin
+            if not ended:
+                after[number, i, :] = np.nan
+        counts[number] = scratch.tally[0]
+        for k in range(min(scratch.tally[0], met.shape[1])):
+            met[number, k] = scratch.met[k]

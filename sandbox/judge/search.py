@@ -1,0 +1,165 @@
+"""The search for what explains a step: what has explained others, then rules, then models, then both together.
+
+The search ends at the first kind of explanation that leaves nothing over, and returns all of that kind.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
+from sandbox.judge.law import Laws, Order, Place, Scope
+from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
+
+MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
+EARLY: Final = (
+    0.05,
+    0.1,
+    0.3,
+    0.5,
+    1.0,
+)  # of the largest offset, at which contacts are looked for that are found early
+OFFSET: Final = BY_NAME["offset"]
+
+
+def as_exact(problem: Problem) -> Outcome | None:
+    """Return the exact step if it leaves nothing over, with contacts at its ends or not, and ties in either order."""
+    ends: list[Mapping[str, float]] = [{}]
+    ends += [{"offset": sign * share * problem.floor} for share in (1.0, 0.01) for sign in (1, -1)]
+    trials = [Trial({**end, "order": order}) for end in ends for order in (Order.WALLS_FIRST, Order.REVERSED)]
+    best = min(problem.outcomes(trials), key=lambda outcome: outcome.left)
+    enough = max(3 * problem.floor, NEGLIGIBLE * float(problem.group.ball["radius"].min()))
+    return best if best.left <= enough else None
+
+
+class Search:
+    """The search for what explains a problem. flight: fields of the engine's habit; rough: whether friction matters."""
+
+    def __init__(self, problem: Problem, flight: Fields, *, rough: bool) -> None:
+        self.problem, self.flight, self.rough = problem, flight, rough
+        self.habitual = problem.outcomes([Trial(flight)])[0]
+
+    def known(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Return what explains the step of the engine's habit, or of what has explained others."""
+        contacts = _contacts([self.problem.exact, self.habitual])
+        if fitting := self.problem.fits([self.habitual]):
+            return fitting
+        return self.problem.fits(self.problem.outcomes([trial for trial in trials if _applies(trial, contacts)]))
+
+    def all(self) -> list[Outcome]:
+        """Return what explains the step of all models."""
+        problem, flight = self.problem, self.flight
+        met = _contacts([problem.exact])
+        stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
+        stepwise = [outcome for outcome in _distinct(problem, stepwise) if len(outcome.met)]
+        plain = [fault for fault in FAULTS if not fault.of and not fault.odd]
+        simple = problem.outcomes(self._trials([flight], plain, met))
+        if fitting := problem.fits([*stepwise, *simple]):
+            return fitting
+        if fitting := problem.fits([*self._odd([flight], met), *problem.fit(self._in_time(met))]):
+            return fitting
+        stepwise.sort(key=lambda outcome: (outcome.trial.rule["when"], outcome.left))
+        ways = [outcome.trial.rule for outcome in stepwise]
+        contacts = _contacts([problem.exact, *stepwise])
+        if fitting := problem.fits(
+            [*problem.outcomes(self._trials(ways, plain, contacts)), *self._odd(ways, contacts)]
+        ):
+            return fitting
+        fitted = [fault for fault in FAULTS if fault.of and fault.name not in ("offset", "apart")]
+        return problem.fits(problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts)))
+
+    def _odd(self, ways: Sequence[Fields], contacts: Sequence[tuple[int, int]]) -> list[Outcome]:
+        return self.problem.outcomes(
+            self._trials(ways, [fault for fault in FAULTS if fault.odd and not fault.of], contacts)
+        )
+
+    def _in_time(self, met: Sequence[tuple[int, int]]) -> list[Trial]:
+        """Return the trials of one parameter in which contacts are found when bodies touch, or at another distance."""
+        flight, of_problem = self.flight, float(self.problem.group.ball["radius"].min())
+        near = [Trial(flight, "offset", {}, share * OFFSET.high * of_problem) for share in EARLY]
+        early = _contacts(self.problem.outcomes(near))
+        trials = self._trials([flight], [fault for fault in FAULTS if fault.of and fault is not OFFSET], met)
+        bases = [flight, *({**flight, "pair_place": place} for place in (Place.HALVES, Place.BY_MASS))]
+        trials += self._trials(bases, [OFFSET], early)
+        return trials + [Trial(flight, "offset", {"scope": scope}) for scope in (Scope.PAIRS, Scope.WALLS)]
+
+    def _trials(
+        self, rules: Sequence[Fields], faults: Sequence[Fault], contacts: Sequence[tuple[int, int]]
+    ) -> list[Trial]:
+        suited = [fault for fault in faults if _suits(fault, contacts, self.rough)]
+        return [Trial(rule, fault.name, scope) for rule in rules for fault in suited for scope in scopes(contacts)]
+
+
+@cache
+def _of_rules(gravity: tuple[float, float], flight: tuple[tuple[str, float], ...]) -> tuple[list[Trial], Laws]:
+    """Return the trials of all rules, and their laws."""
+    fields = dict(flight)
+    trials = [Trial({**_not_of_rules(fields), **rule}) for rule in rules(gravity=any(gravity), flight=fields)]
+    return trials, laws_of(trials, gravity)
+
+
+def _not_of_rules(flight: Fields) -> Fields:
+    return {name: value for name, value in flight.items() if name != "theta"}
+
+
+def _contacts(outcomes: Sequence[Outcome]) -> list[tuple[int, int]]:
+    """Return the contacts of outcomes, each once: first and second."""
+    return list(dict.fromkeys((int(m["first"]), int(m["second"])) for outcome in outcomes for m in outcome.met))
+
+
+def _applies(trial: Trial, contacts: Sequence[tuple[int, int]]) -> bool:
+    return trial.scope.get("scope") != Scope.ONE or (trial.scope["first"], trial.scope["second"]) in contacts
+
+
+def _suits(fault: Fault, contacts: Sequence[tuple[int, int]], rough: bool) -> bool:
+    """Return whether a fault can be one of some contacts."""
+    pairs = [second >= 0 for _, second in contacts]
+    if (fault.rough and not rough) or (fault.pairs_only and pairs and not any(pairs)):
+        return False
+    return not (fault.walls_only and pairs and all(pairs))
+
+
+def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """Return one outcome of each group of those that come to the same, the first."""
+    unit = max(problem.floor, 1e-12)
+    seen: dict[bytes, Outcome] = {}
+    for outcome in outcomes:
+        key = np.round(outcome.after * problem.scale / unit).tobytes()
+        seen.setdefault(key, outcome)
+    return list(seen.values())
+
+
+def cause_of(outcome: Outcome, problem: Problem) -> Cause:
+    """Return the cause that an outcome stands for."""
+    trial = outcome.trial
+    model = BY_NAME.get(trial.fault)
+    odd = model is not None and model.odd
+    if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
+        return Cause.TURNED
+    if model is None:
+        return Cause.UNTOLD if trial.is_in_time else _cause_of_rule(outcome, problem)
+    by_size = model.name in ("friction", "coefficient") or (not model.of and model.cause is BY_NAME["friction"].cause)
+    return _friction_by_outcome(outcome, problem) if by_size else model.cause(trial.value)
+
+
+def _cause_of_rule(outcome: Outcome, problem: Problem) -> Cause:
+    """Return the cause that a rule of steps stands for: where it leaves velocities right, what it does to places."""
+    rule = outcome.trial.rule
+    if np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough():
+        return Cause.LATE
+    if rule["pair_place"] != Place.LEAVE and any(m["second"] >= 0 for m in outcome.met):
+        return Cause.PUSHED
+    on_wall = rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
+    return Cause.OVERSHOOT if on_wall else Cause.LATE
+
+
+def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:
+    """Return whether friction is too small or too large: its impulses are told from the exact ones."""
+    trial = outcome.trial
+    if trial.fault == "friction" and trial.value < 0:
+        return Cause.FRICTION_SMALL
+    due, got = (float(np.abs(o.met["tangential"]).sum()) for o in (problem.exact, outcome))
+    return Cause.FRICTION_SMALL if got < due else Cause.FRICTION_LARGE

@@ -1,0 +1,16 @@
+"""Every threshold of the judge, each with its derivation."""
+
+from typing import Final
+
+MAX_EVENTS: Final = 64  # of a few balls in a step, `exact`'s own MIN_STREAK: from there on they may have no end
+EVENTS_PER_BALL: Final = 8  # more, for each ball of a group: each meets at most 5 others and 2 walls at once
+TIE: Final = 1e-12  # s, between contacts that are simultaneous: a step's rounding, 2e-16 of 1/60 s, a hundred times
+DOUBLE: Final = 1e-9  # of a length, what float64 leaves after a step: 2e-16, times 1e6 for a grazing contact
+SINGLE: Final = 5e-7  # of a length, what float32 leaves after a step: 6e-8 in each of four operations, and some room
+LEFT_OVER: Final = 1e-4  # of an error; a model that leaves more does not explain it: fits converge to the noise
+MAX_BALLS: Final = 6  # of a group that is fitted; the models of more are too many to tell apart
+MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have explained a step are tried
+SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
+FAR: Final = 0.1  # of a radius, by which a ball must be apart from everything to show how an engine flies
+NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early
+NEARLY: Final = 1e-3  # of a radius, within which bodies may have touched: far above what rounding moves a contact

@@ -1,0 +1,117 @@
+"""Engines with one known fault each, judged by their states alone: no cause is named that is not true."""
+
+from collections import Counter
+from functools import cache
+from typing import Any, Final
+
+import numpy as np
+import pytest
+from conftest import scene_of
+from faults import FAULTS, EventDriven
+
+from sandbox.judge.causes import Cause
+from sandbox.judge.judge import Judge
+from sandbox.judge.timeline import Timeline
+from sandbox.quantity import energy
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.state import PUSH, States
+
+EIGHT: Final = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
+MIXED: Final = (
+    "count = 4\nradius = 15\nspeed = 250\ninside = [[20, 20], [190, 280]]",
+    "count = 3\nradius = 25\nmass = 5\nspeed = 120\ninside = [[200, 20], [380, 280]]",
+)
+WALLS: Final = (
+    "[[walls]]\nfrom = [130, 60]\nto = [130, 150]\nthickness = 6\n[[walls]]\nfrom = [230, 250]\nto = [330, 180]"
+)
+ROUGH: Final = "\nfriction = 0.5\nspin = {from = -20, to = 20}"
+NOTHING: Final = frozenset[Cause]()
+BY_STATES: Final = {  # where what is true of the states differs from what is true of the reports
+    "ReportsOnly": {Cause.MISSED, Cause.LATE},  # resolved once another contact has been reported
+    "DoesNotReport": NOTHING,
+    "ReportsWrongPair": NOTHING,
+    "SwapsTimes": NOTHING,
+    "MoreThanReported": {Cause.LARGE},
+    "TurnsNormalUnreported": {Cause.NORMAL},
+    "TurnsTwice": {Cause.TURNED, Cause.MISSED},  # the same where nothing is lost
+}
+
+
+def gas(*balls: str, seed: int, more: str = "", arena: str = "", walls: str = "") -> Scene:
+    groups = [*balls[:-1], f"{balls[-1]}\n{walls}"]
+    return scene_of(*groups, size=f"[400, 300]\n{arena}", more=f"seed = {seed}\nseconds = 1\n{more}")
+
+
+@cache
+def scenes(seed: int) -> dict[str, Scene]:
+    return {
+        "gas": gas(EIGHT, seed=seed),
+        "gravity": gas(EIGHT, seed=seed, more="gravity = [0, 900]"),
+        "mixed": gas(*MIXED, seed=seed),
+        "inner walls": gas(EIGHT.replace("8", "6", 1), seed=seed, walls=WALLS),
+        "rough": gas(EIGHT + ROUGH, seed=seed, arena="friction = 0.8"),
+        "rough and falling": gas(
+            *(group + ROUGH for group in MIXED), seed=seed, more="gravity = [0, 900]", arena="friction = 2"
+        ),
+        "elasticity": gas(EIGHT + "\nelasticity = 0.9", seed=seed, arena="elasticity = 0.8"),
+        "sideways": gas(*MIXED, seed=seed, more="gravity = [-300, 200]", walls=WALLS),
+    }
+
+
+def judged(engine: Any, scene: Scene) -> Timeline:
+    """Run an engine, and judge its states."""
+    running = engine(scene, spawn(scene))
+    states = [running.state()]
+    for _ in range(scene.steps):
+        running.step()
+        states.append(running.state())
+    rows, judge = States.stack(states), Judge(scene)
+    judge.add(rows, np.empty(0, PUSH), np.full(scene.steps, 1 / scene.rate))
+    timeline, total = Timeline(judge), energy(rows, scene.bodies, scene.gravity, scene.arena.size)
+    lines = timeline.sums[0].sum() - timeline.sums[0, Cause.SPIN]
+    assert lines == pytest.approx(total[-1] - total[0], abs=1e-9 * np.abs(total).max())
+    return timeline
+
+
+def verdicts(name: str, seeds: range, which: tuple[str, ...]) -> Counter[str]:
+    """Count what is said of an engine with a fault: right, unknown, wrong, none."""
+    fault, counted = FAULTS[name], Counter[str]()
+    true = BY_STATES.get(name, fault.true)
+    for seed in seeds:
+        for key in which:
+            scene = scenes(seed)[key]
+            if not fault.fits(scene):
+                continue
+            errors = judged(fault.engine, scene).errors
+            cause = errors[0].cause if errors else None
+            if cause is None or cause == Cause.UNKNOWN:
+                verdict = "unknown" if cause else "none" if true else "right"
+            else:
+                verdict = "right" if cause in true else "wrong"
+            counted[verdict] += 1
+            if verdict == "wrong":
+                print(f"{name}, {key}, seed {seed}: {cause}, {errors[0].because} True: {fault.why}")
+    return counted
+
+
+@pytest.mark.parametrize("name", scenes(1))
+def test_an_engine_without_a_fault_has_no_error(name: str) -> None:
+    assert judged(EventDriven, scenes(1)[name]).errors == []
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_no_false_cause_is_named(name: str) -> None:
+    assert verdicts(name, range(1, 2), ("gas", "gravity", "rough"))["wrong"] == 0
+
+
+@pytest.mark.slow
+def test_most_faults_are_named_and_none_falsely() -> None:
+    table = {name: verdicts(name, range(1, 4), tuple(scenes(1))) for name in FAULTS}
+    for name, row in table.items():
+        print(f"{name:32}", *(f"{key} {row[key]:3}" for key in ("right", "unknown", "wrong", "none")))
+    total = sum(table.values(), Counter[str]())
+    print("all", total)
+    assert total["wrong"] == 0
+    shown = total["right"] + total["unknown"]
+    assert total["right"] >= 0.85 * shown

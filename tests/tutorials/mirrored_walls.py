@@ -1,0 +1,11 @@
+"""A ball found beyond a wall is mirrored at it, place and velocity: nothing is wrong, without gravity."""
+
+
+def step(position, velocity, dt, scene):
+    position += velocity * dt
+    for i, radius in enumerate(scene.bodies.radius):
+        for axis, side in enumerate(scene.arena.size):
+            for wall, outward in ((radius, -1), (side - radius, 1)):
+                if outward * (position[i, axis] - wall) > 0:
+                    position[i, axis] = 2 * wall - position[i, axis]
+                    velocity[i, axis] *= -1
