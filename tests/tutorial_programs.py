@@ -106,6 +106,7 @@ mass = 2
 position = [270, 250]
 velocity = [100, -40]
 """
+_LARGE_AND_SMALL: Final = _UNEQUAL.replace("radius = 25", "radius = 15")
 _INELASTIC: Final = _EQUAL.replace("radius = 20\n", "radius = 20\nelasticity = 0.6\n")
 _BOX: Final = """seconds = 4
 [arena]
@@ -186,7 +187,7 @@ PROGRAMS: Final = {
         _program("only_one_changed", _EQUAL, "velocity", "", 0),
         _program("pushed_by_half", _UNEQUAL, "pushed late"),
         # Where contacts are found
-        _program("one_radius", _UNEQUAL, "early late", "", 20, 5),
+        _program("one_radius", _LARGE_AND_SMALL, "early", "", 20, 5, 10),
         _program("bounding_boxes", "oblique", "early"),
         _program("one_contact_a_step", _CORNER, "late missed unconverged"),
         _program("whole_pixels", _BOX, "placed"),
