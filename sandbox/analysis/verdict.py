@@ -221,7 +221,7 @@ def _unjudged(comparison: Comparison) -> str:
             f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by what each step "
             "does to the balls."
         )
-    sentences += [_suffered(comparison, name) for name in silent]
+    sentences += filter(None, (_suffered(comparison, name) for name in silent))
     if soft:
         sentences.append(
             f"Contacts of {listed(soft)} last several steps, and hold energy meanwhile: judged by states, and in "

@@ -181,8 +181,8 @@ def errors_of_contacts(runs: Sequence[Run], contacts: Contacts, until: Decimal, 
 
     It reports each bounce that the independent program has; besides, it may report what a wall gives to a disc that
     lies on it, of which only the sum is compared, as a push. So it is with contacts near a streak that was resolved at
-    one time, and with those that change velocities by less than an error may. Where bodies approach at less than 1 px/s,
-    a contact's time is as exact as the gap between them. mass: kg.
+    one time, and with those that change velocities by less than an error may. Where bodies approach at less than
+    1 px/s, a contact's time is as exact as the gap between them. mass: kg.
     """
     streaks = [(float(since - AMBIGUOUS), float(time + AMBIGUOUS)) for since, time in runs[0].streaks]
     for since, time in streaks:
@@ -203,7 +203,7 @@ def errors_of_contacts(runs: Sequence[Run], contacts: Contacts, until: Decimal, 
             return
         row = near[np.abs(near["impulse"] - float(contact.impulse)).argmin()]
         exact = {name: Decimal(float(row[name])) for name in ("time", "impulse", "tangential", "slip")}
-        gap = float(abs(exact["time"] - contact.time) * min(1, contact.impulse / contact.lighter))
+        gap = float(abs(exact["time"] - contact.time) * min(Decimal(1), contact.impulse / contact.lighter))
         yield Error(gap / (ALLOWED * late), time, f"time of contact {pair}")
         off = max(abs(exact["impulse"] - contact.impulse), abs(exact["tangential"] - contact.tangential))
         yield Error(float(off / contact.lighter) / (ALLOWED * wrong), time, f"impulse of contact {pair}")
