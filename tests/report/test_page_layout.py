@@ -60,9 +60,10 @@ CONTRASTS = """(() => {
 @pytest.fixture(scope="module", params=["comparison", "sweep"])
 def file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     if request.param == "comparison":
-        text = page(
-            compare(load("bouncing").changed(seconds=3.0), ["pymunk", "pymunk(substeps=4)", "impulse", "exact"])
-        )
+        mine = tmp_path_factory.mktemp("engines") / "programs_of_a_tutorial_on_bouncing_balls.py"
+        mine.write_text("def step(position, velocity, dt, scene):\n    return position + dt * velocity, velocity\n")
+        names = ["pymunk", "pymunk(substeps=4)", "impulse", "exact", f"{mine}:step"]
+        text = page(compare(load("bouncing").changed(seconds=3.0), names))
     else:
         sweep = plan(
             load("article").changed(seconds=1.0), range(2), [60, 240], ["pymunk", "article"], {"substeps": [1, 4]}
