@@ -22,7 +22,7 @@ from itertools import combinations
 from typing import Final, NamedTuple
 
 from collapses_in_decimal import CLOCK_ERROR, settle
-from impacts_in_decimal import impulses_of
+from impacts_in_decimal import impulses_of, speeds
 from roots_in_decimal import DIGITS, NEVER, TINY, ZERO, fall_through_zero, first_fall, soon
 from table_in_decimal import Disc, End, Face, Table, Vector, Wall
 
@@ -30,9 +30,11 @@ REST: Final = Decimal("1e-9")  # s, that a bounce off a face lasts; after a shor
 BRIEF: Final = Decimal("2e-4")  # s, that a bounce off a face lasts; with a shorter one a disc comes to rest
 BRIEF_ON_END: Final = Decimal("5e-3")  # s, off a round end, from which discs slide
 BRIEF_ON_DISC: Final = Decimal("2e-3")  # s, off a disc
+MAX_OVERLAP: Final = Decimal("1e-12")  # px, by which noise can move discs that touch into each other, or into a wall
 TOUCHING: Final = Decimal("1e-9")  # px between a disc that comes to rest on a face and another wall: it is in a corner
 MAX_STREAK: Final = 5  # contacts of a disc with changing partners, each within STREAK_TIME of the last
 STREAK_TIME: Final = Decimal("1e-6")  # s
+BRIEF_CONTACTS: Final = 5  # for each contact that a run may have, with those of discs that come to rest on a face
 COLLAPSE_TIME: Final = Decimal("1e-25")  # s, between the last two contacts of a longer streak, if bodies then touch
 
 
@@ -85,18 +87,25 @@ class Noise(NamedTuple):
     early: Decimal = ZERO
 
 
+class Streak(NamedTuple):
+    """Contacts that were resolved at one time. since, time: s, of the first and the last; fastest: px/s, then."""
+
+    since: Decimal
+    time: Decimal
+    fastest: Decimal
+
+
 @dataclass(frozen=True)
 class Run:
     """What happened up to a time, s. snapshots: at the times asked for; ended: the reason, if not all were reached.
 
     contacts: but for those of discs that come to rest on a face, and of streaks that were resolved at one time;
-    streaks: when each of these began and ended, s; leaning: just after the last one, if it ended the run since discs
-    then lean on each other.
+    leaning: just after the last of these, if it ended the run since discs then lean on each other.
     """
 
     snapshots: tuple[Table, ...]
     contacts: tuple[Contact, ...]
-    streaks: tuple[tuple[Decimal, Decimal], ...]
+    streaks: tuple[Streak, ...]
     until: Decimal
     ended: str
     leaning: Table | None = None
@@ -109,6 +118,8 @@ def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -
     if ax == ay == 0:
         if approach >= -TINY * reach:
             return NEVER
+        if x * x + y * y <= reach * reach:
+            return ZERO
         speed2 = vx * vx + vy * vy
         cross = x * vy - y * vx  # speed times the distance at which they would pass
         miss2 = reach * reach * speed2 - cross * cross
@@ -119,11 +130,11 @@ def wait_to_touch(relative: Sequence[Decimal], reach: Decimal, limit: Decimal) -
         return NEVER
     gap2 = [gap * (distance + reach), 2 * approach]
     gap2 += [vx * vx + vy * vy + x * ax + y * ay, vx * ax + vy * ay, (ax * ax + ay * ay) / 4]
-    if abs(gap) < TINY:  # they touch now: without the root at 0, which is double if they neither part nor approach
+    if gap < TINY:  # they touch now: without the root at 0, which is double if they neither part nor approach
         gap2 = gap2[2 if abs(approach) < TINY * reach else 1 :]
         if gap2[0] < 0:
             return ZERO
-    assert gap2[0] >= 0, "a disc is inside another or a wall"
+    assert gap > -MAX_OVERLAP, "a disc is inside another or a wall"
     return first_fall(gap2, limit)
 
 
@@ -146,7 +157,7 @@ def wait_for_face(disc: Disc, face: Face) -> Decimal:
     speed, change = -face.into(disc.vx, disc.vy), -face.into(disc.ax, disc.ay)
     if abs(gap) < TINY and abs(speed) < TINY and change >= 0:  # they neither part nor approach
         return NEVER
-    wait = soon(fall_through_zero(gap, speed, change / 2))
+    wait = ZERO if -MAX_OVERLAP < gap < 0 and speed < -TINY else soon(fall_through_zero(gap, speed, change / 2))
     if wait == NEVER:
         return NEVER
     along = face.along(rx, ry) + wait * (face.along(disc.vx, disc.vy) + face.along(disc.ax, disc.ay) * wait / 2)
@@ -321,8 +332,8 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
     table, streaks = start.copy(), Streaks(len(start.discs))
     snapshots: list[Table] = []
     contacts: list[Contact] = []
-    resolved: list[tuple[Decimal, Decimal]] = []
-    leaning = None
+    resolved: list[Streak] = []
+    leaning, count = None, 0
     with localcontext(prec=DIGITS):
         if noise:
             table.nudge(noise.at_start, noise.rng)
@@ -340,16 +351,18 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
                 if noise:
                     table.nudge(noise.later, noise.rng)
                 continue
-            table.fly(meetings[0].wait - (lead(table, meetings[0], noise.early) if noise else ZERO))
-            until, discs = table.time, meetings[0].discs
             rivals = [meeting for meeting in meetings[1:] if meeting.is_rival_of(meetings[0])]
+            early = lead(table, meetings[0], noise.early) if noise and not rivals else ZERO
+            table.fly(meetings[0].wait - early)
+            until, discs = table.time, meetings[0].discs
             collapses = bool(rivals)
             if not rivals and meetings[0].other is None:
                 turn(table, meetings[0].first)
             elif not rivals:
                 contact, brief, ended = strike(table, meetings[0])
                 collapses = streaks.add(contact)
-                if len(contacts) == max_contacts:
+                count += 1
+                if len(contacts) == max_contacts or count > BRIEF_CONTACTS * max_contacts:
                     ended = "contacts"
                 elif not brief:
                     contacts.append(contact)
@@ -357,7 +370,8 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
             if collapses and not ended:
                 until = streaks.began(discs, table.time)
                 contacts = [contact for contact in contacts if contact.time < until]
-                resolved.append((until, table.time))
+                fastest = max(abs(speed) for disc in table.discs for speed in speeds(disc))
+                resolved.append(Streak(until, table.time, fastest))
                 ended = settle(table, discs, in_order=noise is not None)
                 leaning = table if ended == "on a disc" else None
         until -= CLOCK_ERROR

@@ -130,6 +130,11 @@ def growth(runs: Sequence[Run], part: Callable[[Run], list[Row]]) -> list[float]
     return list(accumulate(largest, max, initial=1.0))[1:]
 
 
+def allowed_at(run: Run, time: Decimal) -> float:
+    """Return the error that is allowed at a time, but for its growth; after a collapse, of the fastest motion."""
+    return ALLOWED * max((float(streak.fastest) for streak in run.streaks if streak.time < time), default=1.0)
+
+
 def horizon_of(runs: Sequence[Run], error: float, radius: float) -> Decimal:
     """Return when an error of the start (px) has grown to a radius (px); if it never does, when the runs end."""
     truth = runs[0]
@@ -162,7 +167,7 @@ def compare(numbers: Numbers) -> Verdict:
             max(found, default=Error(0.0, 0.0, "nothing")),
             float(min(horizon, runs[0].until) / times[-1]),
             sum(contact.time < contacts_until for contact in runs[0].contacts),
-            sum(time < contacts_until for _, time in runs[0].streaks),
+            sum(streak.time < contacts_until for streak in runs[0].streaks),
             "at the horizon" if horizon < runs[0].until else runs[0].ended or "with the scene",
         )
 
@@ -173,7 +178,7 @@ def errors_of_states(runs: Sequence[Run], states: Sequence[Floats], until: Decim
         for table, row, grown, other in zip(runs[0].snapshots, part(runs[0]), growth(runs, part), found, strict=False):
             if table.time < until:
                 off = largest_difference(row, [Decimal(number) for number in other.ravel().tolist()])
-                yield Error(off / (ALLOWED * grown), float(table.time), part.__name__)
+                yield Error(off / (allowed_at(runs[0], table.time) * grown), float(table.time), part.__name__)
 
 
 def errors_of_contacts(runs: Sequence[Run], contacts: Contacts, until: Decimal, mass: Floats) -> Iterator[Error]:
@@ -182,35 +187,36 @@ def errors_of_contacts(runs: Sequence[Run], contacts: Contacts, until: Decimal, 
     It reports each bounce that the independent program has; besides, it may report what a wall gives to a disc that
     lies on it, of which only the sum is compared, as a push. So it is with contacts near a streak that was resolved at
     one time, and with those that change velocities by less than an error may. Where bodies approach at less than
-    1 px/s, a contact's time is as exact as the gap between them. mass: kg.
+    1 px/s, the time of a contact is as exact as the gap between them. mass: kg.
     """
-    streaks = [(float(since - AMBIGUOUS), float(time + AMBIGUOUS)) for since, time in runs[0].streaks]
+    streaks = [(float(since - AMBIGUOUS), float(time + AMBIGUOUS)) for since, time, _ in runs[0].streaks]
     for since, time in streaks:
         contacts = contacts[(contacts["time"] < since) | (contacts["time"] > time)]
     truth = [contact for contact in runs[0].contacts if contact.time < until]
     growths = growth(runs, contact_times), growth(runs, jumps), growth(runs, slips)
     of_discs = Counter((contact.first, contact.second) for contact in truth if contact.second >= 0)
-    allowed = ALLOWED * max(growth(runs, velocities), default=1.0)
+    negligible = allowed_at(runs[0], until) * max(growth(runs, velocities), default=1.0)
     for contact, late, wrong, slipped in zip(truth, *growths, strict=False):
         time, pair = float(contact.time), (contact.first, contact.second)
-        is_felt = float(contact.impulse / contact.lighter) > allowed
+        is_felt = float(contact.impulse / contact.lighter) > negligible
         if not is_felt or any(since <= time <= ended for since, ended in streaks):
             continue
+        allowed = allowed_at(runs[0], contact.time)
         rows = contacts[(contacts["first"] == pair[0]) & (contacts["second"] == pair[1])]
-        near = rows[np.abs(rows["time"] - time) < max(float(AMBIGUOUS), ALLOWED * late)]
+        near = rows[np.abs(rows["time"] - time) < max(float(AMBIGUOUS), allowed * late)]
         if not len(near):
             yield Error(math.inf, time, f"no contact of {pair}")
             return
         row = near[np.abs(near["impulse"] - float(contact.impulse)).argmin()]
         exact = {name: Decimal(float(row[name])) for name in ("time", "impulse", "tangential", "slip")}
         gap = float(abs(exact["time"] - contact.time) * min(Decimal(1), contact.impulse / contact.lighter))
-        yield Error(gap / (ALLOWED * late), time, f"time of contact {pair}")
+        yield Error(gap / (allowed * late), time, f"time of contact {pair}")
         off = max(abs(exact["impulse"] - contact.impulse), abs(exact["tangential"] - contact.tangential))
-        yield Error(float(off / contact.lighter) / (ALLOWED * wrong), time, f"impulse of contact {pair}")
-        yield Error(float(abs(exact["slip"] - contact.slip)) / (ALLOWED * slipped), time, f"slip of contact {pair}")
+        yield Error(float(off / contact.lighter) / (allowed * wrong), time, f"impulse of contact {pair}")
+        yield Error(float(abs(exact["slip"] - contact.slip)) / (allowed * slipped), time, f"slip of contact {pair}")
     clearly_before = contacts[(contacts["second"] >= 0) & (contacts["time"] < float(until - AMBIGUOUS))]
     lighter = np.minimum(mass[clearly_before["first"]], mass[clearly_before["second"]])
-    clearly_before = clearly_before[clearly_before["impulse"] > allowed * lighter]
+    clearly_before = clearly_before[clearly_before["impulse"] > negligible * lighter]
     for pair, count in Counter(map(tuple, clearly_before[["first", "second"]].tolist())).items():
         if count > of_discs[pair]:
             yield Error(math.inf, float(until), f"{count} contacts of {pair} instead of {of_discs[pair]}")
