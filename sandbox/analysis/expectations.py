@@ -159,7 +159,7 @@ def score(scene: Scene, expect: Expect, initial: State, before: State, after: St
 
     Between two steps, the state of the nearer one is flown to that time: x + v t + g t²/2, v + g t. If a ball that the
     expectation is about touched something in this step, no state is known for that time, and the score is skipped.
-    energy_scale: kg px²/s², what shares of energy are of; if it is 0, there are none.
+    energy_scale: kg px²/s², the scale that shares of energy refer to; at 0, no share is defined.
     """
     if after.time > before.time and (touched := _first_touched(scene, expect, before, after)) is not None:
         return Score(

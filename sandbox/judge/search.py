@@ -157,7 +157,7 @@ def _cause_of_rule(outcome: Outcome, problem: Problem) -> Cause:
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:
-    """Return whether friction is too small or too large: its impulses are told from the exact ones."""
+    """Return whether friction is too small or too large, from the sums of its impulses and of the exact ones."""
     trial = outcome.trial
     if trial.fault == "friction" and trial.value < 0:
         return Cause.FRICTION_SMALL

@@ -59,7 +59,7 @@ IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is h
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
 MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
 FEW: Final = 64  # discs and contacts of a group, for which there is room at first
-REST: Final = 1e-13  # of the group's speeds before: a slower approach is none
+REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
 MEMBER: Final = np.dtype(  # a disc of a group
     [
