@@ -78,7 +78,7 @@ class Noise(NamedTuple):
     """What rounding is like.
 
     Random changes at the start, and later at each of the times asked for, px, px/s and rad/s; and contacts that are
-    resolved a distance before they are due, px.
+    resolved before they are due, each by a random share of a distance, px.
     """
 
     rng: random.Random
@@ -352,7 +352,9 @@ def run(start: Table, times: Sequence[Decimal], max_contacts: int, noise: Noise 
                     table.nudge(noise.later, noise.rng)
                 continue
             rivals = [meeting for meeting in meetings[1:] if meeting.is_rival_of(meetings[0])]
-            early = lead(table, meetings[0], noise.early) if noise and not rivals else ZERO
+            early = ZERO
+            if noise and noise.early and not rivals:
+                early = lead(table, meetings[0], noise.early * Decimal(noise.rng.random()))
             table.fly(meetings[0].wait - early)
             until, discs = table.time, meetings[0].discs
             collapses = bool(rivals)

@@ -41,6 +41,8 @@ NUDGE: Final = Decimal("1e-20")  # px, px/s and rad/s, by which the twins' start
 LATER_NUDGE: Final = NUDGE / 10  # at each step, since errors grow that are made after others have decayed
 TWINS: Final = 2
 ROUNDED: Final = 0.1
+# ulp, by which a contact is early or late: half of one for each coordinate of two discs, along a diagonal normal.
+ROUNDING: Final = math.sqrt(2)
 HOPS: Final = 4  # by which leaning discs may be faster or slower
 FINE_RATE: Final = 50_000  # so that a state after a contact is much earlier than the next hop
 AMBIGUOUS: Final = Decimal("1e-6")  # s, within which a contact is looked for, and may be beyond the end instead
@@ -151,7 +153,7 @@ def compare(numbers: Numbers) -> Verdict:
     with localcontext(prec=DIGITS):
         times = [Decimal(step) / numbers.rate for step in range(1, STEPS + 1)]
         noises = [Noise(random.Random(seed), NUDGE, LATER_NUDGE) for seed in range(TWINS)]
-        rounding = Noise(random.Random(0), early=Decimal(math.ulp(max(numbers.size))))
+        rounding = Noise(random.Random(0), early=Decimal(2 * ROUNDING * math.ulp(max(numbers.size))))
         runs = [run(start, times, MAX_CONTACTS, noise) for noise in (None, *noises, rounding)]
         radius = float(min(disc.radius for disc in start.discs))
         horizon = horizon_of(runs, 8 * math.ulp(max(numbers.size)), radius)
