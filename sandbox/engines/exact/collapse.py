@@ -16,7 +16,8 @@ Then the sequence goes on, so that an inaccurate ratio costs time, not accuracy:
 a normal or at the limit of friction, and the sequence ends where no contact closes faster than rounding.
 
 Where q is 1 the bodies have no room to part: a disc in a slot of its own width, a row that fills a floor. Then their
-restitution is 0.
+restitution is 0. Where they have room, those that still touch part at the speed of rounding: one that slid along a
+face, and by rounding into it, would collide with the end at which it leaves.
 
 Under gravity, discs that lean on each other part in hops (see `contact`). Those of a group are given their hops
 together, as impacts with restitution 0 that leave at least this speed. Contacts that cannot all open, because they
@@ -34,6 +35,8 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.contact import (
     CONTACT_TIME,
     MIN_APPROACH,
+    SLOW_HOPS,
+    approach_of_discs,
     count_slow_contact,
     give,
     hop_round_end,
@@ -52,13 +55,14 @@ GAP_ROUNDING: Final = 1e-14  # relative, of coordinates: gaps within it are clos
 CLOCK_ROUNDING: Final = 1e-15  # relative, of the time
 SWEEPS_PER_BLOCK: Final = 12  # whose impulses are compared: cycles of 1, 2, 3, 4 and 6 sweeps fit in
 STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio
-IMPULSE_ROUNDING: Final = 1e-15  # relative, of a contact's momentum: impulses within it may differ
+IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fastest bodies, whose rounding all share
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to
 IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is heard
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
 MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
 FEW: Final = 64  # discs and contacts of a group, for which there is room at first
+RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 
 MEMBER: Final = np.dtype(  # a disc of a group
@@ -192,17 +196,18 @@ def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_ro
 @kernel
 def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> float:
     """Return the ratio by which the impulses of all contacts fell from the block before, or -1 if they have none."""
-    total, last, largest = 0.0, 0.0, 0.0
+    total, last, largest, fastest = 0.0, 0.0, 0.0, 0.0
     for k in range(len(link)):
         total += link[k].block_impulse
         last += link[k].last_impulse
         largest = max(largest, link[k].block_impulse)
+        fastest = max(fastest, _scale(member, link[k])[0])
     if last == 0:
         return -1.0
     ratio = total / last
     for k in range(len(link)):
-        speed, per_mass = _scale(member, link[k])
-        tolerance = STEADY * largest + IMPULSE_ROUNDING * speed / per_mass
+        per_mass = _scale(member, link[k])[1]
+        tolerance = STEADY * largest + IMPULSE_ROUNDING * fastest / per_mass
         if abs(link[k].block_impulse - ratio * link[k].last_impulse) > tolerance:
             return -1.0
     return ratio
@@ -290,22 +295,27 @@ def _add_member(world: World, member: NDArray[np.void], count: int, i: int, now:
 
 
 @kernel
-def _slack(world: World, i: int, now: float) -> float:
-    """Return the largest gap at disc i that is closed, px: rounding, and a way too short for a contact of its own."""
+def _slack(world: World, i: int, closing: float, way: float, now: float) -> float:
+    """Return the largest gap at disc i that is closed, px: rounding and, if it closes as slowly as hops, a short way.
+
+    closing: px/s; way: px.
+    """
     disc = world.disc[i]
     rounding = GAP_ROUNDING * (abs(disc.x) + abs(disc.y) + disc.radius)
-    return rounding + CLOCK_ROUNDING * now * (abs(disc.vx) + abs(disc.vy)) + CONTACT_TIME * world.hop_speed
+    rounding += CLOCK_ROUNDING * now * (abs(disc.vx) + abs(disc.vy))
+    return rounding + (way if abs(closing) < SLOW_HOPS * world.hop_speed else 0.0)
 
 
 @kernel
-def _link_pieces(world: World, at: int, m: Motion, slack: float, link: NDArray[np.void], links: int, i: int) -> int:
-    """Add the contacts of disc i, which is member `at` and moves like m, with walls. Returns the number of contacts."""
+def _link_pieces(world: World, at: int, i: int, way: float, now: float, link: NDArray[np.void], links: int) -> int:
+    """Add the contacts of disc i, which is member `at`, with walls. Returns the number of contacts."""
+    m = motion(world, i, now)
     cell, grid = world.event[i].cell, world.grid
     for k in range(grid.cell[cell].begin, grid.cell[cell + 1].begin):
         p = np.int64(grid.piece[k])
         gap = gap_to_piece(world, i, p, m.x, m.y)
-        if gap <= slack:
-            nx, ny, _ = normal_to(m, world.piece[p])
+        nx, ny, _ = normal_to(m, world.piece[p])
+        if gap <= _slack(world, i, m.vx * nx + m.vy * ny, way, now):
             links = _add_link(link, links, at, ~p, nx, ny, -gap)
     return links
 
@@ -319,7 +329,7 @@ def _gap(world: World, i: int, j: int, m: Motion, o: Motion) -> float:
 
 @entry
 def _gather(
-    world: World, seed: int, now: float, place: Integers, member: NDArray[np.void], link: NDArray[np.void]
+    world: World, seed: int, way: float, now: float, place: Integers, member: NDArray[np.void], link: NDArray[np.void]
 ) -> tuple[int, int]:
     """Collect the discs that touch a disc now, those that touch these, and so on, and their contacts.
 
@@ -332,14 +342,15 @@ def _gather(
         i, at = np.int64(member[at].disc), at + 1
         if member[at - 1].per_mass == 0:
             continue
-        m, event, grid, slack = motion(world, i, now), world.event[i], world.grid, _slack(world, i, now)
+        m, event, grid = motion(world, i, now), world.event[i], world.grid
         for row in range(-1, 2):
             for cell in range(event.cell + row * grid.stride - 1, event.cell + row * grid.stride + 2):
                 j = np.int64(grid.cell[cell].first)
                 while j >= 0:
                     o = motion(world, j, now)
                     gap = _gap(world, i, j, m, o)
-                    if i != j and gap <= slack + _slack(world, j, now):
+                    closing = approach_of_discs(m, o).closing
+                    if i != j and gap <= _slack(world, i, closing, way, now) + _slack(world, j, closing, way, now):
                         if place[j] == 0:
                             if members < len(member):
                                 _add_member(world, member, members, j, now, place)
@@ -350,7 +361,7 @@ def _gather(
                             a, b, sign = (at - 1, place[j] - 1, 1.0) if is_first else (place[j] - 1, at - 1, -1.0)
                             links = _add_link(link, links, a, b, sign * nx, sign * ny, -gap)
                     j = np.int64(world.disc[j].next)
-        links = _link_pieces(world, at - 1, m, slack, link, links, i)
+        links = _link_pieces(world, at - 1, i, way, now, link, links)
     return members, links
 
 
@@ -362,8 +373,8 @@ def _leave(place: Integers, member: NDArray[np.void]) -> None:
 
 
 @kernel
-def _set_course(world: World, m: Record, since: float, now: float, log: Log) -> None:
-    """Give a disc the velocities that a sequence has left it, and let it fly freely."""
+def _set_course(world: World, m: Record, residual: float, since: float, now: float, log: Log) -> None:
+    """Give a disc the velocities that a sequence has left it, and let it fly freely. residual: px/s, see BODY."""
     i = np.int64(m.disc)
     move_to_now(world, i, now)
     report_support(world, i, since, now, log)
@@ -373,7 +384,7 @@ def _set_course(world: World, m: Record, since: float, now: float, log: Log) -> 
     release(world, i)
     body = world.body[i]
     body.last_contact = body.settled = now
-    body.streak = 0
+    body.residual, body.streak = residual, 0
 
 
 @kernel
@@ -394,9 +405,12 @@ def _note_contact(world: World, c: Record, m: Record, sign: float, now: float) -
 
 @entry
 def _write_back(
-    world: World, member: NDArray[np.void], link: NDArray[np.void], since: float, now: float, log: Log
+    world: World, member: NDArray[np.void], link: NDArray[np.void], residual: float, since: float, now: float, log: Log
 ) -> None:
-    """Give the discs of a group what a sequence has left them, report the sums of its impulses, and predict anew."""
+    """Give the discs of a group what a sequence has left them, report the sums of its impulses, and predict anew.
+
+    residual: px/s, see BODY.
+    """
     for k in range(len(link)):
         if link[k].impulse != 0:
             member[link[k].first].is_hit = 1
@@ -404,7 +418,7 @@ def _write_back(
                 member[link[k].second].is_hit = 1
     for k in range(len(member)):
         if member[k].is_hit and member[k].per_mass > 0:
-            _set_course(world, member[k], since, now, log)
+            _set_course(world, member[k], residual, since, now, log)
     for k in range(len(link)):
         c = link[k]
         if c.impulse == 0:
@@ -449,29 +463,40 @@ class Collapses:
         world = self._world
         world.rest.plan["collapsing"] = NONE
         world.body["streak"][seed] += 1  # so that the contact is resolved by itself if it is part of no group
-        member, link = self._group(seed, now)
+        member, link = self._group(seed, 0.0, now)
+        if world.has_gravity and np.abs(_closings(member, link)).max(initial=0.0) < SLOW_HOPS * world.hop_speed:
+            # A sequence that is as slow as hops is resolved across gaps too short for contacts of their own.
+            member, link = self._group(seed, CONTACT_TIME * world.hop_speed, now)
         still = REST * max(np.abs([member["vx"], member["vy"], member["rim"]]).max(), world.hop_speed)
-        fastest = _closings(member, link).max()
+        fastest = _closings(member, link).max(initial=0.0)
         outcome = self._continue(member, link, still, SLOWED * fastest)
+        has_room = outcome == Outcome.PARTED
         if outcome == Outcome.ENDLESS:
             link["elasticity"] = 0.0
             outcome = self._continue(member, link, still, SLOWED * fastest)
         if outcome != Outcome.PARTED:
             self._stop(member, link)
+        if has_room:
+            self._part(member, link, still)
         if world.has_gravity:
             self._hop(member, link, still)
-        for key in ("vx", "vy", "rim"):  # a disc at rest is as fast as the approaches between it and a wall, added up
-            member[key][np.abs(member[key]) < len(link) * still] = 0.0
+        at_rest = len(link) * still  # a disc at rest is as fast as the approaches between it and a wall, added up
+        for key in ("vx", "vy", "rim"):
+            member[key][np.abs(member[key]) < at_rest] = 0.0
         rows = np.zeros(len(link) + MAX_SUPPORTS * len(member), CONTACT)
         log = Log(rows, np.zeros(1, np.int64), collects)
-        _write_back(world, member, link, since, now, log)
+        residual = RESIDUAL * max(at_rest, _closings(member, link).max(initial=0.0)) if has_room else np.inf
+        _write_back(world, member, link, residual, since, now, log)
         return rows[: log.filled[0]]
 
-    def _group(self, seed: int, now: float) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """Return the discs that a disc touches, directly or through others, and their contacts, in order."""
+    def _group(self, seed: int, way: float, now: float) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """Return the discs that a disc touches, directly or through others, and their contacts, in order.
+
+        way: px, that is closed if bodies approach as slowly as hops.
+        """
         while True:
             self._member[:], self._link[:] = 0, 0
-            members, links = _gather(self._world, seed, now, self._place, self._member, self._link)
+            members, links = _gather(self._world, seed, way, now, self._place, self._member, self._link)
             _leave(self._place, self._member[: min(members, len(self._member))])
             if members <= len(self._member) and links <= len(self._link):
                 break
@@ -521,6 +546,19 @@ class Collapses:
         after = before + pushed(columns, impulse, len(mass)) / mass
         member["vx"][moves], member["vy"][moves] = after.T
         link["impulse"] += impulse
+
+    def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
+        """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""
+        at_wall = link["second"] < 0
+        pull = link["nx"] * self._world.gravity[0] + link["ny"] * self._world.gravity[1]
+        fastest = 2 * (np.abs(member["vx"]) + np.abs(member["vy"])).max()
+        rounding = 2 * max(still, MIN_APPROACH * fastest)  # so that what is parted is beyond rounding
+        touches = (link["impulse"] > 0) & ~(at_wall & (pull > self._world.min_pull))
+        before, links_before = member.copy(), link.copy()
+        link["elasticity"], link["hop"] = 0.0, np.where(touches, rounding, 0.0)
+        if _continue(member, link, still, self._world.is_rough)[0] != PARTED:
+            member[:], link[:] = before, links_before
+        link["elasticity"], link["hop"] = links_before["elasticity"], 0.0
 
     def _hop(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
         """Let discs that lean on each other part at the speed of a hop, but for contacts that cannot all open."""

@@ -40,11 +40,12 @@ def _propose_contact(world: World, i: int, time: float, partner: int, serial: in
 def _time_of_next(world: World, i: int, j: int, m: Motion, approach: Approach, time: float, now: float) -> float:
     """Return when discs i and j, or i and a wall (then j is i), that touch soon after now have their next contact, s.
 
-    If a sequence of impacts that both were in has just been resolved, what is left of their approach first leads a
-    little deeper.
+    If a sequence of impacts that both were in has just been resolved, an approach that this has left first leads a
+    little deeper. A faster one is a contact of its own.
     """
-    since = now - min(world.body[i].settled, world.body[j].settled)
-    if since >= CONTACT_TIME:
+    of_i, of_j = world.body[i], world.body[j]
+    since = now - min(of_i.settled, of_j.settled)
+    if since >= CONTACT_TIME or approach.closing > max(of_i.residual, of_j.residual):
         return time
     depth = RESETTLE_ROUNDING * (abs(m.x) + abs(m.y)) + RESETTLE_HOPS * world.hop_speed * world.hop_time / 4
     delay = depth / approach.closing if approach.closing > 0 else CONTACT_TIME

@@ -52,6 +52,7 @@ BODY: Final = np.dtype(
         ("slow_contacts", "i4"),  # since then
         ("corner", "i4"),  # second piece of wall that carries it, where it lies in a corner, or NONE
         ("settled", "f8"),  # s, time of its last sequence of impacts that was resolved as one
+        ("residual", "f8"),  # px/s, approaches that this may have left; infinite if its bodies had no room
         ("streak", "i4"),  # contacts in a row, each within CONTACT_TIME of the one before
     ]
 )
