@@ -99,6 +99,12 @@ class States(NamedTuple):
         """Return the part of some steps, which shares the arrays."""
         return States(*(each[rows] for each in self))
 
+    def after_pushes(self, pushes: Pushes) -> "States":
+        """Return the states with each push (PUSH) already in the velocities before its step, of all but the last."""
+        velocity = self.velocity.copy()
+        np.add.at(velocity, (pushes["row"] - 1, pushes["ball"]), pushes["dv"])
+        return self._replace(velocity=velocity)
+
     def state(self, row: int, time: float) -> State:
         """Return the state of one row, which shares the arrays. time: s."""
         return State(time, *(each[row] for each in self))

@@ -12,9 +12,9 @@ from pydantic import BaseModel, Field, TypeAdapter, WithJsonSchema, create_model
 
 from sandbox.analysis.difference import Difference
 from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
-from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Figures
 from sandbox.judge.causes import Cause
+from sandbox.judge.ledger import Entry
 
 JSON_SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
 CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key for cause in Cause]})]

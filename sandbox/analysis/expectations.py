@@ -8,10 +8,10 @@ from typing import Final, TypeVar
 
 import numpy as np
 
-from sandbox.analysis.tunnelling import wall_distance
 from sandbox.quantity import deepest_overlap, energy, length, momentum
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
+from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's

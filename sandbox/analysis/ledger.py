@@ -9,7 +9,6 @@ the replay leaves unexplained is entered too, so the lines of the ledger always 
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,24 +48,15 @@ from sandbox.analysis.replay import (
 from sandbox.analysis.rescaled import RescaledImpulses
 from sandbox.analysis.stamps import true_times
 from sandbox.analysis.start_overlaps import StartOverlap, StartOverlaps
-from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening, wall_distance
+from sandbox.analysis.tunnelling import Passage, find_crossings, find_leaps, find_overlaps, no_deepening
 from sandbox.compiled import entry, kernel
 from sandbox.engines.engine import Traits
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.ledger import Entry, entries_of
 from sandbox.quantity import length, spin_energy
 from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.walls import wall_distance
 from sandbox.state import Bools, Contacts, Floats, Integers, Pushes, States
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A line of the ledger: what a cause changed. That of SPIN is a part of the energy, and a part of no sum."""
-
-    cause: Cause
-    contacts: int  # or steps of a ball, for a cause that is not a contact's
-    energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
-    momentum: float  # kg px/s transferred wrongly, the sum of the lengths
-    displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
 
 
 @kernel
@@ -453,15 +443,6 @@ class Ledger:
     def entries(self) -> tuple[Entry, ...]:
         """Return a line for each cause that occurred, in the order of Cause."""
         return entries_of(self._sums if self._unjudged is None else _in_one_line(self._sums, self._unjudged))
-
-
-def entries_of(sums: Floats) -> tuple[Entry, ...]:
-    """Return a line for each cause that occurred. sums: (4, causes), of energy, momentum, displacement, contacts."""
-    return tuple(
-        Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
-        for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
-        if energy or contacts
-    )
 
 
 def _in_one_line(sums: Floats, line: Cause) -> Floats:

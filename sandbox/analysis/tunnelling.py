@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import entry, kernel
 from sandbox.judge.causes import NEGLIGIBLE
-from sandbox.quantity import outside, segment_distance
-from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers
 
 FIRST_ROOM: Final = 64  # pairs, or crossings, that a kernel has room for at first
@@ -26,17 +24,6 @@ class Passage(NamedTuple):
     second: int  # ball, or ~wall
     flown: float  # px, by the first in that step; of two that passed within a step, by the one that flew further
     within_step: bool = False  # whether it is of two that were apart before the step and after it
-
-
-def wall_distance(scene: Scene, position: Floats) -> Floats:
-    """Return the distance of points (..., 2) px from the nearest wall's face, px: (...); negative in a wall.
-
-    Infinite if no wall stands.
-    """
-    distance = -outside(position, scene.arena.size) if scene.arena.walls else np.full(position.shape[:-1], np.inf)
-    for wall in scene.walls:
-        distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
-    return distance
 
 
 def no_deepening() -> Deepening:

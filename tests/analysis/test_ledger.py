@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.first_touch import first_touch_of_face
-from sandbox.analysis.ledger import Entry, Ledger
+from sandbox.analysis.ledger import Ledger
 from sandbox.analysis.measurement import Run
 from sandbox.engines import can_run, create, registry
 from sandbox.engines.engine import Traits
 from sandbox.judge.causes import Cause
+from sandbox.judge.ledger import Entry
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene

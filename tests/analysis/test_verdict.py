@@ -8,11 +8,11 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.ledger import Entry
 from sandbox.analysis.measurement import Run
 from sandbox.analysis.reference import Trust
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.judge.causes import Cause
+from sandbox.judge.ledger import Entry
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 
