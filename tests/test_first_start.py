@@ -132,9 +132,11 @@ for name in (*bundled(), *bundled("truths")):
     list(warnings(scene, spawn(scene)))
     names = ["pymunk", "article", "impulse", "exact"]
     compare(scene, [name for name in names if can_run(name, scene)])
+compare(load("gas-100").changed(seconds=0.5), [silent_engine])
 print(json.dumps(sorted(loaded - by_parts)))
 """
-    assert json.loads(run_python(code)) == []
+    silent_engine = f"{Path(__file__).parent / 'tutorials' / 'textbook.py'}:step"
+    assert json.loads(run_python(f"{silent_engine = }\n{code}")) == []
 
 
 def test_a_ledger_in_the_window_needs_no_kernel_that_was_not_tried() -> None:

@@ -14,6 +14,7 @@ from sandbox.judge.groups import scratch_for
 from sandbox.judge.law import LAW, Laws, When, law
 from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
 from sandbox.judge.one_step import MET, Group, run_laws
+from sandbox.judge.soft_step import NO_CONTACTS, run_soft, soft_scratch_for
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.state import Floats
 
@@ -45,6 +46,11 @@ class Trial(NamedTuple):
         """Whether contacts are found at the time of impact."""
         return self.rule.get("when", When.IN_TIME) == When.IN_TIME
 
+    @property
+    def is_soft(self) -> bool:
+        """Whether contacts are soft."""
+        return self.rule.get("when") == When.SOFT
+
 
 class Outcome(NamedTuple):
     """What a step comes to by a trial.
@@ -61,15 +67,24 @@ class Outcome(NamedTuple):
 class Problem:
     """A step of a group of balls that an engine did, for models to explain.
 
-    after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise.
+    after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise; warm: soft contacts
+    of the step before.
     """
 
-    def __init__(self, group: Group, after: Floats, gravity: tuple[float, float], floor: float) -> None:
+    def __init__(
+        self,
+        group: Group,
+        after: Floats,
+        gravity: tuple[float, float],
+        floor: float,
+        warm: NDArray[np.void] = NO_CONTACTS,
+    ) -> None:
         self.group, self.after, self.gravity, self.floor = group, after, gravity, floor
         dt, radius = group.dt, group.ball["radius"]
         self.scale = np.empty_like(after)
         self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
-        self._scratch = scratch_for(len(group.ball))
+        self.before = np.column_stack([group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
+        self._scratch, self._soft_scratch = scratch_for(len(group.ball)), soft_scratch_for(len(group.ball), warm)
         self.exact = self.outcomes([Trial({})])[0]
         self.size = self.exact.left
 
@@ -77,8 +92,18 @@ class Problem:
         """Do the step by some laws. Returns what it comes to, (laws, k, 5), and contacts."""
         after = np.empty((len(laws), *self.after.shape))
         met, counts = np.zeros((len(laws), MET_KEPT), MET), np.zeros(len(laws), np.int64)
-        run_laws(self.group, laws, self._scratch, after, met, counts)
+        soft = laws["when"] == When.SOFT
+        for kernel, scratch, chosen in ((run_laws, self._scratch, ~soft), (run_soft, self._soft_scratch, soft)):
+            if chosen.all():
+                kernel(self.group, laws, scratch, after, met, counts)
+            elif chosen.any():
+                after[chosen], met[chosen], counts[chosen] = self.run(laws[chosen])
         return after, met, counts
+
+    def soft_contacts(self, trial: Trial) -> NDArray[np.void]:
+        """Return the soft contacts that a trial has at the end of the step."""
+        self.run(self.laws([trial]))
+        return self._soft_scratch.contact[self._soft_scratch.contact["colour"] >= 0]
 
     def laws(self, trials: Sequence[Trial]) -> Laws:
         """Return the laws of some trials."""
@@ -114,8 +139,13 @@ class Problem:
     def fits(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
         """Return the outcomes that leave nothing over, the best first."""
         enough = self.enough()
-        fitting = (o for o in outcomes if o.left <= enough and (o.trial.is_in_time or len(o.met)))
-        return sorted(fitting, key=lambda o: o.left)
+        fitting = [o for o in outcomes if o.left <= enough and (o.trial.is_in_time or len(o.met))]
+        enough_alone = [
+            o.trial.rule for o in fitting if not o.trial.fault
+        ]  # without a fault, which then changes nothing
+        return sorted(
+            (o for o in fitting if not o.trial.fault or o.trial.rule not in enough_alone), key=lambda o: o.left
+        )
 
     def fit(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Fit the parameters of trials, and return what they come to."""

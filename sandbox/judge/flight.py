@@ -5,18 +5,21 @@ another gravity, another integration of it, a share of the velocity that is lost
 of step, or a shift. Each is fitted to the median of all balls and steps, and holds if most of these then fit.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.judge.causes import Cause
+from sandbox.judge.law import Slows
 from sandbox.quantity import dot, length
 from sandbox.state import Bools, Floats, States
 
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
 
 
+DAMPED: Final = 1e-9  # of a velocity, by which what a step leaves of it may be off
 LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 
 
@@ -47,16 +50,17 @@ def flown(
     kept = get("kept", 1.0) * np.exp(1j * get("veer", 0.0))
     dt = dt[:, None, None] * get("clock", 1.0)
     x, v = before.position, before.velocity
-    if get("slows_first", 0) == 2:
+    slows = get("slows_first", Slows.LAST)
+    if slows == Slows.BEFORE_MOVE:
         v = _turned(v + dt * g, kept)
         return x + dt * v, v
-    if get("slows_first", 0):
+    if slows == Slows.FIRST:
         v = _turned(v, kept)
     x = x + dt * v + get("theta", 0.5) * dt**2 * g + np.array([get("dx", 0.0), get("dy", 0.0)])
-    v = v + dt * g
-    if not get("slows_first", 0):
+    if slows == Slows.AFTER_MOVE:
         v = _turned(v, kept)
-    return x, v
+    v = v + dt * g
+    return x, _turned(v, kept) if slows == Slows.LAST else v
 
 
 def _turned(v: Floats, by: complex) -> Floats:
@@ -139,16 +143,45 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     if not pull.any():
         return
     theta = float(np.median(dot((x_after - x) / dt - v, pull[None]) / np.maximum(dot(pull, pull), 1e-300) / dt[:, 0]))
-    theta = float(round(theta))
-    how = "the velocity after it" if theta > 0.5 else "the velocity before it"
-    if theta not in (0.0, 1.0):
+    if not 0 < abs(2 * theta - 1) < 1.5:
         return
-    off = abs(theta - 0.5) * float(np.hypot(*pull)) * float(dt.max()) ** 2
-    because = (
-        f"Gravity is integrated in steps, which move balls at {how}: each ends {off:.3g} px "
+    theta = 0.5 + math.copysign(0.5 / round(1 / abs(2 * theta - 1)), theta - 0.5)
+    because = integrated(theta, pull, dt)
+    yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{other} {because}" if wrong else because)
+
+
+def integrated(theta: float, pull: Floats, dt: Floats) -> str:
+    """Return the sentence on gravity that is integrated in steps. theta: of LAW; pull: (2,) px/s²; dt: s, of steps."""
+    substeps = round(1 / abs(2 * theta - 1))
+    steps = "steps" if substeps == 1 else f"{substeps} substeps a step"
+    how = "the velocity after it" if theta > 0.5 else "the velocity before it"
+    low, high = (f"{abs(theta - 0.5) * float(np.hypot(*pull)) * t**2:.3g}" for t in (dt.min(), dt.max()))
+    off = f"{low} px" if low == high else f"{low} to {high} px"
+    return (
+        f"Gravity is integrated in {steps}, which move balls at {how}: each step ends {off} "
         f"{'beyond' if theta > 0.5 else 'short of'} the parabola."
     )
-    yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{other} {because}" if wrong else because)
+
+
+def ways_to_fall(gravity: tuple[float, float], dt: float) -> list[Habit]:
+    """Return how engines may integrate gravity that show no flight: the parabola, and at either velocity."""
+    pull = np.array(gravity)
+    stepped = (Habit({"theta": theta}, Cause.GRAVITY, integrated(theta, pull, np.array([dt]))) for theta in (0.0, 1.0))
+    return [Habit({}), *(stepped if pull.any() else ())]
+
+
+def damped(habit: Habit, states: tuple[States, States], left: float) -> Habit:
+    """Return a habit with what it does to spins, called damping if it leaves what the engine says that it leaves."""
+    kept = habit.fields.get("kept", 1.0)
+    before, after = (s.spin for s in states)
+    turning = before != 0
+    if kept == 1 or not turning.any() or abs(float(np.median(after[turning] / before[turning])) - kept) > DAMPED:
+        fields = habit.fields
+    else:
+        fields = {**habit.fields, "kept_spin": kept}
+    if left == 1 or abs(kept - left) > DAMPED or "veer" in fields:
+        return habit._replace(fields=fields)
+    return Habit(fields, Cause.DAMPING, f"Every step multiplies velocities by {kept:.6g}, by the engine's damping.")
 
 
 def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
@@ -156,18 +189,20 @@ def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
     _, v, _, v_after, dt = legs
     before, fallen, after = (_complex(z) for z in (v, v + dt * g, v_after))
     fall = _complex(dt * g)
-    for first, by in ((0, after / _nonzero(fallen)), (1, (after - fall) / _nonzero(before))):
+    for slows, by in ((Slows.LAST, after / _nonzero(fallen)), (Slows.FIRST, (after - fall) / _nonzero(before))):
         kept, veer = float(np.median(np.abs(by))), float(np.median(np.angle(by)))
         slower, turned = {"kept": kept}, {"veer": veer}
         much = f"Every step multiplies velocities by {kept:.6g}, without a contact."
         far = f"Every step turns velocities by {np.degrees(veer):.4g}°, without a contact."
         for fields, because in ((slower, much), (turned, far), (slower | turned, f"{much} {far}")):
             for theta in (0.5, 1.0, 0.0) if g.any() else (0.5,):
-                more = {"slows_first": first, "theta": theta}
+                more = {"slows_first": slows, "theta": theta}
                 yield Habit(fields | more, Cause.UNTOLD, because)
-                if not first:  # the move is at the velocity after
-                    yield Habit(fields | more | {"slows_first": 1}, Cause.UNTOLD, because)
-                    yield Habit(fields | {"slows_first": 2, "theta": 1.0}, Cause.UNTOLD, because)
+                if slows == Slows.LAST:  # the move is at the velocity after
+                    yield Habit(fields | more | {"slows_first": Slows.FIRST}, Cause.UNTOLD, because)
+                    yield Habit(fields | {"slows_first": Slows.BEFORE_MOVE, "theta": 1.0}, Cause.UNTOLD, because)
+                else:
+                    yield Habit(fields | more | {"slows_first": Slows.AFTER_MOVE}, Cause.UNTOLD, because)
 
 
 def _complex(v: Floats) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":

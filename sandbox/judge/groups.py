@@ -14,18 +14,20 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.impact import NEVER, time_to_touch
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.world import Motion
-from sandbox.judge.one_step import BALL, MET, Group, Scratch, depth_in, run_law
+from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
+from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats, Integers, States
 
-MAX_COMPUTED: Final = 24  # balls of a group that is computed at all; a step of more is not judged
+MAX_COMPUTED: Final = 256  # balls of a group that is computed at all; a step of more is not judged
 FOUND: Final = np.dtype(
     [
         ("step", "i8"),  # row of the state that it leads to
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
         ("ended", "i8"),  # whether the exact step came to its end
+        ("elastic", "f8"),  # kg px²/s², what restitution takes in it
     ]
 )
 
@@ -132,7 +134,7 @@ def fill_ball(b: Record, states: States, step: int, i: int) -> None:
 
 
 @kernel
-def _differs(f: Flown, step: int, i: int, radius: float) -> bool:
+def differs(f: Flown, step: int, i: int, radius: float) -> bool:
     """Return whether a ball's state after a step is another than the exact one."""
     off, dt = 0.0, f.dt[step]
     for axis in range(2):
@@ -153,7 +155,15 @@ def _compute(
         group.ball[a] = ball[w.members[a]]
     for a in range(k):
         fill_ball(group.ball[a], f.before, step, w.members[a])
-    return bool(run_law(group, law, Scratch(scratch.ball[:k], scratch.met, scratch.tally)))
+    return bool(
+        run_law(
+            group,
+            law,
+            Scratch(
+                scratch.ball[:k], scratch.met, scratch.tally, scratch.touch, scratch.gap, scratch.room, scratch.elastic
+            ),
+        )
+    )
 
 
 @kernel
@@ -165,15 +175,6 @@ def _members(w: Work, root: int) -> int:
             w.members[k] = i
             k += 1
     return k
-
-
-@kernel
-def _elastic(scratch: Scratch) -> float:
-    """Return what restitution takes in the contacts of a step, kg px²/s²."""
-    total = 0.0
-    for c in range(min(scratch.tally[0], len(scratch.met))):
-        total += scratch.met[c].elastic
-    return total
 
 
 @kernel
@@ -239,7 +240,7 @@ def _join(
 def _any_differs(f: Flown, ball: NDArray[np.void], w: Work, step: int, k: int) -> bool:
     """Return whether one of the first k of `members` is not where the exact step has it."""
     for a in range(k):  # noqa: SIM110  # kernels have no generators
-        if _differs(f, step, w.members[a], ball[w.members[a]].radius):
+        if differs(f, step, w.members[a], ball[w.members[a]].radius):
             return True
     return False
 
@@ -267,7 +268,7 @@ def _compute_all(
             if w.root[r] == r and w.touched[r]:
                 k = _members(w, r)
                 w.ended[r] = _compute(f, ball, piece, law, scratch, step, w, k)
-                w.elastic[r], w.met[r] = _elastic(scratch), scratch.tally[0]
+                w.elastic[r], w.met[r] = scratch.elastic[0], scratch.tally[0]
                 _write(f, scratch, w, step, k, w.ended[r])
         grows = _join(f, ball, w, step, gravity, widest, True)
 
@@ -314,6 +315,7 @@ def screen(
                 continue
             if rows < len(found) and filled + k <= len(member):
                 found[rows].step, found[rows].begin, found[rows].count, found[rows].ended = step, filled, k, w.ended[r]
+                found[rows].elastic = w.elastic[r]
                 for a in range(k):
                     member[filled + a] = w.members[a]
             rows += 1
@@ -346,4 +348,13 @@ def balls_of(scene: Scene, more: int = 0) -> NDArray[np.void]:
 
 def scratch_for(balls: int) -> Scratch:
     """Return what a step of so many balls works in."""
-    return Scratch(np.zeros(balls, BALL), np.zeros(MAX_EVENTS, MET), np.zeros(2, np.int64))
+    touch = np.zeros(TOUCHES_PER_BALL * balls, TOUCH)
+    return Scratch(
+        np.zeros(balls, BALL),
+        np.zeros(MAX_EVENTS, MET),
+        np.zeros(2, np.int64),
+        touch,
+        np.zeros(balls),
+        room_for_contacts(),
+        np.zeros(1),
+    )

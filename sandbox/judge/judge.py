@@ -6,33 +6,64 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.engines.walls import pieces_of
 from sandbox.judge.causes import Cause
-from sandbox.judge.fit import Outcome, Problem, Trial
-from sandbox.judge.flight import Habit, find_habit, flown, misses
+from sandbox.judge.explain import (
+    BY_FLIGHT,
+    BY_LAW,
+    COMPRESSIVE,
+    EXACT,
+    LEANING,
+    PART,
+    PULLING,
+    PUSHED_WAYS,
+    TOGETHER,
+    UNCOMPUTED,
+    UNEXPLAINED,
+    Remains,
+    desk_for,
+    explain,
+)
+from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
+from sandbox.judge.flight import Habit, damped, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
-from sandbox.judge.law import LAW, Scope, law
-from sandbox.judge.one_step import Group
-from sandbox.judge.search import Search, as_exact, cause_of
-from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, NEARLY, SINGLE
+from sandbox.judge.law import LAW, Scope, When, law
+from sandbox.judge.models import BY_NAME
+from sandbox.judge.one_step import MET, Group
+from sandbox.judge.search import Search, as_exact, cause_of, cause_of_push, cause_of_rule, exact_trials
+from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
+from sandbox.judge.start_overlaps import StartOverlaps
+from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, NEARLY, SINGLE
 from sandbox.judge.touching import Missed, Springs, StepError, Touches
-from sandbox.judge.words import of_outcome
-from sandbox.quantity import energy, length, outside, segment_distance, spin_energy
+from sandbox.judge.words import of_depth, of_impulses, of_missed, of_outcome, of_push, of_turn
+from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Floats, Integers, Pushes, States
+from sandbox.scene.walls import wall_distance
+from sandbox.state import NO_DAMPING, Bools, Damping, Floats, Integers, Pushes, States
 
 MAX_PAIRS: Final = 2_000_000  # pairs of balls in steps that are looked through for how an engine flies
 MAX_KNOWN: Final = 40  # trials that are tried first
+MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
+
+
+class End(NamedTuple):
+    """How some balls end a step: (k, 2) px and px/s, (k,) rad/s."""
+
+    position: Floats
+    velocity: Floats
+    spin: Floats
 
 
 class Judge:
     """Judges an engine's run block by block. errors: in order of their steps; sums: (4, causes), as the ledger's."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
+        self._damping = damping
         self._scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         n = len(scene.bodies)
         self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
@@ -40,9 +71,15 @@ class Judge:
         self._law = np.array([law(self._gravity)], LAW)
         self._order = np.arange(n)
         self._steps = 0
-        self._fits = 0
+        self._fits = self._fruitless = self._opinions = 0
         self._known: Counter[str] = Counter()
         self._trials: dict[str, Trial] = {}
+        self._tried: list[Trial] = []
+        self._bases: list[Habit] = []
+        self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
+        self.against: Counter[str] = Counter()
+        self._desk = desk_for(n)
+        self._soft_memory = SoftMemory()
         self._touches = Touches(scene)
         self._missed, self._springs = Missed(self._touches), Springs()
         self.contacts = np.zeros(1, np.int64)
@@ -53,44 +90,150 @@ class Judge:
 
     def add(self, states: States, pushes: Pushes, dt: Floats) -> None:
         """Judge a block of steps. states: of steps + 1 rows; pushes: by a hand, by row; dt: (steps,) s."""
-        before, after = states.rows(slice(-1)), states.rows(slice(1, None))
-        velocity = before.velocity.copy()
-        np.add.at(velocity, (pushes["row"] - 1, pushes["ball"]), pushes["dv"])
-        before = before._replace(velocity=velocity)
+        before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
         floor = self._floor(states, dt)
         if not self._knows_flight:
             habit = find_habit(before, after, dt, self._gravity, floor, self._free_balls(before, after))
-            self.habit, self._knows_flight = habit or Habit({}), habit is not None
+            left = self._damping.left_after(float(dt[0]))
+            self.habit, self._knows_flight = damped(habit or Habit({}), (before, after), left), habit is not None
         exact = self._free(before, dt)
         spun = np.abs(after.spin - before.spin) * self._scene.bodies.radius * dt[:, None]
         off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
         if self.habit.cause is not None:
             habitual = misses(before, after, dt, flown(before, dt, self.habit.fields, self._gravity))
-            strange = np.maximum(habitual, spun) > floor
+            damped_spin = self.habit.fields.get("kept_spin", 1.0) * before.spin
+            strange_spin = np.abs(after.spin - damped_spin) * self._scene.bodies.radius * dt[:, None]
+            strange = np.maximum(habitual, strange_spin) > floor
         else:
             strange = off
         f = Flown(before, after, exact, dt, strange, floor)
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(off.shape, bool)
-        errors: dict[int, list[StepError]] = {}
-        for row in groups:
-            step, balls = int(row["step"]), member[row["begin"] : row["begin"] + row["count"]]
-            grouped[step, balls] = True
-            wrong = self._judge_group(f, step, balls, elastic, ended=bool(row["ended"]))
-            if wrong and len(balls) <= MAX_COMPUTED:
-                touches = self._touches.among(f, step, balls.tolist())
-                self._springs.follow(touches, self._steps + step + 1, wrong)
-            errors.setdefault(step, []).extend(wrong)
+        errors = self._judge_groups(f, groups, member, elastic, grouped)
         spun = np.abs(after.spin - exact.spin) * self._scene.bodies.radius * dt[:, None]
         off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
         for error in self._flights(f, off & ~grouped, strange):
             errors.setdefault(error.step - self._steps - 1, []).append(error)
         found = []
+        if not self._steps:
+            self._start_overlaps = StartOverlaps(self._scene, states.position[0], self._touches)
         for step in range(len(dt)):
-            found += self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
+            of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
+            self._start_overlaps.follow(after.position[step], of_step)
+            found += of_step
         self.errors += found
         self._enter(states, f, elastic, found)
         self._steps += len(dt)
+
+    def _judge_groups(
+        self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, grouped: Bools
+    ) -> dict[int, list[StepError]]:
+        """Return the errors of groups by their steps. grouped: (steps, n), written: whether a ball is in one."""
+        errors: dict[int, list[StepError]] = {}
+        remains = Remains(*(np.zeros((*f.before.spin.shape, width)) for width in (2, 3, 5)))
+        begin, size = 0, 1
+        while begin < len(groups):
+            chunk = groups[begin : begin + size]
+            for part, balls in self._explain(f, chunk, member, elastic, remains):
+                step = int(part["step"])
+                grouped[step, balls] = True
+                wrong = self._judge_part(f, part, balls, elastic, remains)
+                if wrong:
+                    wrong[0].gained = self._gained(f, step, balls)
+                errors.setdefault(step, []).extend(wrong)
+            begin, size = begin + size, min(2 * size, MAX_CHUNK)
+        return errors
+
+    def _judge_part(
+        self, f: Flown, part: np.void, balls: Integers, elastic: Floats, remains: Remains
+    ) -> list[StepError]:
+        """Return what is wrong with a part of a group, and note what pushes in it as a spring may."""
+        step, touches = int(part["step"]), []
+        if part["kind"] in (UNCOMPUTED, UNEXPLAINED) or self._is_doubtful(part):
+            tried = self._fitting(part) if part["kind"] == BY_LAW else []
+            wrong = self._judge_group(f, step, balls, elastic, tried, ended=part["kind"] != UNCOMPUTED)
+        else:
+            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, part, balls, remains)
+        if wrong and len(balls) <= MAX_BALLS and part["kind"] == UNEXPLAINED:
+            touches = self._touches.among(f, step, balls.tolist())
+        elif len(balls) <= 2:
+            contacts = dict.fromkeys(error.contact for error in wrong if error.contact)
+            contacts |= dict.fromkeys(self._springs.pushing(self._steps + step, balls.tolist()))
+            touches = [self._touches.of(f, step, contact) for contact in contacts]
+        self._springs.follow(touches, self._steps + step + 1, wrong)
+        return wrong
+
+    def _explain(
+        self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
+    ) -> list[tuple[np.void, Integers]]:
+        """Return the parts of some groups with what explains them, and their balls."""
+        self._tried = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
+        self._bases = [self.habit] if self._knows_flight else ways_to_fall(self._gravity, float(f.dt[0]))
+        if self._falls:
+            self._bases = [self._bases[self._falls.most_common(1)[0][0]]]
+        flights = [Trial(habit.fields) for habit in self._bases]
+        laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
+        parts = np.zeros(int(groups["count"].sum()), PART)
+        ball = self._ball[: len(self._order)]
+        count = explain(
+            f, ball, self._piece, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic
+        )
+        if not self._knows_flight:
+            ways = ways_to_fall(self._gravity, float(f.dt[0]))
+            shown = (parts["pushed"] == 0) & np.isin(parts["kind"], (BY_FLIGHT, TOGETHER, COMPRESSIVE))
+            self._falls.update(ways.index(self._bases[int(base)]) for base in parts["base"][shown])
+        self._contradict(parts["fits"][:count][parts["kind"][:count] == BY_LAW])
+        return [(part, member[part["begin"] : part["begin"] + part["count"]]) for part in parts[:count]]
+
+    def _contradict(self, fits: NDArray[np.uint64]) -> None:
+        """Count the parts that are explained without a fault which an engine that has it has in every contact."""
+        bits: dict[str, int] = {}
+        for k, trial in enumerate(self._tried):
+            if trial.fault and BY_NAME[trial.fault].always:
+                bits[trial.fault] = bits.get(trial.fault, 0) | 1 << k
+        for fault, mask in bits.items():
+            self.against[fault] += int((fits & np.uint64(mask) == 0).sum())
+
+    def _is_doubtful(self, part: np.void) -> bool:
+        """Return whether laws with a fault explain a part, of which each must be looked at."""
+        return part["kind"] == BY_LAW and any(trial.fault for trial in self._fitting(part))
+
+    def _fitting(self, part: np.void) -> list[Trial]:
+        """Return the known trials that leave nothing over of a part."""
+        bits = int(part["fits"])
+        return [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
+
+    def _of_part(self, f: Flown, part: np.void, balls: Integers, remains: Remains) -> list[StepError]:
+        """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
+        step, kind, errors = int(part["step"]), part["kind"], []
+        end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
+        if part["pushed"]:
+            without = end._replace(position=end.position - remains.shift[step, balls])
+            pair = int(part["pushed_first"]), int(part["pushed_second"])
+            cause = cause_of_push(part)
+            errors.append(self._between(f, step, balls, pair, cause, of_push(part, cause), end, without))
+            end = without
+        if kind in (EXACT, LEANING):
+            return errors
+        if kind == BY_FLIGHT:
+            habit = self._bases[int(part["base"])]
+            cause = habit.cause or Cause.UNKNOWN
+            return [self._between(f, step, balls, None, cause, habit.because, end, exact), *errors]
+        contact = int(part["first"]), int(part["second"])
+        if kind in (COMPRESSIVE, PULLING):
+            solved = remains.solved[step, balls]
+            solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
+            cause = Cause.STALE if kind == PULLING else Cause.UNCONVERGED
+            errors.append(self._between(f, step, balls, contact, cause, of_impulses(part, cause), end, solution))
+            end = solution
+        trial, cause = Trial({"when": When.AFTER_MOVE}), Cause.LATE
+        if kind == BY_LAW:
+            trial = self._fitting(part)[0]
+            cause = cause_of_rule(trial, float(part["least"]), contact[1] >= 0, moved=bool(part["moved"]))
+        late = self._between(f, step, balls, contact, cause, of_depth(part), end, exact)
+        late.depth = float(part["depth"])
+        late.candidates = [(Outcome(trial, 0.0, _met(part), exact.position), cause)] if kind == BY_LAW else []
+        return [late, *errors] if late.speed * f.dt[step] + late.displacement > f.floor else errors
 
     def _free_balls(self, before: States, after: States) -> Bools:
         """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
@@ -100,15 +243,23 @@ class Judge:
         free[:rows] = True
         for states in (before, after):
             x = states.position[:rows]
-            if self._scene.arena.walls:
-                free[:rows] &= -outside(x, self._scene.arena.size) > (1 + FAR) * radius
-            for wall in self._scene.walls:
-                free[:rows] &= segment_distance(x, wall.start, wall.to) - wall.thickness / 2 > (1 + FAR) * radius
+            free[:rows] &= wall_distance(self._scene, x) > (1 + FAR) * radius
             for i in range(n - 1):
                 apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
                 free[:rows, i] &= apart.all(axis=1)
                 free[:rows, i + 1 :] &= apart
         return free
+
+    @property
+    def undecided(self) -> list[StepError]:
+        """The contacts among the errors that may still follow."""
+        return self._missed.undecided(self._steps)
+
+    @property
+    def radius(self) -> float | None:
+        """The radius of all balls, px, None if they have several."""
+        radius = self._scene.bodies.radius
+        return float(radius[0]) if (radius == radius[0]).all() else None
 
     @property
     def mean_time(self) -> float:
@@ -182,10 +333,12 @@ class Judge:
     def _put(self, f: Flown, step: int, ball: int) -> str:
         dx = f.after.position[step, ball] - f.exact.position[step, ball]
         where = f"({dx[0]:.3g}, {dx[1]:.3g}) px from where its flight led to"
-        return f"Ball {ball} was put {where} at {self._time(step):.3f} s."
+        return f"Ball {ball} was put {where} in the step to {self._time(step):.3f} s."
 
     def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
-        return self._error(f, step, balls, None, cause, because, len(balls))
+        error = self._error(f, step, balls, None, cause, because, len(balls))
+        error.gained = self._gained(f, step, balls)
+        return error
 
     def _error(
         self,
@@ -197,63 +350,149 @@ class Judge:
         because: str,
         times: int = 1,
     ) -> StepError:
-        bodies = self._scene.bodies
+        """Return the error of all that is over of the exact step."""
+        ends = _end(f.after, step, balls), _end(f.exact, step, balls)
+        return self._between(f, step, balls, contact, cause, because, *ends, times=times)
+
+    def _between(
+        self,
+        f: Flown,
+        step: int,
+        balls: Integers,
+        contact: tuple[int, int] | None,
+        cause: Cause,
+        because: str,
+        end: End,
+        should: End,
+        times: int = 1,
+    ) -> StepError:
+        """Return the error of balls that end a step so, and should have ended it otherwise."""
         shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
-        energies = [self._energy(s, step, balls) for s in (f.after, f.exact)]
-        off_v = length(f.after.velocity[step, balls] - f.exact.velocity[step, balls])
-        off_x = length(f.after.position[step, balls] - f.exact.position[step, balls])
-        return StepError(
+        off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
+        error = StepError(
             self._steps + step + 1,
             tuple(balls.tolist()),
             contact,
             cause,
             because,
-            energies[0] - energies[1],
-            float((bodies.mass[balls] * off_v).sum()),
+            self._energy(end, balls) - self._energy(should, balls),
+            float((self._scene.bodies.mass[balls] * off_v).sum()),
             float(off_x.sum()),
             float(off_v.sum()),
-            f.before.velocity[step, shown].copy(),
-            f.after.velocity[step, shown].copy(),
-            f.exact.velocity[step, shown].copy(),
-            (f.before.spin[step, shown].copy(), f.after.spin[step, shown].copy(), f.exact.spin[step, shown].copy()),
+            f.before.velocity[step, shown],
+            f.after.velocity[step, shown],
+            f.exact.velocity[step, shown],
+            (f.before.spin[step, shown], f.after.spin[step, shown], f.exact.spin[step, shown]),
             times=times,
         )
+        if contact:
+            error.normal, error.should_normal = self._touches.normals(f, step, contact)
+            if cause == Cause.LATE:
+                error.because = of_turn(because, error.normal, error.should_normal)
+        return error
 
-    def _energy(self, states: States, step: int, balls: Integers) -> float:
+    def _gained(self, f: Flown, step: int, balls: Integers) -> Floats:
+        """Return what some balls gained in a step, see `StepError`; zeros if a wall is near enough to have given it."""
+        mass, dt, g = self._scene.bodies.mass[balls], f.dt[step], np.array(self._gravity)
+        x, v, spin = (array[step, balls] for array in (f.before.position, f.before.velocity, f.before.spin))
+        y, w = f.after.position[step, balls], f.after.velocity[step, balls]
+        way = dt * np.maximum(length(v), length(w)) + length(y - x)
+        if (wall_distance(self._scene, x) <= self._scene.bodies.radius[balls] + way).any():
+            return np.zeros(3)
+        fallen, centre = v + dt * g, np.divide(self._scene.arena.size, 2)
+        turned = _cross(y - centre, w) - _cross(x - centre + dt * v + dt * dt * g / 2, fallen)
+        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - spin)
+        return np.array([*(mass @ (w - fallen)), mass @ turned + spun.sum()])
+
+    def _energy(self, end: End, balls: Integers) -> float:
         """Return the energy of some balls, kg px²/s²."""
-        b, v, x = self._scene.bodies, states.velocity[step, balls], states.position[step, balls]
-        moving = 0.5 * b.mass[balls] * (v**2).sum(axis=1) + 0.5 * b.moment[balls] * states.spin[step, balls] ** 2
-        return float((moving - b.mass[balls] * (x @ self._gravity)).sum())
+        b = self._scene.bodies
+        moving = 0.5 * b.mass[balls] * (end.velocity**2).sum(axis=1) + 0.5 * b.moment[balls] * end.spin**2
+        return float((moving - b.mass[balls] * (end.position @ self._gravity)).sum())
 
-    def _judge_group(self, f: Flown, step: int, balls: Integers, elastic: Floats, *, ended: bool) -> list[StepError]:
-        """Return what is wrong with a group's step."""
+    def _judge_group(
+        self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
+    ) -> list[StepError]:
+        """Return what is wrong with a group's step. tried: known trials that leave nothing over of it."""
         if not ended:
             return self._uncomputed(f, step, balls)
         if any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls):
             return self._uncomputed(f, step, balls)
         problem = self._problem(f, step, balls)
-        if exact := as_exact(problem):
-            self._accept(f, step, balls, elastic, exact, problem)
-            return []
-        known = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
-        search = Search(problem, self.habit.fields, rough=self._scene.is_rough)
-        fitting = search.known(known)
-        if not fitting and len(balls) <= MAX_BALLS and self._fits < MAX_FITS:
-            fitting = search.all()
-            self._fits += 1
-        candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
+        fitting = problem.fits(problem.outcomes(tried))
+        if not fitting:
+            if exact := as_exact(problem):
+                self._accept(f, step, balls, elastic, exact, problem)
+                return []
+            fitting = self._search(problem)
         self._learn(fitting)
+        self._soft_memory.follow(problem, fitting)
+        return self._of_fitting(f, step, balls, elastic, problem, fitting)
+
+    def _second_opinion(self, f: Flown, part: np.void, balls: Integers, elastic: Floats) -> list[StepError]:
+        """Return the errors of a part that may be explained by contacts one after another, or found at some depth.
+
+        What impulses along several contacts explain, contacts that are resolved one by one may explain too, and a push
+        in the step of a contact may be the way that a ball has flown since.
+        """
+        at_once, pushed = part["kind"] in (COMPRESSIVE, PULLING), part["pushed"] > 0 and part["way"] % PUSHED_WAYS != 0
+        if part["leans"] or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
+            return []
+        self._opinions += 1
+        step = int(part["step"])
+        problem = self._problem(f, step, balls)
+        fitting = Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough).one_by_one(
+            depths=bool(pushed)
+        )
+        self._learn(fitting)
+        return self._of_fitting(f, step, balls, elastic, problem, fitting) if fitting else []
+
+    def _of_fitting(
+        self,
+        f: Flown,
+        step: int,
+        balls: Integers,
+        elastic: Floats,
+        problem: Problem,
+        fitting: Sequence[Outcome],
+    ) -> list[StepError]:
+        """Return the errors of a group, of which some outcomes leave nothing over."""
+        candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
         contact = self._contact(problem, candidates)
         if not candidates:
             return self._unexplained(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
-        error = self._error(f, step, balls, contact, cause, of_outcome(outcome) or self.habit.because)
+        because = of_outcome(outcome, cause, self.radius) or self.habit.because
+        if outcome.trial.is_soft and (due := bounced_at_its_end(problem, outcome)):
+            self._accept(f, step, balls, elastic, due, problem)
+        error = self._error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
-            error.energy = self._energy(f.after, step, balls) - self._energy(f.exact, step, balls)
+            end, should = (self._energy(_end(states, step, balls), balls) for states in (f.after, f.exact))
+            error.energy = end - should
+            error.because = self._passed(f, step, contact) if contact else because
         error.candidates, error.numbers = candidates, problem.numbers
-        error.depth = float(outcome.met[0]["depth"]) if len(outcome.met) else None
+        error.depth = float(outcome.met["depth"].max()) if len(outcome.met) else None
         return [error]
+
+    def _search(self, problem: Problem) -> list[Outcome]:
+        """Return what explains a step: of what has explained others or, if that does not, of all models."""
+        known = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
+        search = Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough)
+        fitting = search.known(known)
+        few = len(problem.group.ball) <= MAX_BALLS
+        if not fitting and few and self._fits < MAX_FITS and self._fruitless < MAX_FRUITLESS:
+            fitting = search.all()
+            self._fits += 1
+            self._fruitless = 0 if fitting else self._fruitless + 1
+        return fitting
+
+    def _passed(self, f: Flown, step: int, contact: tuple[int, int]) -> str:
+        """Return how two bodies passed each other without a contact."""
+        balls = [ball for ball in contact if ball >= 0]
+        way = f.after.position[step, balls] - f.before.position[step, balls]
+        is_through = self._touches.depth(f.after.position[step], contact) <= 0
+        return of_missed(self._scene, contact, way, self._touches.overlap_time(f, step, contact), is_through=is_through)
 
     def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
         """Return a group's step as a problem."""
@@ -264,7 +503,8 @@ class Judge:
         after = np.column_stack(
             [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
         )
-        return Problem(Group(ball, self._piece, float(f.dt[step])), after, self._gravity, f.floor)
+        warm = self._soft_memory.before(self._steps + step + 1, balls)
+        return Problem(Group(ball, self._piece, float(f.dt[step])), after, self._gravity, f.floor, warm)
 
     def _accept(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
@@ -277,7 +517,7 @@ class Judge:
     def _learn(self, fitting: Sequence[Outcome]) -> None:
         """Remember what explains a step, to be tried first in others."""
         for outcome in fitting:
-            if outcome.trial.scope.get("scope") != Scope.ONE:
+            if not outcome.trial.is_soft and outcome.trial.scope.get("scope") != Scope.ONE:
                 key = repr(outcome.trial)
                 self._trials.setdefault(key, outcome.trial)
                 self._known[key] += 1
@@ -355,6 +595,24 @@ class Judge:
         if scene.is_rough:
             turning = spin_energy(states.spin[[0, -1]], bodies.moment)
             sums[Cause.SPIN] += turning[1] - turning[0]
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    """Return the cross product of vectors, (k, 2) each: (k,)."""
+    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return product
+
+
+def _met(part: np.void) -> NDArray[np.void]:
+    """Return the contact that shows how late a part's were found."""
+    met = np.zeros(1, MET)
+    for name in ("first", "second", "depth", "closing"):
+        met[name] = part[name]
+    return met
+
+
+def _end(states: States, step: int, balls: Integers) -> End:
+    return End(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
 
 
 def _is_exchange(problem: Problem, kicked: Bools) -> bool:

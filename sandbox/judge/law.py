@@ -21,6 +21,7 @@ class When(IntEnum):
     AFTER_MOVE = 1  # where the balls are after the step's move
     BEFORE_MOVE = 2  # where they are before it
     ONE_BY_ONE = 3  # ball by ball: where each is after its move, and those after it before theirs
+    SOFT = 4  # in substeps, on the geometry of before the step: see `soft_step`
 
 
 class Place(IntEnum):
@@ -40,6 +41,16 @@ class Order(IntEnum):
     WALLS_FIRST = 0
     PAIRS_FIRST = 1
     REVERSED = 2  # walls first, pairs from the last to the first
+    TOGETHER = 3  # all at once, until each is right
+
+
+class Slows(IntEnum):
+    """When a step changes velocities, whatever touches."""
+
+    LAST = 0
+    FIRST = 1
+    BEFORE_MOVE = 2  # after gravity
+    AFTER_MOVE = 3  # before gravity
 
 
 class Scope(IntEnum):
@@ -94,12 +105,18 @@ LAW: Final = np.dtype(
         ("wall_place", "i8"),
         ("pair_place", "i8"),
         ("parting", "i8"),  # 1: contacts are resolved though the bodies part
+        ("rebound", "i8"),  # 1: of contacts solved together, the velocity before gravity bounces
+        ("substeps", "i8"),  # of a step whose contacts are soft
+        ("margin", "f8"),  # px, up to which apart such contacts are found
+        ("stops", "i8"),  # ball of the group that a wall stops without a contact, or -1
+        ("stop", "f8"),  # px, after which way it does
         ("scope", "i8"),  # of what follows, up to `missed`
         ("first", "i8"),
         ("second", "i8"),  # ball, or ~wall
         ("offset", "f8"),  # px, by which bodies touch sooner
         ("impulse", "f8"),  # times J
         ("restitution", "f8"),  # times e
+        ("constant", "f8"),  # e whatever the scene says, or -1
         ("turn", "f8"),  # rad, of n
         ("tangential", "f8"),  # J along t, besides friction
         ("first_share", "f8"),  # of J that the first gets
@@ -127,7 +144,8 @@ LAW: Final = np.dtype(
         ("theta", "f8"),  # of the velocity after gravity in the step's move: 0.5 is the parabola, 0 explicit
         ("after", "i8"),  # 1: gravity changes velocities after the contacts
         ("kept", "f8"),  # of velocities, in a step
-        ("slows_first", "i8"),  # 1: they are changed so before the move, 2: after gravity and before the move
+        ("kept_spin", "f8"),  # of spins
+        ("slows_first", "i8"),  # when they are changed so: see Slows
         ("veer", "f8"),  # rad, by which velocities turn in a step
         ("clock", "f8"),  # times the length of the step
         ("dx", "f8"),  # px, by which balls are put elsewhere after a step
@@ -149,7 +167,10 @@ _RIGHT: Final[dict[str, Any]] = {
     "slope": 1.0,
     "cap": np.inf,
     "theta": 0.5,
+    "constant": -1.0,
+    "stops": -1,
     "kept": 1.0,
+    "kept_spin": 1.0,
     "clock": 1.0,
 }
 

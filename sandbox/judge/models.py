@@ -24,7 +24,8 @@ class Fault(NamedTuple):
     name: of the model; cause: of a value (1 if it has no parameter); fields: of LAW, fixed; of: the fields that get the
     parameter, none if it has none; low, high: its range, and right: its right value; rough: whether it is of friction
     or spin; in_radii: whether its range is in radii of the smallest ball; odd: whether another model that explains a
-    step as well is more likely; says: the sentence, from the value.
+    step as well is more likely; always: whether an engine that does so does it in every contact; says: the sentence,
+    from the value.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Fault(NamedTuple):
     pairs_only: bool = False
     walls_only: bool = False
     odd: bool = False
+    always: bool = False
     in_radii: bool = False
 
 
@@ -77,6 +79,18 @@ def _impulse(p: float) -> str:
 FAULTS: Final = (
     Fault("impulse", _size, _impulse, {}, ("impulse",), -1.0, 3.0),
     Fault("restitution", _size, _restitution, {}, ("restitution",), -1.0, 2.0),
+    Fault(
+        "full restitution",
+        _always(Cause.LARGE),
+        lambda _: "The restitution is 1, whatever the scene's elasticity.",
+        {"constant": 1.0},
+    ),
+    Fault(
+        "no restitution",
+        _always(Cause.SMALL),
+        lambda _: "The restitution is 0, whatever the scene's elasticity.",
+        {"constant": 0.0},
+    ),
     Fault(
         "offset",
         lambda p: Cause.EARLY if p > 0 else Cause.LATE,
@@ -235,6 +249,7 @@ FAULTS: Final = (
         lambda _: "Each ball is accelerated as if it had the other's mass.",
         {"masses": Masses.SWAPPED},
         pairs_only=True,
+        always=True,
     ),
     Fault(
         "equal masses",
@@ -242,6 +257,7 @@ FAULTS: Final = (
         lambda _: "The impulse is that of equal masses.",
         {"masses": Masses.EQUAL},
         pairs_only=True,
+        always=True,
     ),
     Fault(
         "masses by area",
@@ -249,6 +265,7 @@ FAULTS: Final = (
         lambda _: "Masses are taken as radius squared.",
         {"masses": Masses.BY_AREA},
         pairs_only=True,
+        always=True,
     ),
     Fault(
         "masses by radius",
@@ -256,6 +273,7 @@ FAULTS: Final = (
         lambda _: "Masses are taken as the radius.",
         {"masses": Masses.BY_RADIUS},
         pairs_only=True,
+        always=True,
     ),
     Fault(
         "swap",
@@ -328,6 +346,7 @@ FAULTS: Final = (
         lambda _: "The factors of friction are added, not multiplied.",
         {"mixing": Mixing.SUM},
         rough=True,
+        always=True,
     ),
     Fault(
         "root of frictions",
@@ -335,6 +354,7 @@ FAULTS: Final = (
         lambda _: "Friction is that of the root of the product.",
         {"mixing": Mixing.ROOT},
         rough=True,
+        always=True,
     ),
     Fault(
         "larger friction",
@@ -342,6 +362,7 @@ FAULTS: Final = (
         lambda _: "Friction is that of the larger factor.",
         {"mixing": Mixing.LARGER},
         rough=True,
+        always=True,
     ),
     Fault(
         "no limit",
@@ -349,6 +370,7 @@ FAULTS: Final = (
         lambda _: "Friction stops every slip, whatever the impulse allows.",
         {"unlimited": 1},
         rough=True,
+        always=True,
     ),
     Fault(
         "early limit",
@@ -356,8 +378,16 @@ FAULTS: Final = (
         lambda _: "Friction is limited by the impulse without restitution.",
         {"clamped": 1},
         rough=True,
+        always=True,
     ),
-    Fault("slip without spin", _friction, lambda _: "The slip leaves the spins out.", {"without_spin": 1}, rough=True),
+    Fault(
+        "slip without spin",
+        _friction,
+        lambda _: "The slip leaves the spins out.",
+        {"without_spin": 1},
+        rough=True,
+        always=True,
+    ),
     Fault(
         "first does not turn",
         _VELOCITY,
@@ -394,21 +424,31 @@ def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     """Return the ways to make a step that finds contacts at its end, or at its start. flight: what is known of that."""
     thetas = (flight["theta"],) if "theta" in flight else (0.5, 0.0, 1.0) if gravity else (0.5,)
     walls = (Place.REFLECT, Place.ON, Place.LEAVE, Place.FALLEN) if gravity else (Place.REFLECT, Place.ON, Place.LEAVE)
+    pairs = (Place.LEAVE, Place.HALVES, Place.BY_MASS)
+    one_by_one = (Order.WALLS_FIRST, Order.PAIRS_FIRST, Order.REVERSED)
     for when, parting, after, theta, order, at_wall, at_pair in product(
         (When.AFTER_MOVE, When.BEFORE_MOVE, When.ONE_BY_ONE),
         (0, 2, 1),
         (0, 1) if gravity else (0,),
         thetas,
-        Order,
+        one_by_one,
         walls,
-        (Place.LEAVE, Place.HALVES, Place.BY_MASS),
+        pairs,
     ):
-        yield {
-            "when": when,
-            "parting": parting,
-            "after": after,
-            "theta": theta,
-            "order": order,
-            "wall_place": at_wall,
-            "pair_place": at_pair,
-        }
+        yield _rule(when, after, theta, order, at_wall, at_pair) | {"parting": parting}
+    for when, rebound, after, theta, at_wall, at_pair in product(
+        (When.AFTER_MOVE, When.BEFORE_MOVE), (0, 1), (0, 1) if gravity else (0,), thetas, (Place.LEAVE, Place.ON), pairs
+    ):
+        if not rebound or ((gravity or flight) and when == When.AFTER_MOVE and not after):
+            yield _rule(when, after, theta, Order.TOGETHER, at_wall, at_pair) | {"rebound": rebound, "parting": 0}
+
+
+def _rule(when: When, after: int, theta: float, order: Order, at_wall: Place, at_pair: Place) -> dict[str, float]:
+    return {
+        "when": when,
+        "after": after,
+        "theta": theta,
+        "order": order,
+        "wall_place": at_wall,
+        "pair_place": at_pair,
+    }

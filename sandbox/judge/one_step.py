@@ -19,8 +19,9 @@ from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.walls import ARENA_COUNT
-from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, When
+from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
+from sandbox.judge.together import Room, depth_in, find_touches, solve_together
 from sandbox.state import Floats, Integers
 
 BALL: Final = np.dtype(
@@ -69,12 +70,18 @@ class Group(NamedTuple):
 class Scratch(NamedTuple):
     """What a step works in.
 
-    ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here.
+    ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here;
+    touch: (some,) TOUCH, contacts that are solved together; gap: (k,) zeros; room: for that;
+    elastic: (1,) kg px²/s², what restitution does.
     """
 
     ball: NDArray[np.void]
     met: NDArray[np.void]
     tally: NDArray[np.int64]
+    touch: NDArray[np.void]
+    gap: Floats
+    room: Room
+    elastic: Floats
 
 
 @kernel
@@ -109,10 +116,15 @@ def _is_missed(law: Record, first: int, second: int) -> bool:
 
 
 @kernel
-def _time_to_pair(law: Record, a: Record, b: Record) -> float:
+def _time_to_pair(law: Record, a: Record, b: Record, left: float) -> float:
+    """Return when two balls touch (s), if that is within the time left."""
     rx, ry = b.x - a.x, b.y - a.y
     reach = a.radius + b.radius + _offset(law, a.number, b.number)
     vx, vy = b.vx - a.vx, b.vy - a.vy
+    if abs(rx) > reach + left * (abs(vx) + left * abs(b.ax - a.ax)):
+        return NEVER
+    if abs(ry) > reach + left * (abs(vy) + left * abs(b.ay - a.ay)):
+        return NEVER
     if rx * rx + ry * ry <= reach * reach and -(rx * vx + ry * vy) <= 1e-12 * math.hypot(rx, ry) * (
         abs(a.vx) + abs(a.vy) + abs(b.vx) + abs(b.vy)
     ):
@@ -141,7 +153,7 @@ def _next_contact(group: Group, law: Record, ball: NDArray[np.void], left: float
         for j in range(i + 1, len(ball)):
             if _is_missed(law, a.number, ball[j].number):
                 continue
-            time = _time_to_pair(law, a, ball[j])
+            time = _time_to_pair(law, a, ball[j], left)
             if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
                 best, i_best, j_best = time, i, j
     return best, i_best, j_best
@@ -193,6 +205,12 @@ def _mixed(law: Record, right: bool, a: float, b: float) -> float:
     if law.mixing == Mixing.SUM:
         return a + b
     return math.sqrt(a * b) if law.mixing == Mixing.ROOT else max(a, b)
+
+
+@kernel
+def _restitution(law: Record, e: float) -> float:
+    """Return the restitution that a law has where the scene has e."""
+    return float(e * law.restitution if law.constant < 0 else law.constant)
 
 
 @kernel
@@ -292,6 +310,7 @@ def _note(
     elastic: float,
 ) -> None:
     """Note a contact, whose fields are those of MET, if there is room."""
+    scratch.elastic[0] += elastic
     count = scratch.tally[0]
     if count < len(scratch.met):
         m = scratch.met[count]
@@ -336,7 +355,7 @@ def _resolve(
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
     other_e = b.elasticity if pair else group.piece[~j].elasticity
     other_mu = b.friction if pair else group.piece[~j].friction
-    e = a.elasticity * other_e * (1.0 if right else law.restitution)
+    e = a.elasticity * other_e if right else _restitution(law, a.elasticity * other_e)
     parting = e * closing
     if not pair and law.wall_place == Place.FALLEN and law.when == When.AFTER_MOVE:
         parting = max(0.0, parting - (1 + e) * (law.gx * nx + law.gy * ny) * depth / closing) if closing > 0 else 0.0
@@ -500,21 +519,9 @@ def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool
         _fly(ball, time)
         left -= time
         _resolve_in_time(group, law, scratch, i, j, dt - left)
+        if scratch.tally[1]:
+            return False
     return False
-
-
-@kernel
-def depth_in(b: Record, piece: Record) -> float:
-    """Return how deep a ball is in a piece of wall, px; -inf if it is not beside it."""
-    rx, ry = b.x - piece.x, b.y - piece.y
-    along = rx * piece.tx + ry * piece.ty
-    reach = b.radius + piece.half_thickness
-    if piece.length == 0:
-        return reach - math.hypot(rx, ry) if along > 0 else -math.inf
-    off = ry * piece.tx - rx * piece.ty
-    if piece.wall < ARENA_COUNT:
-        return float(reach - off)
-    return reach - abs(off) if 0 <= along <= piece.length else -math.inf
 
 
 @kernel
@@ -532,7 +539,9 @@ def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -
     parting = _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
     if law.twice == 1 and _concerns(law, first, second):
         _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
-    e = b.elasticity * piece.elasticity * (law.restitution if _concerns(law, first, second) else 1.0)
+    e = b.elasticity * piece.elasticity
+    if _concerns(law, first, second):
+        e = _restitution(law, e)
     back = 0.0
     if law.wall_place in (Place.REFLECT, Place.FALLEN):
         back = (1 + e) * depth
@@ -584,8 +593,34 @@ def _run_one_by_one(group: Group, law: Record, scratch: Scratch, dt: float) -> N
 
 
 @kernel
-def _resolve_all(group: Group, law: Record, scratch: Scratch) -> None:
-    """Resolve the contacts of all that overlap where they are."""
+def _resolve_together(group: Group, law: Record, scratch: Scratch, fall_x: float, fall_y: float, kept: float) -> None:
+    """Solve the contacts of all that overlap where they are together, and part them as the law does."""
+    ball = scratch.ball
+    count = find_touches(ball, group.piece, scratch.gap, scratch.touch, 0)
+    if count > len(scratch.touch):
+        scratch.tally[1] = 1
+        return
+    solve_together(ball, scratch.touch[:count], fall_x, fall_y, kept, scratch.room)
+    for k in range(count):
+        t = scratch.touch[k]
+        a = ball[t.first]
+        if t.impulse > 0:
+            first, second = np.int64(a.number), _number_of(group, t.second, ball)
+            elastic = -t.impulse * (t.closing - t.bounce) / 2
+            _note(scratch, group.dt, first, second, t.nx, t.ny, t.closing, t.impulse, t.depth, t.tangential, elastic)
+        if t.second >= 0:
+            _part(law, a, ball[t.second], t.nx, t.ny, t.depth)
+        elif law.wall_place == Place.ON:
+            a.x -= t.depth * t.nx
+            a.y -= t.depth * t.ny
+
+
+@kernel
+def _resolve_all(group: Group, law: Record, scratch: Scratch, fall_x: float, fall_y: float, kept: float) -> None:
+    """Resolve the contacts of all that overlap where they are. fall_x, fall_y, kept: as for `solve_together`."""
+    if law.order == Order.TOGETHER:
+        _resolve_together(group, law, scratch, fall_x, fall_y, kept)
+        return
     n = len(scratch.ball)
     for turn in range(2):
         if (turn == 0) != (law.order == Order.PAIRS_FIRST):
@@ -608,11 +643,11 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
         _run_one_by_one(group, law, scratch, dt)
         return
     if law.when == When.BEFORE_MOVE:
-        _resolve_all(group, law, scratch)
+        _resolve_all(group, law, scratch, 0.0, 0.0, 1.0)
     fall_x, fall_y = law.gx * dt, law.gy * dt
     for i in range(len(ball)):
         b = ball[i]
-        if law.slows_first == 2:
+        if law.slows_first == Slows.BEFORE_MOVE:
             b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
             _slow(law, b)
             b.x += dt * b.vx
@@ -620,11 +655,17 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
             continue
         b.x += dt * (b.vx + law.theta * fall_x)
         b.y += dt * (b.vy + law.theta * fall_y)
+        if law.slows_first == Slows.AFTER_MOVE:
+            _slow(law, b)
         if law.after == 0:
             b.vx += fall_x
             b.vy += fall_y
     if law.when == When.AFTER_MOVE:
-        _resolve_all(group, law, scratch)
+        bounces = law.rebound == 1
+        kept = law.kept if law.slows_first == Slows.AFTER_MOVE else 1.0
+        _resolve_all(
+            group, law, scratch, fall_x if bounces else 0.0, fall_y if bounces else 0.0, kept if bounces else 1.0
+        )
     if law.after == 1:
         for i in range(len(ball)):
             ball[i].vx += fall_x
@@ -634,6 +675,7 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
 @kernel
 def _slow(law: Record, b: Record) -> None:
     """Change a velocity as a law does in every step, with contacts and without."""
+    b.spin *= law.kept_spin
     c, s = law.kept * math.cos(law.veer), law.kept * math.sin(law.veer)
     b.vx, b.vy = b.vx * c - b.vy * s + law.dvx, b.vx * s + b.vy * c + law.dvy
 
@@ -645,7 +687,7 @@ def _finish(law: Record, ball: NDArray[np.void]) -> None:
         b = ball[i]
         b.x += law.dx
         b.y += law.dy
-        if law.slows_first == 0 or (law.slows_first == 2 and law.when == When.IN_TIME):
+        if law.slows_first == Slows.LAST or (law.slows_first >= Slows.BEFORE_MOVE and law.when == When.IN_TIME):
             _slow(law, b)
         speed = math.hypot(b.vx, b.vy)
         if speed > law.cap:
@@ -659,9 +701,10 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
     for i in range(len(group.ball)):
         scratch.ball[i] = group.ball[i]
         _release(law, scratch.ball[i])
-        if law.slows_first == 1:
+        if law.slows_first == Slows.FIRST:
             _slow(law, scratch.ball[i])
     scratch.tally[0] = scratch.tally[1] = 0
+    scratch.elastic[0] = 0.0
     dt, ended = group.dt * law.clock, True
     if law.when == When.IN_TIME:
         ended = _run_in_time(group, law, scratch, dt)
@@ -671,8 +714,9 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
             b.y += (law.theta - 0.5) * law.gy * dt * dt
     else:
         _run_in_steps(group, law, scratch, dt)
+        ended = scratch.tally[1] == 0
     _finish(law, scratch.ball)
-    return ended
+    return bool(ended)
 
 
 @entry

@@ -13,6 +13,7 @@ from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
 from sandbox.judge.law import Laws, Order, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
+from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
 EARLY: Final = (
@@ -27,19 +28,23 @@ OFFSET: Final = BY_NAME["offset"]
 
 def as_exact(problem: Problem) -> Outcome | None:
     """Return the exact step if it leaves nothing over, with contacts at its ends or not, and ties in either order."""
-    ends: list[Mapping[str, float]] = [{}]
-    ends += [{"offset": sign * share * problem.floor} for share in (1.0, 0.01) for sign in (1, -1)]
-    trials = [Trial({**end, "order": order}) for end in ends for order in (Order.WALLS_FIRST, Order.REVERSED)]
-    best = min(problem.outcomes(trials), key=lambda outcome: outcome.left)
+    best = min(problem.outcomes(exact_trials(problem.floor)), key=lambda outcome: outcome.left)
     enough = max(3 * problem.floor, NEGLIGIBLE * float(problem.group.ball["radius"].min()))
     return best if best.left <= enough else None
+
+
+def exact_trials(floor: float) -> list[Trial]:
+    """Return the ways to make an exact step of which the engine's noise (px) decides."""
+    ends: list[Mapping[str, float]] = [{}]
+    ends += [{"offset": sign * share * floor} for share in (1.0, 0.01) for sign in (1, -1)]
+    return [Trial({**end, "order": order}) for end in ends for order in (Order.WALLS_FIRST, Order.REVERSED)]
 
 
 class Search:
     """The search for what explains a problem. flight: fields of the engine's habit; rough: whether friction matters."""
 
-    def __init__(self, problem: Problem, flight: Fields, *, rough: bool) -> None:
-        self.problem, self.flight, self.rough = problem, flight, rough
+    def __init__(self, problem: Problem, flight: Fields, memory: SoftMemory, *, rough: bool) -> None:
+        self.problem, self.flight, self.memory, self.rough = problem, flight, memory, rough
         self.habitual = problem.outcomes([Trial(flight)])[0]
 
     def known(self, trials: Sequence[Trial]) -> list[Outcome]:
@@ -47,7 +52,11 @@ class Search:
         contacts = _contacts([self.problem.exact, self.habitual])
         if fitting := self.problem.fits([self.habitual]):
             return fitting
-        return self.problem.fits(self.problem.outcomes([trial for trial in trials if _applies(trial, contacts)]))
+        likely = [Trial(self.flight, "missed"), *(trial for trial in trials if _applies(trial, contacts))]
+        ways = [trial.rule for trial in trials if trial.fault and not trial.is_in_time]
+        likely += [Trial(way) for k, way in enumerate(ways) if way not in ways[:k]]  # a fault may change nothing here
+        likely += self.memory.known(self.problem, self.flight, rough=self.rough)
+        return self.problem.fits(self.problem.outcomes(likely))
 
     def all(self) -> list[Outcome]:
         """Return what explains the step of all models."""
@@ -56,8 +65,9 @@ class Search:
         stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
         stepwise = [outcome for outcome in _distinct(problem, stepwise) if len(outcome.met)]
         plain = [fault for fault in FAULTS if not fault.of and not fault.odd]
+        soft = problem.outcomes(self.memory.all(problem, flight, rough=self.rough))
         simple = problem.outcomes(self._trials([flight], plain, met))
-        if fitting := problem.fits([*stepwise, *simple]):
+        if fitting := problem.fits([*stepwise, *simple, *soft]):
             return fitting
         if fitting := problem.fits([*self._odd([flight], met), *problem.fit(self._in_time(met))]):
             return fitting
@@ -70,6 +80,18 @@ class Search:
             return fitting
         fitted = [fault for fault in FAULTS if fault.of and fault.name not in ("offset", "apart")]
         return problem.fits(problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts)))
+
+    def one_by_one(self, *, depths: bool) -> list[Outcome]:
+        """Return what explains the step of the ways to resolve contacts one by one, or, if asked, found at a depth."""
+        problem, flight = self.problem, self.flight
+        stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
+        stepwise = [outcome for outcome in stepwise if outcome.trial.rule["order"] != Order.TOGETHER]
+        fitting = problem.fits(_distinct(problem, stepwise))
+        if fitting or not depths:
+            return fitting
+        return problem.fits(
+            problem.fit([Trial(flight, OFFSET.name, scope) for scope in scopes(_contacts([self.habitual]))])
+        )
 
     def _odd(self, ways: Sequence[Fields], contacts: Sequence[tuple[int, int]]) -> list[Outcome]:
         return self.problem.outcomes(
@@ -139,21 +161,36 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     odd = model is not None and model.odd
     if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
         return Cause.TURNED
+    if trial.is_soft:
+        return cause_of_soft(outcome, problem)
     if model is None:
-        return Cause.UNTOLD if trial.is_in_time else _cause_of_rule(outcome, problem)
+        if trial.is_in_time:
+            return Cause.UNTOLD
+        moved = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
+        pair = any(m["second"] >= 0 for m in outcome.met)
+        return cause_of_rule(trial, float(outcome.met["closing"].min()), pair, moved=bool(moved))
     by_size = model.name in ("friction", "coefficient") or (not model.of and model.cause is BY_NAME["friction"].cause)
     return _friction_by_outcome(outcome, problem) if by_size else model.cause(trial.value)
 
 
-def _cause_of_rule(outcome: Outcome, problem: Problem) -> Cause:
-    """Return the cause that a rule of steps stands for: where it leaves velocities right, what it does to places."""
-    rule = outcome.trial.rule
-    if np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough():
+def cause_of_rule(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Cause:
+    """Return the cause that a rule of steps stands for: where it leaves velocities right, what it does to places.
+
+    closing: px/s, the least of its contacts; pair: whether one is of two balls; moved: whether velocities are wrong.
+    """
+    if trial.rule["parting"] == 1 and closing <= 0:
+        return Cause.TURNED
+    if moved:
         return Cause.LATE
-    if rule["pair_place"] != Place.LEAVE and any(m["second"] >= 0 for m in outcome.met):
+    if pair and trial.rule["pair_place"] != Place.LEAVE:
         return Cause.PUSHED
-    on_wall = rule["wall_place"] == Place.ON and any(m["second"] < 0 for m in outcome.met)
-    return Cause.OVERSHOOT if on_wall else Cause.LATE
+    return Cause.OVERSHOOT if not pair and trial.rule["wall_place"] == Place.ON else Cause.LATE
+
+
+def cause_of_push(part: np.void) -> Cause:
+    """Return the cause of a push: a ball that is put onto the wall in which it is found has its overshoot discarded."""
+    onto_wall = part["pushed_second"] < 0 and part["pushed"] >= (1 - NEGLIGIBLE) * part["overlap"]
+    return Cause.OVERSHOOT if onto_wall and part["way"] % 3 == 1 else Cause.PUSHED
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:

@@ -10,6 +10,7 @@ SINGLE: Final = 5e-7  # of a length, what float32 leaves after a step: 6e-8 in e
 LEFT_OVER: Final = 1e-4  # of an error; a model that leaves more does not explain it: fits converge to the noise
 MAX_BALLS: Final = 6  # of a group that is fitted; the models of more are too many to tell apart
 MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have explained a step are tried
+MAX_FRUITLESS: Final = 12  # fits in a row that explain nothing, after which none is tried any more
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
 FAR: Final = 0.1  # of a radius, by which a ball must be apart from everything to show how an engine flies
 NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early

@@ -6,16 +6,19 @@ same value of its parameter. If that does not decide, the sentence names them, a
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.judge import Judge
-from sandbox.judge.models import BY_NAME
+from sandbox.judge.models import BY_NAME, FAULTS
 from sandbox.judge.touching import StepError
-from sandbox.judge.words import late_range, of_outcome, summed
+from sandbox.judge.words import found_range, of_outcome, summed
+from sandbox.state import Floats
+
+MODELS: Final = ["", *(fault.name for fault in FAULTS)]  # the likelier first, of those that tell the same
 
 
 class Suffered(NamedTuple):
@@ -32,7 +35,8 @@ class Timeline:
 
     def __init__(self, judge: Judge) -> None:
         self._judge = judge
-        self.errors = judge.errors
+        undecided = {id(error) for error in judge.undecided}
+        self.errors = [error for error in judge.errors if id(error) not in undecided]
         self._decide()
         self.errors.sort(key=lambda error: (error.step, error.cause == Cause.UNKNOWN))
         self.sums = judge.rightful.copy()
@@ -43,7 +47,10 @@ class Timeline:
 
     def _decide(self) -> None:
         """Choose the model of each step among those that leave nothing over."""
+        radius = self._judge.radius
         support = Counter(key for error in self.errors for key in {_key(o) for o, _ in error.candidates})
+        against = self._judge.against
+        refuted = {key for key, times in support.items() if against[key[0]] > times}
         for error in self.errors:
             if not error.candidates or error.cause == Cause.LATE:
                 continue
@@ -51,16 +58,40 @@ class Timeline:
             best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
             plain = [(o, c) for o, c in best if not _is_odd(o)]
             best = plain or best
+            best.sort(key=lambda one: MODELS.index(one[0].trial.fault))
+            if {c for _, c in best} == {Cause.PUSHED, Cause.OVERSHOOT}:  # put where the two touch, it is both
+                best = [(o, c) for o, c in best if c == Cause.OVERSHOOT]
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
-            if most < 2 and error.numbers <= _freedom(outcome):
+            if _key(outcome) in refuted:
+                error.cause, error.because = Cause.UNKNOWN, "What the step did fits no single error."
+            elif most < 2 and error.numbers <= _freedom(outcome):
                 error.cause, error.because = Cause.UNKNOWN, f"{error.because} Nothing else in the run confirms that."
             elif len(causes) > 1:
-                names = " Or: ".join(dict.fromkeys(of_outcome(o) for o, _ in best))
+                names = " Or: ".join(dict.fromkeys(of_outcome(o, c, radius) for o, c in best))
                 error.cause, error.because = Cause.UNKNOWN, f"Two errors explain it. {names}"
             else:
-                error.cause, error.because = cause, of_outcome(outcome) or error.because
+                is_passage = cause == error.cause == Cause.MISSED  # of which the sentence says how
+                because = error.because if is_passage else of_outcome(outcome, cause, radius)
+                error.cause, error.because = cause, because or error.because
             error.candidates = [(outcome, cause)]
+        self._doubt_solver()
+
+    def _doubt_solver(self) -> None:
+        """Call impulses of several contacts unknown if those of single ones are wrong by themselves in the run."""
+        faulty = sum(bool(_model(error)) for error in self.errors)
+        late = sum(error.cause == Cause.LATE and not _model(error) for error in self.errors)
+        for error in self.errors:
+            if error.cause in (Cause.STALE, Cause.UNCONVERGED) and faulty > late and not error.candidates:
+                error.cause, error.because = Cause.UNKNOWN, "What the step did fits no single error."
+
+    def gained(self, steps: int) -> Floats:
+        """Return what the balls gained up to each step that nothing outside gave them, (steps, 3): see `StepError`."""
+        gained = np.zeros((steps, 3))
+        for error in self.errors:
+            gained[error.step - 1] += error.gained
+        total: Floats = np.cumsum(gained, axis=0)
+        return total
 
     @property
     def suffered(self) -> tuple[Suffered, ...]:
@@ -72,17 +103,19 @@ class Timeline:
         sizes = {key: sum(e.displacement + e.speed * reach for e in of) for key, of in groups.items()}
         whole = sum(sizes.values()) or 1.0
         ordered = sorted(groups, key=lambda key: -sizes[key])
-        return tuple(_suffered(key[0], groups[key], sizes[key] / whole) for key in ordered)
+        return tuple(_suffered(key[0], groups[key], sizes[key] / whole, self._judge.radius) for key in ordered)
 
 
-def _suffered(cause: Cause, errors: Sequence[StepError], share: float) -> Suffered:
+def _suffered(cause: Cause, errors: Sequence[StepError], share: float, radius: float | None) -> Suffered:
     outcomes = [o for error in errors for o, _ in error.candidates[:1]]
     fault = outcomes[0].trial.fault if outcomes else ""
     because = errors[0].because
     if fault and BY_NAME[fault].of:
-        because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]))
-    elif not fault and cause == Cause.LATE and any(error.depth for error in errors):
-        because = late_range([error.depth for error in errors if error.depth])
+        because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]), radius)
+    elif not fault and cause in (Cause.LATE, Cause.EARLY):
+        sign = 1 if cause == Cause.LATE else -1
+        depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
+        because = found_range(cause, depths) if len(depths) > 1 else because
     return Suffered(cause, because, sum(error.times for error in errors), share)
 
 
@@ -93,6 +126,8 @@ def _model(error: StepError) -> str:
 def _key(outcome: Outcome) -> tuple[str, float]:
     """Return what makes two outcomes the same model: its name, and its value to three digits."""
     trial = outcome.trial
+    if trial.is_soft:
+        return f"soft {trial.rule['substeps']}", 0.0
     return trial.fault or repr(sorted(trial.rule.items())), float(f"{trial.value:.3g}") if trial.fault else 0.0
 
 

@@ -7,15 +7,18 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.engines.walls import ARENA_COUNT, pieces_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown
+from sandbox.judge.overlaps import in_each_other, in_walls
 from sandbox.judge.thresholds import SPRING_STEPS
 from sandbox.quantity import length, nearest_on_segment
+from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Floats, Integers
 
+UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed
 OUTWARD: Final = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])  # of the arena's walls
 
 
@@ -28,7 +31,9 @@ class StepError:
     displacement (px): what is over of the exact step; speed: px/s, the sum of the velocities' errors;
     before, after, should: velocities (k, 2) px/s of the contact's balls, and their spins; times: how many balls or
     contacts it stands for; numbers: how many places, velocities and spins it shows wrong; depth: px, of the contact
-    when it was found.
+    when it was found; gained: momentum (kg px/s) and angular momentum about the arena's centre
+    (kg px²/s) that neither gravity gave nor a wall can have given; normal, should_normal: of the contact, from first to
+    second, as found and in the exact step.
     """
 
     step: int
@@ -48,6 +53,9 @@ class StepError:
     times: int = 1
     numbers: int = 9
     depth: float | None = None
+    gained: Floats = field(default_factory=lambda: np.zeros(3))
+    normal: Vector | None = None
+    should_normal: Vector | None = None
 
 
 class Touch(NamedTuple):
@@ -70,28 +78,71 @@ class Touches:
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self._gravity = scene, np.array(scene.gravity)
+        self._piece = pieces_of(scene)
         self._walls = range(0 if scene.arena.walls else ARENA_COUNT, ARENA_COUNT + len(scene.walls))
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
         mass, (first, second) = self._scene.bodies.mass, pair
-        free = f.before.velocity[row] + f.dt[row] * self._gravity
-        change = f.after.velocity[row] - free
+        free, change = self._change(f, row, [first, max(second, 0)])
         ends = [self._away(states.position[row], pair) for states in (f.before, f.after)]
         away, depth = ends[0]
         central = True
         if second >= 0:
-            relative, moving = change[first] - change[second], free[first] - free[second]
-            given = mass[[first, second], None] * change[[first, second]]
+            relative, moving = change[0] - change[1], free[0] - free[1]
+            given = mass[[first, second], None] * change
             central = bool(length(given.sum(axis=0)) <= length(given).sum() / 2)
         else:
-            relative, moving = change[first], free[first]
-            others = mass[:, None] * change
-            central = bool(length(others.sum(axis=0) - others[first]) <= length(others[first]) / 2) or len(mass) == 1
+            relative, moving = change[0], free[0]
+            x, radius = f.before.position[row], self._scene.bodies.radius
+            near = np.flatnonzero(length(x - x[first]) < 2 * (radius + radius[first]))
+            near = near[near != first]
+            given = (mass[near, None] * self._change(f, row, near)[1]).sum(axis=0)
+            central = bool(length(given) <= mass[first] * length(change[0]) / 2)
         n = away / (float(length(away)) or 1.0)
         pushed, closing = -float(relative @ n), float(moving @ n)
         central = central and 2 * pushed * pushed > float(relative @ relative)
         return Touch(pair, max(depth, ends[1][1]), closing, closing - pushed, pushed, central)
+
+    def normals(self, f: Flown, row: int, pair: tuple[int, int]) -> tuple[Vector | None, Vector | None]:
+        """Return the normals of a contact, from first to second: where the step's move ends, and where the two touch.
+
+        None where they are apart.
+        """
+        first, last = self._overlap(f, row, pair)
+        dt = float(f.dt[row])
+        end = self._normal(f, row, pair, dt) if first <= dt <= last else None
+        return end, self._normal(f, row, pair, max(first, 0.0)) if first <= dt and last >= 0 else None
+
+    def overlap_time(self, f: Flown, row: int, pair: tuple[int, int]) -> float:
+        """Return for how long two balls overlap on straight ways, s; 0 for a wall."""
+        first, last = self._overlap(f, row, pair)
+        return last - first if pair[1] >= 0 and last > first else 0.0
+
+    def _overlap(self, f: Flown, row: int, pair: tuple[int, int]) -> tuple[float, float]:
+        """Return from when until when two overlap on straight ways, s since the step began; all of it at a wall."""
+        first, second = pair
+        if second < 0:
+            return 0.0, float(f.dt[row])
+        x, v = f.before.position[row], f.before.velocity[row]
+        away, speed = x[second] - x[first], v[second] - v[first]
+        reach = self._scene.bodies.radius[[first, second]].sum()
+        square, along = float(speed @ speed), float(away @ speed)
+        inside = along * along - square * (float(away @ away) - reach * reach)
+        if square == 0 or inside < 0:
+            return np.inf, -np.inf
+        return (-along - inside**0.5) / square, (-along + inside**0.5) / square
+
+    def _normal(self, f: Flown, row: int, pair: tuple[int, int], time: float) -> Vector:
+        """Return the normal of a contact at a time since a step began, s."""
+        x = f.before.position[row] + time * (f.before.velocity[row] + time * self._gravity / 2)
+        away, _ = self._away(x, pair)
+        across = float(length(away)) or 1.0
+        return float(away[0] / across), float(away[1] / across)
+
+    def depth(self, x: Floats, pair: tuple[int, int]) -> float:
+        """Return how deep two bodies are in each other, px; negative if they are apart. x: (n, 2) px."""
+        return self._away(x, pair)[1]
 
     def _away(self, x: Floats, pair: tuple[int, int]) -> tuple[Floats, float]:
         """Return the way from the first body to the second, and how deep they are in each other, px."""
@@ -108,11 +159,22 @@ class Touches:
         away = nearest_on_segment(x[first], np.array(start), np.array(to)) - x[first]
         return away, float(radius[first] + thickness / 2 - length(away))
 
+    def _change(self, f: Flown, row: int, balls: Integers | Sequence[int]) -> tuple[Floats, Floats]:
+        """Return the velocities that balls would have after a step without a contact, and what they have besides."""
+        free = f.before.velocity[row, balls] + f.dt[row] * self._gravity
+        return free, f.after.velocity[row, balls] - free
+
     def among(self, f: Flown, row: int, balls: Sequence[int], gap: float = 0.0) -> list[Touch]:
         """Return how some balls touch each other, and walls, or are at most a gap (px) apart."""
         pairs = [*combinations(balls, 2), *((ball, ~wall) for ball in balls for wall in self._walls)]
-        touches = (self.of(f, row, pair) for pair in pairs)
-        return [touch for touch in touches if touch.depth > f.floor - gap]
+        depths = (self._depths(states.position[row, balls], np.array(balls)) for states in (f.before, f.after))
+        near = np.flatnonzero(np.maximum(*depths) > f.floor - gap)
+        return [self.of(f, row, pairs[k]) for k in near.tolist()]
+
+    def _depths(self, x: Floats, balls: Integers) -> Floats:
+        """Return how deep each two balls are in each other, px, and then each ball in each wall. x: (k, 2) px."""
+        radius = self._scene.bodies.radius[balls]
+        return np.concatenate([in_each_other(x, radius), in_walls(x, radius, self._piece).ravel()])
 
 
 class Missed:
@@ -122,11 +184,15 @@ class Missed:
         self._touches = touches
         self._open: dict[tuple[int, int], StepError] = {}
 
+    def undecided(self, steps: int) -> list[StepError]:
+        """Return the contacts that may still follow after the end of a run of some steps."""
+        return [error for error in self._open.values() if steps - error.step < UNDECIDED]
+
     def follow(self, f: Flown, row: int, step: int, errors: list[StepError]) -> list[StepError]:
         """Follow what is open through a step, and return the step's errors without those that go on."""
         for pair, error in list(self._open.items()):
             touch = self._touches.of(f, row, pair)
-            if touch.depth <= f.floor:
+            if touch.depth + max(touch.free, 0.0) * f.dt[row] <= f.floor:
                 del self._open[pair]
             elif touch.pushed * f.dt[row] > f.floor and touch.central and touch.free > 0:
                 error.cause, late = Cause.LATE, step - error.step
@@ -150,26 +216,31 @@ class Springs:
     def __init__(self) -> None:
         self._streaks: dict[tuple[int, int], tuple[int, list[tuple[Touch, list[StepError]]]]] = {}
 
+    def pushing(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
+        """Return the contacts of some balls that push in a step."""
+        return [pair for pair, (last, _) in self._streaks.items() if last == step and not {*balls}.isdisjoint(pair)]
+
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
-        """Note what pushes in a step with some errors."""
+        """Note what touches in a step with some errors."""
         for touch in touches:
-            if touch.pushed <= 0:
-                continue
             last, streak = self._streaks.get(touch.pair, (step - 1, []))
             if last < step - 1:
                 streak = []
             streak.append((touch, errors))
             self._streaks[touch.pair] = step, streak
-            if _is_spring(streak):
-                for each, of_step in streak:
+            if _is_spring([(each, of_step) for each, of_step in streak if each.pushed > 0]):
+                for _, of_step in streak:
                     for error in of_step:
-                        error.cause, error.contact = Cause.SOFT, each.pair
+                        error.cause, error.contact, error.candidates = Cause.SOFT, touch.pair, []
                         error.because = "The contact pushes in several steps, as a spring does, and not by one impulse."
-                        error.candidates = []
 
 
 def _is_spring(streak: Sequence[tuple[Touch, list[StepError]]]) -> bool:
-    """Return whether a contact pushes like a spring."""
+    """Return whether a contact that pushes does so like a spring."""
+    if len(streak) < SPRING_STEPS:
+        return False
+    if any(error.cause == Cause.SOFT and not error.candidates for _, errors in streak for error in errors):
+        return True  # as was found a step ago
     touches = [touch for touch, _ in streak]
     slight = 1e-6 * max(touch.pushed for touch in touches)
     while_closing = any(touch.after > slight for touch in touches)
@@ -177,4 +248,4 @@ def _is_spring(streak: Sequence[tuple[Touch, list[StepError]]]) -> bool:
     values = {
         (o.trial.fault, f"{o.trial.value:.3g}") for _, errors in streak for e in errors for o, _ in e.candidates[:1]
     }
-    return len(streak) >= SPRING_STEPS and while_closing and while_parting and len(values) != 1
+    return while_closing and while_parting and len(values) != 1

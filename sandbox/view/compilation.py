@@ -2,18 +2,23 @@
 
 import multiprocessing
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from multiprocessing import connection
 from multiprocessing.process import BaseProcess
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from sandbox.analysis.comparison import compare
 from sandbox.engines import create
+from sandbox.judge.judge import Judge
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
 from sandbox.signals import sigint_blocked, signals_deferred
+from sandbox.state import PUSH, States
 
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
 
@@ -21,6 +26,15 @@ POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
 def _compile_comparison() -> None:
     """Measure a run; the scene has an inner wall."""
     compare(load("funnel").changed(seconds=0.1, expect=()), ["pymunk"])
+
+
+def _compile_judge() -> None:
+    """Judge a step in which two discs that meet do what no model explains, so that all of them are tried."""
+    groups = [BallGroup(radius=10, position=(x, 50.0), velocity=(v, 0.0)) for x, v in ((30.0, 60.0), (50.5, 0.0))]
+    scene = Scene(arena={"size": (100.0, 100.0)}, balls=groups, gravity=(0.0, 900.0))
+    start = spawn(scene)
+    end = replace(start, velocity=start.velocity + np.array([(-31.0, 7.0), (11.0, 5.0)]))
+    Judge(scene).add(States.stack([start, end]), np.empty(0, PUSH), np.array([1 / scene.rate]))
 
 
 def _compile_engine(name: str) -> None:
@@ -80,6 +94,7 @@ COMPUTATION: Final = (
     Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
     Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
     Part("comparison", ("sandbox.analysis",), _compile_comparison),
+    Part("judge", ("sandbox.judge",), _compile_judge),
 )
 DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)
 

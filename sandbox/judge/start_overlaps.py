@@ -1,0 +1,69 @@
+"""Bodies that overlap before any step is done, until they come apart: no engine led them into each other.
+
+Engines part them in different ways. So what is wrong with the place, the time or the order of such a contact is no
+error of a step; what is wrong with its impulse or its friction is.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from sandbox.engines.walls import ARENA_COUNT
+from sandbox.judge.causes import Cause
+from sandbox.judge.touching import StepError, Touches
+from sandbox.quantity import length
+from sandbox.scene.model import Scene
+from sandbox.scene.overlaps import depth_rounding
+from sandbox.scene.walls import wall_distance
+from sandbox.state import Floats
+
+OF_OVERLAP: Final = (
+    *(Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT, Cause.TURNED),
+    *(Cause.STALE, Cause.UNCONVERGED, Cause.UNKNOWN),
+)
+
+
+class StartOverlaps:
+    """The bodies of a scene that overlap at the start and have not come apart since, with their depths then, px."""
+
+    def __init__(self, scene: Scene, position: Floats, touches: Touches) -> None:
+        self._scene, self._touches = scene, touches
+        least = depth_rounding(scene)
+        depths = {pair: touches.depth(position, pair) for pair in _near(scene, position)}
+        self._depths = {pair: depth for pair, depth in depths.items() if depth > least}
+
+    def follow(self, position: Floats, errors: list[StepError]) -> None:
+        """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
+        for error in errors if self._depths else ():
+            if error.contact in self._depths and error.cause in OF_OVERLAP:
+                error.because = self._because(error.contact)
+                error.cause, error.candidates = Cause.OVERLAPPED, []
+        for pair in [pair for pair in self._depths if self._touches.depth(position, pair) <= 0]:
+            del self._depths[pair]
+
+    def _because(self, pair: tuple[int, int]) -> str:
+        first, second = pair
+        other = f"ball {second}" if second >= 0 else self._scene.wall_name(~second)
+        return (
+            f"Ball {first} and {other} overlapped by {self._depths[pair]:.3g} px when the comparison began: no step "
+            "led them into each other."
+        )
+
+
+def _near(scene: Scene, position: Floats) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of bodies that may overlap: first and second. position: (n, 2) px."""
+    radius = scene.bodies.radius
+    order = np.argsort(position[:, 0], kind="stable")
+    x, largest = position[order], 2 * float(radius.max())
+    for by in range(1, len(order)):
+        near = x[by:, 0] - x[:-by, 0] < largest
+        if not near.any():
+            break
+        apart = length(x[by:] - x[:-by]) < radius[order[by:]] + radius[order[:-by]]
+        for k in np.flatnonzero(near & apart).tolist():
+            first, second = sorted((int(order[k]), int(order[k + by])))
+            yield first, second
+    for ball in np.flatnonzero(wall_distance(scene, position) < radius).tolist():
+        for wall in range(0 if scene.arena.walls else ARENA_COUNT, ARENA_COUNT + len(scene.walls)):
+            yield ball, ~wall

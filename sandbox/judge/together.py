@@ -1,0 +1,438 @@
+"""All contacts of a step solved together, as a solver of impulses does that converges.
+
+The bodies that overlap are found where they are. Each contact then ends with a relative velocity of at least -e times
+that of before, and its impulse pushes or is 0: the complementarity problem that solvers such as Pymunk's iterate on,
+by the method of Gauss and Seidel, here until nothing changes. Friction obeys Coulomb's law with each impulse.
+"""
+
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sandbox.compiled import Record, kernel
+from sandbox.engines.exact.support import normal_to, unit
+from sandbox.engines.walls import ARENA_COUNT
+from sandbox.state import Floats, Integers
+
+TOUCH: Final = np.dtype(
+    [
+        ("first", "i8"),  # place in the group
+        ("second", "i8"),  # likewise, or ~piece
+        ("nx", "f8"),  # unit normal, from the first to the second
+        ("ny", "f8"),
+        ("depth", "f8"),  # px
+        ("per_mass", "f8"),  # 1/kg, of both bodies
+        ("e", "f8"),
+        ("mu", "f8"),
+        ("closing", "f8"),  # px/s, as the solver gets it
+        ("bounce", "f8"),  # px/s, at which the two have to part; of two that part already, they may approach at -bounce
+        ("impulse", "f8"),  # kg px/s
+        ("tangential", "f8"),
+        ("aside", "f8"),  # kg px/s along the tangent, by the turn of the normal in a step
+        ("drift", "f8"),  # tangent of the largest turn
+        ("wish", "f8"),  # px/s, the closing speed that is to become 0
+        ("slide_wish", "f8"),  # px/s, the slip that is
+        ("place", "i8"),  # in linear equations
+        ("old", "f8"),  # kg px/s, impulses to go back to
+        ("old_tangential", "f8"),
+    ]
+)
+TOUCHES_PER_BALL: Final = 12  # that there is room for: discs of one size have 3, and walls, before a step and after it
+MAX_ROUNDS: Final = 2000  # of a solver: what is left over of a chain of 24 balls falls by a tenth in less than 100
+MAX_WORK: Final = 300_000  # rounds times contacts: 6 ms
+MAX_DIRECT: Final = 32  # contacts that are solved by elimination, once for each change of a contact's state
+MAX_EQUATIONS: Final = 256  # that are solved by elimination, in 10 ms
+BEFORE_DIRECT: Final = 50  # rounds: most converge sooner; mass ratios of 1,000 need thousands
+SINGULAR: Final = 1e-12  # of the largest coefficient: a pivot that is rounding
+OPEN: Final = 2  # state of a contact without impulse
+STICKING: Final = 0  # of one with friction enough; sliding ones have the sign of the friction, 1 or -1
+CONVERGED: Final = 1e-14  # of the largest speed, by which a round changes one at most
+
+
+class Room(NamedTuple):
+    """What solving directly works in.
+
+    matrix: (MAX_EQUATIONS, MAX_EQUATIONS + 1); state: (MAX_EQUATIONS,).
+    """
+
+    matrix: Floats
+    state: Integers
+
+
+def room_for_contacts() -> Room:
+    """Return what solving directly works in."""
+    return Room(np.zeros((MAX_EQUATIONS, MAX_EQUATIONS + 1)), np.zeros(MAX_EQUATIONS, np.int64))
+
+
+@kernel
+def depth_in(b: Record, piece: Record) -> float:
+    """Return how deep a ball is in a piece of wall, px; -inf if it is not beside it."""
+    rx, ry = b.x - piece.x, b.y - piece.y
+    along = rx * piece.tx + ry * piece.ty
+    reach = b.radius + piece.half_thickness
+    if piece.length == 0:
+        return reach - math.hypot(rx, ry) if along > 0 else -math.inf
+    off = ry * piece.tx - rx * piece.ty
+    if piece.wall < ARENA_COUNT:
+        return float(reach - off)
+    return reach - abs(off) if 0 <= along <= piece.length else -math.inf
+
+
+@kernel
+def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: NDArray[Any], count: int) -> int:
+    """Find the bodies that overlap, or are apart by less than their gaps, after the first `count` of `touch`.
+
+    gap: (k,) px, of each ball. Returns their number; only what has room is kept.
+    """
+    for i in range(len(ball)):
+        a = ball[i]
+        for p in range(len(piece)):
+            depth = depth_in(a, piece[p])
+            if depth <= -gap[i]:
+                continue
+            if count < len(touch):
+                t = touch[count]
+                t.first, t.second, t.depth, t.per_mass = i, ~p, depth, 1 / a.mass
+                t.nx, t.ny, _ = normal_to(a, piece[p])
+                t.e, t.mu, t.drift = a.elasticity * piece[p].elasticity, a.friction * piece[p].friction, 0.0
+            count += 1
+        for j in range(i + 1, len(ball)):
+            b = ball[j]
+            rx, ry, reach = b.x - a.x, b.y - a.y, a.radius + b.radius + gap[i] + gap[j]
+            if abs(rx) >= reach or abs(ry) >= reach or rx * rx + ry * ry >= reach * reach:
+                continue
+            if count < len(touch):
+                t = touch[count]
+                t.first, t.second, t.per_mass = i, j, 1 / a.mass + 1 / b.mass
+                t.nx, t.ny, distance = unit(rx, ry)
+                t.depth = a.radius + b.radius - distance
+                t.e, t.mu, t.drift = a.elasticity * b.elasticity, a.friction * b.friction, 0.0
+            count += 1
+    return count
+
+
+@kernel
+def closing_speed(ball: NDArray[Any], t: Record) -> float:
+    """Return the speed at which the two bodies of a contact approach, px/s."""
+    a = ball[t.first]
+    if t.second < 0:
+        return float(a.vx * t.nx + a.vy * t.ny)
+    b = ball[t.second]
+    return float((a.vx - b.vx) * t.nx + (a.vy - b.vy) * t.ny)
+
+
+@kernel
+def slip_speed(ball: NDArray[Any], t: Record) -> float:
+    """Return the slip of the first's rim on the second's, px/s."""
+    a = ball[t.first]
+    slip = a.vy * t.nx - a.vx * t.ny + a.radius * a.spin
+    if t.second >= 0:
+        b = ball[t.second]
+        slip += b.radius * b.spin - (b.vy * t.nx - b.vx * t.ny)
+    return float(slip)
+
+
+@kernel
+def push(ball: NDArray[Any], t: Record, normal: float, tangential: float) -> None:
+    """Give the two bodies of a contact an impulse along its normal and its tangent, kg px/s."""
+    x, y = normal * t.nx - tangential * t.ny, normal * t.ny + tangential * t.nx
+    a = ball[t.first]
+    a.vx -= x / a.mass
+    a.vy -= y / a.mass
+    a.spin -= 2 * tangential / (a.mass * a.radius)
+    if t.second >= 0:
+        b = ball[t.second]
+        b.vx += x / b.mass
+        b.vy += y / b.mass
+        b.spin -= 2 * tangential / (b.mass * b.radius)
+
+
+@kernel
+def _response(ball: NDArray[Any], a: Record, normal: float, tangential: float, b: Record, slips: bool) -> float:
+    """Return how an impulse (kg px/s) of contact a changes the closing speed of contact b, or its slip, px/s."""
+    x, y = normal * a.nx - tangential * a.ny, normal * a.ny + tangential * a.nx
+    along_x, along_y = (-b.ny, b.nx) if slips else (b.nx, b.ny)
+    total = 0.0
+    for end_a in range(2):
+        i = a.second if end_a else a.first
+        for end_b in range(2):
+            if i < 0 or i != (b.second if end_b else b.first):
+                continue
+            sign = 1.0 if end_a == end_b else -1.0
+            total -= sign * (x * along_x + y * along_y) / ball[i].mass
+            if slips:
+                total -= 2 * tangential / ball[i].mass
+    return total
+
+
+@kernel
+def _eliminate(matrix: Floats, size: int) -> bool:
+    """Solve linear equations. matrix: (size, size + 1), whose last column gets the solution. False if singular."""
+    largest = 0.0
+    for row in range(size):
+        for column in range(size):
+            largest = max(largest, abs(matrix[row, column]))
+    for column in range(size):
+        pivot = column
+        for row in range(column + 1, size):
+            pivot = row if abs(matrix[row, column]) > abs(matrix[pivot, column]) else pivot
+        if abs(matrix[pivot, column]) <= SINGULAR * largest:
+            return False
+        for k in range(column, size + 1):
+            matrix[column, k], matrix[pivot, k] = matrix[pivot, k], matrix[column, k]
+        for row in range(size):
+            share = matrix[row, column] / matrix[column, column] if row != column else 0.0
+            if share != 0:
+                for k in range(column, size + 1):
+                    matrix[row, k] -= share * matrix[column, k]
+    for row in range(size):
+        matrix[row, size] /= matrix[row, row]
+    return True
+
+
+@kernel
+def _fill_rows(
+    ball: NDArray[Any], touch: NDArray[Any], state: Integers, t: Record, sticks: bool, matrix: Floats
+) -> None:
+    """Fill the rows of a contact's closing speed, and of its slip if it sticks, with what all impulses do to them."""
+    for d in range(len(touch)):
+        a = touch[d]
+        if state[d] == OPEN:
+            continue
+        share = 0.0 if state[d] == STICKING else state[d] * a.mu
+        columns = 2 if state[d] == STICKING and a.mu > 0 else 1
+        for row in range(2 if sticks else 1):
+            matrix[t.place + row, a.place] = -_response(ball, a, 1.0, share, t, row == 1)
+            if columns == 2:
+                matrix[t.place + row, a.place + 1] = -_response(ball, a, 0.0, 1.0, t, row == 1)
+
+
+@kernel
+def _solve_state(ball: NDArray[Any], touch: NDArray[Any], state: Integers, matrix: Floats) -> bool:
+    """Solve for the impulses of contacts of a given state: OPEN, STICKING, or sliding, 1 or -1. Returns whether it can.
+
+    Contacts get their `wish` of closing speed and `slide_wish` of slip changed to 0.
+    """
+    size = 0
+    for c in range(len(touch)):
+        t = touch[c]
+        t.place = size
+        size += 0 if state[c] == OPEN else 2 if state[c] == STICKING and t.mu > 0 else 1
+    if size > len(matrix):
+        return False
+    for c in range(len(touch)):
+        if state[c] == OPEN:
+            continue
+        t, sticks = touch[c], state[c] == STICKING and touch[c].mu > 0
+        matrix[t.place, size] = t.wish
+        if sticks:
+            matrix[t.place + 1, size] = t.slide_wish
+        _fill_rows(ball, touch, state, t, sticks, matrix)
+    if not _eliminate(matrix, size):
+        return False
+    for c in range(len(touch)):
+        t = touch[c]
+        t.impulse = t.tangential = 0.0
+        if state[c] != OPEN:
+            t.impulse = matrix[t.place, size]
+            t.tangential = t.impulse * state[c] * t.mu
+            if state[c] == STICKING:
+                t.tangential = matrix[t.place + 1, size] if t.mu > 0 else 0.0
+    return True
+
+
+@kernel
+def _next_state(ball: NDArray[Any], touch: NDArray[Any], state: Integers, slight: float) -> bool:
+    """Change the state of the contact that is furthest from what its state says. Returns whether there is any."""
+    worst, who, what = slight, -1, OPEN
+    for c in range(len(touch)):
+        t = touch[c]
+        closing, slip = t.wish, t.slide_wish
+        for d in range(len(touch)):
+            a = touch[d]
+            if state[d] != OPEN:
+                closing += _response(ball, a, a.impulse, a.tangential, t, False)
+                slip += _response(ball, a, a.impulse, a.tangential, t, True)
+        if state[c] == OPEN:
+            off, into = closing, STICKING
+        elif t.impulse < 0:
+            off, into = -t.impulse * t.per_mass, OPEN
+        elif state[c] == STICKING:
+            off, into = (abs(t.tangential) - t.mu * t.impulse) * 3 * t.per_mass if t.mu > 0 else 0.0, 1
+            into = 1 if t.tangential > 0 else -1
+        else:
+            off, into = -slip * state[c], STICKING
+        if off > worst:
+            worst, who, what = off, c, into
+    if who >= 0:
+        state[who] = what
+    return who >= 0
+
+
+@kernel
+def _solve_directly(ball: NDArray[Any], touch: NDArray[Any], room: Room, fastest: float) -> bool:
+    """Solve contacts together exactly, from the state at which iteration has arrived. Returns whether that is found."""
+    state = room.state[: len(touch)]
+    for c in range(len(touch)):
+        t = touch[c]
+        push(ball, t, -t.impulse, -t.tangential)
+    for c in range(len(touch)):
+        t = touch[c]
+        t.wish, t.slide_wish = closing_speed(ball, t) + t.bounce, slip_speed(ball, t)
+        state[c] = OPEN
+        if t.impulse > 0:
+            state[c] = STICKING if abs(t.tangential) < t.mu * t.impulse or t.mu == 0 else 1 if t.tangential > 0 else -1
+    solved = False
+    for _ in range(4 * len(touch) + 4):
+        if not _solve_state(ball, touch, state, room.matrix):
+            break
+        if not _next_state(ball, touch, state, 1e-13 * fastest):
+            solved = True
+            break
+    if solved:
+        for c in range(len(touch)):
+            push(ball, touch[c], touch[c].impulse, touch[c].tangential)
+    return solved
+
+
+@kernel
+def solve_together(
+    ball: NDArray[Any], touch: NDArray[Any], fall_x: float, fall_y: float, kept: float, room: Room
+) -> None:
+    """Solve contacts together, and change the velocities of their balls.
+
+    fall_x, fall_y, kept: the velocities are kept times those which bounce, and this in px/s.
+    """
+    fastest = 0.0
+    for i in range(len(ball)):
+        fastest = max(fastest, abs(ball[i].vx), abs(ball[i].vy), abs(ball[i].spin) * ball[i].radius)
+    for k in range(len(touch)):
+        t = touch[k]
+        t.closing = closing_speed(ball, t)
+        fallen = fall_x * t.nx + fall_y * t.ny if t.second < 0 else 0.0
+        t.bounce = t.e * (t.closing - fallen) / kept
+        t.impulse = t.tangential = 0.0
+    most = min(MAX_ROUNDS, MAX_WORK // max(1, len(touch)))
+    for round_number in range(most):
+        changed = 0.0
+        for k in range(len(touch)):
+            t = touch[k]
+            normal = max(0.0, t.impulse + (closing_speed(ball, t) + t.bounce) / t.per_mass)
+            tangential = t.tangential
+            if t.mu > 0:
+                limit = t.mu * normal
+                tangential = max(-limit, min(limit, t.tangential + slip_speed(ball, t) / (3 * t.per_mass)))
+            of_normal, of_tangential = normal - t.impulse, tangential - t.tangential
+            if of_normal != 0 or of_tangential != 0:
+                push(ball, t, of_normal, of_tangential)
+                changed = max(changed, abs(of_normal) * t.per_mass, abs(of_tangential) * t.per_mass)
+            t.impulse, t.tangential = normal, tangential
+        if changed <= CONVERGED * fastest:
+            return
+        if round_number == BEFORE_DIRECT and len(touch) <= MAX_DIRECT:
+            for k in range(len(touch)):
+                touch[k].old, touch[k].old_tangential = touch[k].impulse, touch[k].tangential
+            if _solve_directly(ball, touch, room, fastest):
+                return
+            for k in range(len(touch)):
+                t = touch[k]
+                t.impulse, t.tangential = t.old, t.old_tangential
+                push(ball, t, t.impulse, t.tangential)
+
+
+@kernel
+def fit_directly(ball: NDArray[Any], touch: NDArray[Any], room: Room) -> bool:
+    """Take from velocities and spins what impulses along contacts explain, by least squares, if that is unique.
+
+    As `fit_impulses`, with impulses in either direction. Returns whether it is.
+    """
+    if len(touch) > MAX_EQUATIONS:
+        return False
+    state = room.state[: len(touch)]
+    for c in range(len(touch)):
+        t = touch[c]
+        state[c] = STICKING
+        t.wish, t.slide_wish = -closing_speed(ball, t), -slip_speed(ball, t)
+    if not _solve_state(ball, touch, state, room.matrix):
+        return False
+    for c in range(len(touch)):
+        push(ball, touch[c], -touch[c].impulse, -touch[c].tangential)
+    return True
+
+
+@kernel
+def fit_impulses(ball: NDArray[Any], touch: NDArray[Any], turns: bool, enough: float) -> None:
+    """Take from velocities and spins what impulses that push can explain, by least squares.
+
+    ball: its velocities are what is to be explained, and then what is left over, weighted by masses. The impulses are
+    within Coulomb's cone, and along normals that turn by `drift` at most. turns: whether spins are explained too;
+    enough: px/s, of what is left over.
+    """
+    for k in range(len(touch)):
+        touch[k].impulse = touch[k].tangential = touch[k].aside = 0.0
+    for _ in range(min(MAX_ROUNDS, MAX_WORK // max(1, len(touch)))):
+        changed = 0.0
+        for k in range(len(touch)):
+            t = touch[k]
+            normal, along = t.impulse - closing_speed(ball, t) / t.per_mass, 0.0
+            if t.mu > 0:
+                along = t.tangential - slip_speed(ball, t) / (3 * t.per_mass)
+                normal, along = _onto_cone(normal, math.sqrt(3.0) * along, math.sqrt(3.0) * t.mu)
+                along /= math.sqrt(3.0)
+                normal = max(normal, 0.0)
+                changed = max(changed, _take(ball, t, normal - t.impulse, along - t.tangential, turns))
+                t.impulse, t.tangential = normal, along
+                limit = t.drift * t.impulse
+                aside = max(-limit, min(limit, t.aside - _sideways(ball, t) / t.per_mass))
+            else:
+                normal, aside = _onto_cone(normal, t.aside - _sideways(ball, t) / t.per_mass, t.drift)
+                changed = max(changed, _take(ball, t, normal - t.impulse, 0.0, turns))
+                t.impulse = normal
+            changed = max(changed, _take_aside(ball, t, aside - t.aside))
+            t.aside = aside
+        if changed <= 0.01 * enough:
+            return
+
+
+@kernel
+def _onto_cone(x: float, y: float, slope: float) -> tuple[float, float]:
+    """Return the point of the cone |y| <= slope x that is nearest to one."""
+    if x >= 0 and abs(y) <= slope * x:
+        return x, y
+    along = (x + slope * abs(y)) / (1 + slope * slope)
+    return (along, math.copysign(slope * along, y)) if along > 0 else (0.0, 0.0)
+
+
+@kernel
+def _sideways(ball: NDArray[Any], t: Record) -> float:
+    """Return the velocity of the first's centre past the second's, px/s."""
+    a = ball[t.first]
+    speed = a.vy * t.nx - a.vx * t.ny
+    if t.second >= 0:
+        b = ball[t.second]
+        speed -= b.vy * t.nx - b.vx * t.ny
+    return float(speed)
+
+
+@kernel
+def _take(ball: NDArray[Any], t: Record, normal: float, tangential: float, turns: bool) -> float:
+    """Take from the velocities what an impulse explains. Returns by how much they change at most, px/s."""
+    push(ball, t, -normal, -tangential)
+    if not turns:
+        ball[t.first].spin = ball[max(t.second, 0)].spin = 0.0
+    return float(max(abs(normal), abs(tangential)) * t.per_mass)
+
+
+@kernel
+def _take_aside(ball: NDArray[Any], t: Record, impulse: float) -> float:
+    """Likewise of an impulse across the normal that turns nothing."""
+    a = ball[t.first]
+    a.vx -= impulse * t.ny / a.mass
+    a.vy += impulse * t.nx / a.mass
+    if t.second >= 0:
+        b = ball[t.second]
+        b.vx += impulse * t.ny / b.mass
+        b.vy -= impulse * t.nx / b.mass
+    return float(abs(impulse) * t.per_mass)
