@@ -142,8 +142,20 @@ def difference_of_states(time: float, ball: int, own: Record, reference: Record)
 
 
 def differences_of_steps(scene: Scene, timeline: Timeline) -> tuple[Difference, ...]:
-    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES."""
-    return tuple(_of_step(scene, error) for error in timeline.errors[:MAX_DIFFERENCES])
+    """Return the steps of an engine that are not as the exact step from the same state is, at most MAX_DIFFERENCES.
+
+    What is wrong with all its flights is listed once.
+    """
+    flights: set[str] = set()
+    found: list[StepError] = []
+    for error in timeline.errors:
+        if error.contact or error.because not in flights:
+            found.append(error)
+        if not error.contact:
+            flights.add(error.because)
+        if len(found) == MAX_DIFFERENCES:
+            break
+    return tuple(_of_step(scene, error) for error in found)
 
 
 def _of_step(scene: Scene, error: StepError) -> Difference:
@@ -167,6 +179,9 @@ def _of_step(scene: Scene, error: StepError) -> Difference:
         should_spin_before=spins[0],
         should_spin_after=spins[2],
         depth=error.depth,
+        normal=error.normal,
+        normal_at_touch=error.should_normal,
+        should_normal=error.should_normal,
     )
 
 

@@ -13,12 +13,13 @@ from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.findings import Findings
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Entry, Ledger, entries_of, why_unjudged
+from sandbox.analysis.ledger import Ledger, why_unjudged
 from sandbox.analysis.record import Record
 from sandbox.analysis.reference import comparable_until
 from sandbox.analysis.tunnelling import Passage
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.judge import Judge
+from sandbox.judge.ledger import Entry, entries_of
 from sandbox.judge.timeline import Suffered, Timeline
 from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
 from sandbox.run.lockstep import Runner
@@ -147,7 +148,11 @@ class Measurement:
         self._scene = scene
         self._stride = stride
         self._ledger = Ledger(scene, self._traits)
-        self._judge = Judge(scene) if why_unjudged(self._traits) == Cause.SILENT and not self._traits.soft else None
+        self._judge = (
+            Judge(scene, self._traits.damping)
+            if why_unjudged(self._traits) == Cause.SILENT and not self._traits.soft
+            else None
+        )
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
@@ -311,8 +316,8 @@ class Measurement:
             energy_ratio=float(1 + change[-1]) if energy_scale else None,
             energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if energy_scale else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if energy_scale else None,
-            momentum_drift=self._momentum_drift(at_wall) if record.unjudged is None else None,
-            angular_momentum_drift=self._angular_momentum_drift(at_wall) if record.unjudged is None else None,
+            momentum_drift=self._momentum_drift(at_wall, timeline),
+            angular_momentum_drift=self._angular_momentum_drift(at_wall, timeline),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
             pair_contacts=len(contacts) - len(at_wall) if self._traits.reports_contacts else None,
@@ -384,11 +389,18 @@ class Measurement:
             *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
         )
 
-    def _momentum_drift(self, at_wall: Contacts) -> float:
-        return float(self._unexplained_momentum(at_wall).max(initial=0.0) / (self._lengths.max() or 1.0))
+    def _momentum_drift(self, at_wall: Contacts, timeline: Timeline | None) -> float | None:
+        """Return the largest unexplained momentum, of a judged run from its steps; None if it is not known."""
+        if timeline:
+            return _largest(length(timeline.gained(len(self._torques))[:, :2]), self._lengths)
+        return _largest(self._unexplained_momentum(at_wall), self._lengths) if self.record.unjudged is None else None
 
-    def _angular_momentum_drift(self, at_wall: Contacts) -> float:
-        return float(self._unexplained_angular_momentum(at_wall).max(initial=0.0) / (self._levers.max() or 1.0))
+    def _angular_momentum_drift(self, at_wall: Contacts, timeline: Timeline | None) -> float | None:
+        """Return the same of angular momentum."""
+        if timeline:
+            return _largest(np.abs(timeline.gained(len(self._torques))[:, 2]), self._levers)
+        known = self.record.unjudged is None
+        return _largest(self._unexplained_angular_momentum(at_wall), self._levers) if known else None
 
     def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
         """Return the momentum that no reported impulse of a wall, gravity, mouse or damping gave: (steps,) kg px/s.
@@ -422,3 +434,8 @@ class Measurement:
         if not self._obeys_laws or self.record.unjudged is not None:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()
+
+
+def _largest(gained: Floats, scale: Floats) -> float:
+    """Return the largest of what was gained up to each step, as a fraction of the largest of a scale."""
+    return float(gained.max(initial=0.0) / (scale.max() or 1.0))
