@@ -215,17 +215,19 @@ class Springs:
 
     def __init__(self) -> None:
         self._streaks: dict[tuple[int, int], tuple[int, list[tuple[Touch, list[StepError]]]]] = {}
+        self._step = 0
 
     def pushing(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
         """Return the contacts of some balls that push in a step."""
         return [pair for pair, (last, _) in self._streaks.items() if last == step and not {*balls}.isdisjoint(pair)]
 
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
-        """Note what touches in a step with some errors."""
+        """Note what touches in a step with some errors. Steps come in their order."""
+        if step != self._step:
+            self._step = step
+            self._streaks = {pair: one for pair, one in self._streaks.items() if one[0] >= step - 1}
         for touch in touches:
-            last, streak = self._streaks.get(touch.pair, (step - 1, []))
-            if last < step - 1:
-                streak = []
+            _, streak = self._streaks.get(touch.pair, (step, []))
             streak.append((touch, errors))
             self._streaks[touch.pair] = step, streak
             if _is_spring([(each, of_step) for each, of_step in streak if each.pushed > 0]):
