@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
-from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, fill_ball
+from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, fill_ball, find_root, link
 from sandbox.judge.law import Slows, When
 from sandbox.judge.one_step import BALL, Group, Scratch, run_law
 from sandbox.judge.thresholds import LEFT_OVER
@@ -41,7 +41,6 @@ BY_FLIGHT: Final = 6  # the engine's way to fly
 LEANING: Final = 7  # balls that lean on each other, of which the exact step is not known: nothing is wrong
 PART: Final = np.dtype(
     [
-        ("row", "i8"),  # of the group
         ("step", "i8"),  # row of the state that it leads to
         ("begin", "i8"),  # of its balls in `member`
         ("count", "i8"),
@@ -59,7 +58,6 @@ PART: Final = np.dtype(
         ("closing", "f8"),  # px/s, before the contacts
         ("least", "f8"),  # px/s, the least of all contacts' closing speeds
         ("after", "f8"),  # px/s, at which it still approaches
-        ("impulse", "f8"),  # kg px/s
         ("leans", "i8"),  # whether the exact step is not known
         ("moved", "i8"),  # whether the law's velocities are others than the exact ones
         ("base", "i8"),  # of the ways to fly, the one that explains it
@@ -70,7 +68,7 @@ EXACT_LAWS: Final = 10  # laws that are exact: with contacts at a step's ends or
 LEAN_LEFT_OVER: Final = 1e-3  # of a change of velocity, that a slowly converging fit to many contacts may leave
 MAX_TRIED: Final = 24  # balls of a part of which more than the exact steps are computed from contact to contact
 PUSHED_WAYS: Final = 3  # times at which overlaps are pushed apart, see `_unpush`
-PUSHES: Final = 6  # ways to push apart
+PUSHES: Final = 2 * PUSHED_WAYS  # ways to push apart: by the inverse masses, or half each
 
 
 class Desk(NamedTuple):
@@ -141,28 +139,23 @@ def _fly(law: Record, b: Record, dt: float) -> None:
 
 
 @kernel
-def _left(ball: NDArray[Any], after: Floats, dt: float) -> float:
-    """Return what is over between balls and what they should be, px."""
+def _left_of_velocities(ball: NDArray[Any], after: Floats, dt: float) -> float:
+    """Return what is over between velocities and spins and what they should be, px in a step. after: (k, 5)."""
     left = 0.0
     for i in range(len(ball)):
         b = ball[i]
-        left = max(left, abs(b.x - after[i, 0]), abs(b.y - after[i, 1]))
         left = max(left, abs(b.vx - after[i, 2]) * dt, abs(b.vy - after[i, 3]) * dt)
         left = max(left, abs(b.spin - after[i, 4]) * b.radius * dt)
     return left
 
 
 @kernel
-def _root(label: Integers, i: int) -> int:
-    while label[i] != i:
-        i = label[i]
-    return i
-
-
-@kernel
-def _same(label: Integers, i: int, j: int) -> None:
-    a, b = _root(label, i), _root(label, j)
-    label[max(a, b)] = min(a, b)
+def _left(ball: NDArray[Any], after: Floats, dt: float) -> float:
+    """Return what is over between balls and what they should be, px."""
+    left = _left_of_velocities(ball, after, dt)
+    for i in range(len(ball)):
+        left = max(left, abs(ball[i].x - after[i, 0]), abs(ball[i].y - after[i, 1]))
+    return float(left)
 
 
 @kernel
@@ -197,9 +190,9 @@ def _divide(desk: Desk, group: Group, floor: float, leans: bool) -> None:
             after = math.hypot(desk.after[j, 0] - desk.after[i, 0], desk.after[j, 1] - desk.after[i, 1])
             reach += desk.gap[i] + desk.gap[j] if leans else 0.0
             if min(before, after) < reach:
-                _same(desk.label, i, j)
+                link(desk.label, i, j)
     for i in range(k):
-        desk.label[i] = _root(desk.label, i)
+        desk.label[i] = find_root(desk.label, i)
 
 
 @kernel
@@ -209,16 +202,6 @@ def _smallest(group: Group) -> float:
     for i in range(len(group.ball)):
         smallest = min(smallest, group.ball[i].radius)
     return smallest
-
-
-@kernel
-def _is_moved(ball: NDArray[Any], exact: Floats, dt: float, enough: float) -> int:
-    """Return whether velocities are others than the exact ones."""
-    for i in range(len(ball)):
-        b, x = ball[i], exact[i]
-        if max(abs(b.vx - x[2]), abs(b.vy - x[3]), abs(b.spin - x[4]) * b.radius) * dt > enough:
-            return 1
-    return 0
 
 
 @kernel
@@ -276,7 +259,7 @@ def _try_laws(
         if kind == UNEXPLAINED:
             kind = BY_LAW
             _note_contact(scratch, part)
-            part.moved = _is_moved(scratch.ball[:k], desk.exact, dt, enough)
+            part.moved = 1 if _left_of_velocities(scratch.ball[:k], desk.exact, dt) > enough else 0
     return kind
 
 
@@ -353,7 +336,7 @@ def _unpush(
     allowed: whether there may be pushes; shift: (k, 2) px, written. Returns 0 if that fails, 1 if nothing is pushed,
     2 if something is.
     """
-    k, work, how = len(group.ball), desk.work, way % 3
+    k, work, how = len(group.ball), desk.work, way % PUSHED_WAYS
     largest = _shift_of(desk, group, law, how, shift)
     if largest <= 2 * floor:
         shift[:] = 0.0
@@ -367,12 +350,12 @@ def _unpush(
     for c in range(found):
         t = touch[c]
         t.mu = 0.0
-        if way >= 3:
+        if way >= PUSHED_WAYS:
             t.per_mass = 2.0 if t.second >= 0 else 1.0
     for directly in range(2):
         for i in range(k):
             work[i].vx, work[i].vy, work[i].spin = shift[i, 0], shift[i, 1], 0.0
-            if way >= 3:
+            if way >= PUSHED_WAYS:
                 work[i].mass = 1.0
         if directly == 1:
             fit_impulses(work[:k], touch, True, enough)
@@ -412,13 +395,9 @@ def _solve(desk: Desk, group: Group, law: Record, scratch: Scratch, found: int, 
         _fly(law, work[i], dt)
     fall_x, fall_y = (law.gx * dt, law.gy * dt) if rebound else (0.0, 0.0)
     solve_together(work[:k], scratch.touch[:found], fall_x, fall_y, kept, scratch.room)
-    left = 0.0
     for i in range(k):
-        b = work[i]
-        solved[i, 0], solved[i, 1], solved[i, 2] = b.vx, b.vy, b.spin
-        left = max(left, abs(b.vx - desk.end[i, 2]) * dt, abs(b.vy - desk.end[i, 3]) * dt)
-        left = max(left, abs(b.spin - desk.end[i, 4]) * b.radius * dt)
-    return left
+        solved[i, 0], solved[i, 1], solved[i, 2] = work[i].vx, work[i].vy, work[i].spin
+    return float(_left_of_velocities(work[:k], desk.end, dt))
 
 
 @kernel
@@ -472,7 +451,7 @@ def _together(
     k, dt, work = len(group.ball), group.dt, desk.work
     for i in range(k):
         work[i] = group.ball[i]
-        if way % 3 != 2:
+        if way % PUSHED_WAYS != 2:
             work[i].x, work[i].y = desk.end[i, 0], desk.end[i, 1]
     found = find_touches(work[:k], group.piece, scratch.gap, scratch.touch, 0)
     if found > len(scratch.touch):
@@ -503,6 +482,13 @@ def _together(
 
 
 @kernel
+def _note(group: Group, t: Record, part: Record) -> None:
+    """Note a contact as the one that a part is named by."""
+    part.first, part.second = _number(group, t.first), _number(group, t.second)
+    part.depth, part.closing = t.depth, t.closing
+
+
+@kernel
 def _note_worst(desk: Desk, group: Group, touch: NDArray[Any], part: Record) -> float:
     """Note the contact that is furthest from the velocity which it has in the solution.
 
@@ -520,12 +506,7 @@ def _note_worst(desk: Desk, group: Group, touch: NDArray[Any], part: Record) -> 
         off = abs(after - t.tangential)
         if off * group.dt > worst:
             worst = off * group.dt
-            part.first, part.second, part.depth, part.closing = (
-                _number(group, t.first),
-                _number(group, t.second),
-                t.depth,
-                t.closing,
-            )
+            _note(group, t, part)
             part.after = after
         fastest = max(fastest, after)
     return fastest
@@ -534,19 +515,14 @@ def _note_worst(desk: Desk, group: Group, touch: NDArray[Any], part: Record) -> 
 @kernel
 def _flies_otherwise(group: Group, law: Record, work: NDArray[Any], floor: float) -> bool:
     """Return whether a law's flight ends elsewhere than the exact one."""
+    dt = group.dt
     for i in range(len(group.ball)):
-        b, x, y = work[i], 0.0, 0.0
-        for exactly in range(2):
-            b.x, b.y, b.vx, b.vy = group.ball[i].x, group.ball[i].y, group.ball[i].vx, group.ball[i].vy
-            if exactly:
-                x, y = (
-                    x - b.x - group.dt * (b.vx + law.gx * group.dt / 2),
-                    y - b.y - group.dt * (b.vy + law.gy * group.dt / 2),
-                )
-            else:
-                _fly(law, b, group.dt)
-                x, y = b.x, b.y
-        if max(abs(x), abs(y)) > floor:
+        before, b = group.ball[i], work[i]
+        b.x, b.y, b.vx, b.vy = before.x, before.y, before.vx, before.vy
+        _fly(law, b, dt)
+        off_x = b.x - before.x - dt * (before.vx + law.gx * dt / 2)
+        off_y = b.y - before.y - dt * (before.vy + law.gy * dt / 2)
+        if max(abs(off_x), abs(off_y)) > floor:
             return True
     return False
 
@@ -653,12 +629,7 @@ def _note_deepest(group: Group, touch: NDArray[Any], part: Record) -> None:
     for c in range(len(touch)):
         t = touch[c]
         if t.impulse > 0 and t.depth > part.depth:
-            part.first, part.second, part.depth, part.closing = (
-                _number(group, t.first),
-                _number(group, t.second),
-                t.depth,
-                t.closing,
-            )
+            _note(group, t, part)
 
 
 @kernel
@@ -706,7 +677,7 @@ def _prepare(desk: Desk, group: Group, way: int) -> None:
         start[0] = group.ball[i]
         for axis in range(5):
             end[axis] = desk.after[i, axis]
-        if way % 3 == 0:
+        if way % PUSHED_WAYS == 0:
             start[0].x += shift[0]
             start[0].y += shift[1]
         else:
@@ -845,7 +816,7 @@ def explain(
                 size += 1
             part, members = parts[count], member[begin + at : begin + at + size]
             _fill(f, desk.mine, desk.after, ball, step, members)
-            part.row, part.step, part.begin, part.count = g, step, begin + at, size
+            part.step, part.begin, part.count = step, begin + at, size
             _explain(desk, Group(desk.mine[:size], piece, f.dt[step]), laws, bases, scratch, part, f.floor)
             apart = size == k or found[g].ended == 0 or _is_apart(f, desk, step, members, f.floor)
             _save(desk, remains, step, members, part)

@@ -68,7 +68,7 @@ def _turned(v: Floats, by: complex) -> Floats:
     return np.stack([z.real, z.imag], axis=-1)
 
 
-def misses(before: States, after: States, dt: Floats, at: tuple[Floats, Floats]) -> Floats:
+def misses(after: States, dt: Floats, at: tuple[Floats, Floats]) -> Floats:
     """Return how far balls are from where a flight ends, px: (steps, n), of places and of velocities in a step."""
     x, v = at
     off = np.abs(after.position - x).max(axis=2)
@@ -98,7 +98,7 @@ def find_habit(
 
 
 def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tuple[float, float], floor: float) -> Bools:
-    fits: Bools = misses(before, after, dt, flown(before, dt, habit.fields, gravity)) <= floor
+    fits: Bools = misses(after, dt, flown(before, dt, habit.fields, gravity)) <= floor
     return fits
 
 

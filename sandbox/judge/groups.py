@@ -66,15 +66,17 @@ class Work(NamedTuple):
 
 
 @kernel
-def _find(root: Integers, i: int) -> int:
+def find_root(root: Integers, i: int) -> int:
+    """Return the ball that stands for all that a ball is joined with. root: (n,), another that each is joined with."""
     while root[i] != i:
         i = root[i]
     return i
 
 
 @kernel
-def _link(root: Integers, i: int, j: int) -> None:
-    a, b = _find(root, i), _find(root, j)
+def link(root: Integers, i: int, j: int) -> None:
+    """Join two balls, and all that each is joined with."""
+    a, b = find_root(root, i), find_root(root, j)
     root[max(a, b)] = min(a, b)
 
 
@@ -222,17 +224,17 @@ def _join(
             if low > above + reach + ball[j].radius or high < below - reach - ball[j].radius:
                 continue
             if later:
-                is_new = (w.touched[i] or w.touched[j]) and _find(w.root, i) != _find(w.root, j)
+                is_new = (w.touched[i] or w.touched[j]) and find_root(w.root, i) != find_root(w.root, j)
                 is_new = is_new and _meet_later(f, ball, step, i, j)
             else:
                 is_new = _joined(f, ball, step, min(i, j), max(i, j))
             if is_new:
-                _link(w.root, i, j)
+                link(w.root, i, j)
                 w.touched[i] = w.touched[j] = new = True
     if new:
         for i in range(n):
             if w.touched[i]:
-                w.touched[_find(w.root, i)] = True
+                w.touched[find_root(w.root, i)] = True
     return new
 
 
@@ -263,7 +265,7 @@ def _compute_all(
     while grows:
         for i in range(n):
             if w.root[i] != i:
-                w.root[i] = _find(w.root, i)
+                w.root[i] = find_root(w.root, i)
         for r in range(n):
             if w.root[r] == r and w.touched[r]:
                 k = _members(w, r)

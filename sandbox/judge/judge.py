@@ -33,7 +33,7 @@ from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
 from sandbox.judge.flight import Habit, damped, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
 from sandbox.judge.law import LAW, Scope, When, law
-from sandbox.judge.models import BY_NAME
+from sandbox.judge.models import BY_NAME, Fields
 from sandbox.judge.one_step import MET, Group
 from sandbox.judge.search import Search, as_exact, cause_of, cause_of_push, cause_of_rule, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
@@ -60,7 +60,7 @@ class End(NamedTuple):
 
 
 class Judge:
-    """Judges an engine's run block by block. errors: in order of their steps; sums: (4, causes), as the ledger's."""
+    """Judges an engine's run block by block. errors: in order of their steps; rightful: (4, causes), what is right."""
 
     def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
         self._damping = damping
@@ -84,7 +84,6 @@ class Judge:
         self._missed, self._springs = Missed(self._touches), Springs()
         self.contacts = np.zeros(1, np.int64)
         self.habit, self._knows_flight = Habit({}), False
-        self.precision = DOUBLE
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
 
@@ -96,24 +95,16 @@ class Judge:
             habit = find_habit(before, after, dt, self._gravity, floor, self._free_balls(before, after))
             left = self._damping.left_after(float(dt[0]))
             self.habit, self._knows_flight = damped(habit or Habit({}), (before, after), left), habit is not None
-        exact = self._free(before, dt)
-        spun = np.abs(after.spin - before.spin) * self._scene.bodies.radius * dt[:, None]
-        off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
-        if self.habit.cause is not None:
-            habitual = misses(before, after, dt, flown(before, dt, self.habit.fields, self._gravity))
-            damped_spin = self.habit.fields.get("kept_spin", 1.0) * before.spin
-            strange_spin = np.abs(after.spin - damped_spin) * self._scene.bodies.radius * dt[:, None]
-            strange = np.maximum(habitual, strange_spin) > floor
-        else:
-            strange = off
+        exact = self._flown(before, dt, {})
+        strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
         f = Flown(before, after, exact, dt, strange, floor)
         groups, member, elastic = self._screen(f)
-        grouped = np.zeros(off.shape, bool)
+        grouped = np.zeros(strange.shape, bool)
         errors = self._judge_groups(f, groups, member, elastic, grouped)
-        spun = np.abs(after.spin - exact.spin) * self._scene.bodies.radius * dt[:, None]
-        off = np.maximum(misses(before, after, dt, (exact.position, exact.velocity)), spun) > floor
-        for error in self._flights(f, off & ~grouped, strange):
-            errors.setdefault(error.step - self._steps - 1, []).append(error)
+        for error in self._flights(f, self._strays(after, exact, dt, floor) & ~grouped, strange):
+            row = error.step - self._steps - 1
+            error.gained = self._gained(f, row, np.array(error.balls))
+            errors.setdefault(row, []).append(error)
         found = []
         if not self._steps:
             self._start_overlaps = StartOverlaps(self._scene, states.position[0], self._touches)
@@ -167,7 +158,7 @@ class Judge:
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
     ) -> list[tuple[np.void, Integers]]:
         """Return the parts of some groups with what explains them, and their balls."""
-        self._tried = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
+        self._tried = self._likely
         self._bases = [self.habit] if self._knows_flight else ways_to_fall(self._gravity, float(f.dt[0]))
         if self._falls:
             self._bases = [self._bases[self._falls.most_common(1)[0][0]]]
@@ -211,26 +202,26 @@ class Judge:
             without = end._replace(position=end.position - remains.shift[step, balls])
             pair = int(part["pushed_first"]), int(part["pushed_second"])
             cause = cause_of_push(part)
-            errors.append(self._between(f, step, balls, pair, cause, of_push(part, cause), end, without))
+            errors.append(self._error(f, step, balls, pair, cause, of_push(part, cause), (end, without)))
             end = without
         if kind in (EXACT, LEANING):
             return errors
         if kind == BY_FLIGHT:
             habit = self._bases[int(part["base"])]
             cause = habit.cause or Cause.UNKNOWN
-            return [self._between(f, step, balls, None, cause, habit.because, end, exact), *errors]
+            return [self._error(f, step, balls, None, cause, habit.because, (end, exact)), *errors]
         contact = int(part["first"]), int(part["second"])
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
             solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
             cause = Cause.STALE if kind == PULLING else Cause.UNCONVERGED
-            errors.append(self._between(f, step, balls, contact, cause, of_impulses(part, cause), end, solution))
+            errors.append(self._error(f, step, balls, contact, cause, of_impulses(part, cause), (end, solution)))
             end = solution
         trial, cause = Trial({"when": When.AFTER_MOVE}), Cause.LATE
         if kind == BY_LAW:
             trial = self._fitting(part)[0]
             cause = cause_of_rule(trial, float(part["least"]), contact[1] >= 0, moved=bool(part["moved"]))
-        late = self._between(f, step, balls, contact, cause, of_depth(part), end, exact)
+        late = self._error(f, step, balls, contact, cause, of_depth(part), (end, exact))
         late.depth = float(part["depth"])
         late.candidates = [(Outcome(trial, 0.0, _met(part), exact.position), cause)] if kind == BY_LAW else []
         return [late, *errors] if late.speed * f.dt[step] + late.displacement > f.floor else errors
@@ -272,13 +263,20 @@ class Judge:
         position, velocity = states.position[1:], states.velocity[1:]
         single = all(np.array_equal(a, a.astype(np.float32)) for a in (position, velocity))
         fractional = bool((position != np.round(position)).any())
-        self.precision = SINGLE if single and fractional else DOUBLE
+        precision = SINGLE if single and fractional else DOUBLE
         reach = max(float(np.abs(states.position).max()), *self._scene.arena.size)
-        return self.precision * (reach + float(np.abs(velocity).max() * dt.max()))
+        return precision * (reach + float(np.abs(velocity).max() * dt.max()))
 
-    def _free(self, before: States, dt: Floats) -> States:
-        x, v = flown(before, dt, {}, self._gravity)
-        return States(x, v, before.angle.copy(), before.spin.copy())
+    def _flown(self, before: States, dt: Floats, fields: Fields) -> States:
+        """Return the states after steps of free flight. fields: of LAW, that are not exact."""
+        x, v = flown(before, dt, fields, self._gravity)
+        return States(x, v, before.angle.copy(), fields.get("kept_spin", 1.0) * before.spin)
+
+    def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
+        """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
+        spun = np.abs(after.spin - at.spin) * self._scene.bodies.radius * dt[:, None]
+        strays: Bools = np.maximum(misses(after, dt, (at.position, at.velocity)), spun) > floor
+        return strays
 
     def _screen(self, f: Flown) -> tuple[np.ndarray, Integers, Floats]:
         n, elastic = len(self._order), np.zeros(len(f.dt))
@@ -336,9 +334,7 @@ class Judge:
         return f"Ball {ball} was put {where} in the step to {self._time(step):.3f} s."
 
     def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
-        error = self._error(f, step, balls, None, cause, because, len(balls))
-        error.gained = self._gained(f, step, balls)
-        return error
+        return self._error(f, step, balls, None, cause, because, times=len(balls))
 
     def _error(
         self,
@@ -348,25 +344,14 @@ class Judge:
         contact: tuple[int, int] | None,
         cause: Cause,
         because: str,
+        ends: tuple[End, End] | None = None,
         times: int = 1,
     ) -> StepError:
-        """Return the error of all that is over of the exact step."""
-        ends = _end(f.after, step, balls), _end(f.exact, step, balls)
-        return self._between(f, step, balls, contact, cause, because, *ends, times=times)
+        """Return the error of balls that end a step so, and should have ended it otherwise.
 
-    def _between(
-        self,
-        f: Flown,
-        step: int,
-        balls: Integers,
-        contact: tuple[int, int] | None,
-        cause: Cause,
-        because: str,
-        end: End,
-        should: End,
-        times: int = 1,
-    ) -> StepError:
-        """Return the error of balls that end a step so, and should have ended it otherwise."""
+        ends: both, by default of all that is over of the exact step.
+        """
+        end, should = ends or (_end(f.after, step, balls), _end(f.exact, step, balls))
         shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
         off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
         error = StepError(
@@ -441,9 +426,7 @@ class Judge:
         self._opinions += 1
         step = int(part["step"])
         problem = self._problem(f, step, balls)
-        fitting = Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough).one_by_one(
-            depths=bool(pushed)
-        )
+        fitting = self._search_of(problem).one_by_one(depths=bool(pushed))
         self._learn(fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting) if fitting else []
 
@@ -475,11 +458,18 @@ class Judge:
         error.depth = float(outcome.met["depth"].max()) if len(outcome.met) else None
         return [error]
 
+    @property
+    def _likely(self) -> list[Trial]:
+        """What has explained most steps so far."""
+        return [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
+
+    def _search_of(self, problem: Problem) -> Search:
+        return Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough)
+
     def _search(self, problem: Problem) -> list[Outcome]:
         """Return what explains a step: of what has explained others or, if that does not, of all models."""
-        known = [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
-        search = Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough)
-        fitting = search.known(known)
+        search = self._search_of(problem)
+        fitting = search.known(self._likely)
         few = len(problem.group.ball) <= MAX_BALLS
         if not fitting and few and self._fits < MAX_FITS and self._fruitless < MAX_FRUITLESS:
             fitting = search.all()

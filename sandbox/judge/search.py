@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.explain import PUSHED_WAYS
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
 from sandbox.judge.law import Laws, Order, Place, Scope
 from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
@@ -190,7 +191,7 @@ def cause_of_rule(trial: Trial, closing: float, pair: bool, *, moved: bool) -> C
 def cause_of_push(part: np.void) -> Cause:
     """Return the cause of a push: a ball that is put onto the wall in which it is found has its overshoot discarded."""
     onto_wall = part["pushed_second"] < 0 and part["pushed"] >= (1 - NEGLIGIBLE) * part["overlap"]
-    return Cause.OVERSHOOT if onto_wall and part["way"] % 3 == 1 else Cause.PUSHED
+    return Cause.OVERSHOOT if onto_wall and part["way"] % PUSHED_WAYS == 1 else Cause.PUSHED
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:

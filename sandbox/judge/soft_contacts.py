@@ -100,7 +100,7 @@ class SoftMemory:
 
 
 def _gaps(outcome: Outcome) -> list[float]:
-    """Return how far apart the bodies were whose contacts push, px, and 0 if there is none."""
+    """Return the gaps of the contacts that push, px, after a 0 for a step without any."""
     pushing = outcome.met[outcome.met["impulse"] > 0]
     return [0.0, *np.maximum(-pushing["depth"], 0.0).tolist()]
 
