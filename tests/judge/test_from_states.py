@@ -47,14 +47,23 @@ def test_balls_that_overlap_at_the_start_are_pushed_apart_without_blame() -> Non
 
 
 def test_balls_that_came_apart_are_blamed_for_the_next_overlap() -> None:
-    """They part at 60 px/s, 1 px a step; then one is put back into the other, and pushed out again."""
-    velocity = ((-600.0, 0.0), (0.0, 0.0))
+    """They part by 10 px in a step. Then one turns, and is found 6 px deep in the other, whose velocity it gets."""
+    apart, back = ((-600.0, 0.0), (0.0, 0.0)), ((600.0, 0.0), (0.0, 0.0))
     rows: list[Row] = [
-        (((300.0, 300.0), (334.0, 300.0)), velocity),
-        (((290.0, 300.0), (334.0, 300.0)), velocity),
-        (((299.0, 300.0), (334.0, 300.0)), velocity),
+        (((300.0, 300.0), (334.0, 300.0)), apart),
+        (((290.0, 300.0), (334.0, 300.0)), back),
+        (((300.0, 300.0), (334.0, 300.0)), ((0.0, 0.0), (600.0, 0.0))),
     ]
-    assert Cause.OVERLAPPED not in [error.cause for error in judged(pair(334), *rows).errors]
+    error = judged(pair(334), *rows).errors[-1]
+    assert (error.step, error.contact, error.cause) == (2, (0, 1), Cause.LATE)
+
+
+def test_a_contact_that_may_follow_after_the_end_is_not_missed_yet() -> None:
+    """The two overlap in the last step, without an impulse; a step later, they have passed into each other."""
+    velocity = ((240.0, 0.0), (0.0, 0.0))
+    rows: list[Row] = [(((x, 300.0), (342.0, 300.0)), velocity) for x in (300.0, 304.0, 308.0)]
+    assert judged(pair(342), *rows[:2]).errors == []
+    assert [error.cause for error in judged(pair(342), *rows).errors] == [Cause.MISSED]
 
 
 def test_momentum_that_a_pair_makes_is_counted_and_what_a_wall_gives_is_not() -> None:
