@@ -139,17 +139,17 @@ print(json.dumps(sorted(loaded - by_parts)))
     assert json.loads(run_python(f"{silent_engine = }\n{code}")) == []
 
 
-def test_a_ledger_in_the_window_needs_no_kernel_that_was_not_tried() -> None:
+def test_a_judge_in_the_window_needs_no_kernel_that_was_not_tried() -> None:
     """Once it is in use, the window would stand still for it. The scene has inner walls."""
     code = """
 import json
-from sandbox.analysis.ledger import Ledger
+from sandbox.judge.judge import Judge
 from sandbox.scene.files import load
 from sandbox.session import monitor
 from sandbox.session.session import Session
 from test_first_start import note_loaded
 
-add, later = Ledger.add, []
+add, later = Judge.add, []
 def noting_add(*arguments):
     before = set(loaded)
     try:
@@ -158,9 +158,9 @@ def noting_add(*arguments):
         later.extend(loaded - before)
 
 loaded = note_loaded()
-monitor._try_ledger()
+monitor._try_judge()
 assert loaded
-Ledger.add = noting_add
+Judge.add = noting_add
 session = Session(load("funnel"), ["pymunk", "impulse"], observer=monitor.Monitor())
 for _ in range(30):
     session.advance()
@@ -237,7 +237,7 @@ def test_only_a_window_does_without_kernels(
     assert waited == ([] if compiler.shows_frames else [__name__])
 
 
-def test_marks_are_the_same_when_the_ledger_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_marks_are_the_same_when_the_judge_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:
     def marks_after(steps: int) -> Any:
         observer = monitor.Monitor()
         session = Session(load("article"), ["pymunk", "article"], observer=observer)
@@ -249,12 +249,12 @@ def test_marks_are_the_same_when_the_ledger_is_compiled_later(monkeypatch: pytes
     assert expected.differences
     tries = []
 
-    def try_ledger() -> None:
+    def try_judge() -> None:
         tries.append(1)
         if len(tries) < 10:
             raise NotCompiledYet
 
-    monkeypatch.setattr(monitor, "_try_ledger", try_ledger)
+    monkeypatch.setattr(monitor, "_try_judge", try_judge)
     assert not marks_after(75).differences
     tries.clear()
     assert marks_after(180) == expected

@@ -10,16 +10,16 @@ import numpy as np
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.record import Record
 from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
 from sandbox.engines import Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
+from sandbox.judge.timeline import Timeline
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.state import Floats, State
 from sandbox.text import CsvDialect, csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
@@ -279,12 +279,14 @@ def _compare(
 class Reference:
     """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    position: (steps + 1, n, 2) px; ended: the limit at which it ends before the scene's seconds, None if at none.
+    start: its first state; timeline: what is wrong with it; position: (steps + 1, n, 2) px; ended: the limit at which
+    it ends before the scene's seconds, None if at none.
     """
 
     engine: str
     run: Run
-    record: Record
+    start: State
+    timeline: Timeline
     position: Floats
     trust: Trust
     ended: LimitReached | None = None
@@ -322,7 +324,8 @@ def _run_reference(scene: Scene, engine: str, steps: int) -> Reference:
     lockstep, position = Lockstep(scene, [engine]), np.empty((steps + 1, len(scene.bodies), 2))
     segment = _Segment(lockstep, [engine], engine, steps, kept=position)
     comparison = segment.complete()
-    return Reference(engine, comparison.runs[engine], segment.reference.record, position, segment.reference.trust)
+    measured = segment.reference
+    return Reference(engine, comparison.runs[engine], measured.start, measured.timeline, position, measured.trust)
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
@@ -358,9 +361,14 @@ class _RunningReference:
         return position
 
     @property
-    def record(self) -> Record:
-        """Its contacts, at the end of the run."""
-        return self._measurement.record
+    def start(self) -> State:
+        """Its first state."""
+        return self._measurement.start
+
+    @property
+    def timeline(self) -> Timeline:
+        """What is wrong with it, at the end of the run."""
+        return self._measurement.timeline
 
     @property
     def energy(self) -> Floats:
@@ -375,7 +383,7 @@ class _RunningReference:
     @property
     def trust(self) -> Trust:
         """Until when its paths mean anything, at the end of the run."""
-        return self._twins.trust(self._measurement.record.contacts)
+        return self._twins.trust(self._measurement.contacts)
 
 
 class _Segment:
@@ -469,10 +477,9 @@ class _Segment:
             if expect.at <= self.scene.seconds and steps_around(expect.at, self.scene.rate)[1] > self.steps:
                 for measurement in self.measurements.values():
                     measurement.skip(number, expect)
-        record, energy, trust = self.reference.record, self.reference.energy, self.reference.trust
-        scale = self.reference.energy_scale
+        trust = self.reference.trust
         runs = {
-            name: measurement.run(None if name == self.against else record, energy, scale, trust.until, self.disturbed)
+            name: measurement.run(None if name == self.against else self.reference, trust.until, self.disturbed)
             for name, measurement in self.measurements.items()
         }
         time = self.scene.clock.times(np.arange(self.steps + 1))

@@ -27,7 +27,7 @@ GLOSSARY: Final[Mapping[str, Word]] = {
     "Depth": Word("How far two overlap when the contact is found, in px.", "deep|depth|overlap"),
     "Escape": Word("A ball's centre leaves the arena.", "escape|outside the arena"),
     "Expectation": Word("What must be true at a time by a law; `[[expect]]` in a scene.", "expectation"),
-    "First difference": Word("The first contact, or flight, that is not as in the reference.", "first difference"),
+    "First difference": Word("The first step that is not as the exact step from the same state.", "first difference"),
     "Gap": Word("The distance between an engine's copy of a ball and the reference's, in px.", "gap"),
     "Horizon": Word("The time from which chaos makes paths meaningless.", "horizon"),
     "Impulse": Word("What a contact adds to one ball's momentum and takes from the other's, in kg px/s.", "impulse"),

@@ -3,32 +3,26 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference, difference_of_states, differences, differences_of_steps
+from sandbox.analysis.difference import Difference, Passage, difference_at_start, differences, passages
 from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.expectations import Score, overlap_in, score
-from sandbox.analysis.findings import Findings
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
-from sandbox.analysis.ledger import Ledger, why_unjudged
-from sandbox.analysis.record import Record
-from sandbox.analysis.reference import comparable_until
-from sandbox.analysis.tunnelling import Passage
-from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
+from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Judge
 from sandbox.judge.ledger import Entry, entries_of
 from sandbox.judge.timeline import Suffered, Timeline
-from sandbox.quantity import angular_momentum, centre_of_mass, energy, length, momentum, outside, tangent
+from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
-from sandbox.state import PUSH, Bools, Contacts, Floats, Integers, State, States
+from sandbox.state import PUSH, Bools, Contacts, Floats, State, States
 
-OF_REPORTS: Final = (Cause.UNTOLD, Cause.VELOCITY, Cause.LATE, Cause.EARLY)  # of an engine whose balls are all in place
-MAX_IMPACTS: Final = 500  # contacts of which a run keeps velocities before and after
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
 
@@ -81,11 +75,10 @@ class Run:
     centre; centre_of_mass: (steps + 1, 2) px;
     gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
-    mean anything; contacts: in order of time; impacts: what the ledger found about the first MAX_IMPACTS of them, none
-    if they cannot be judged one by one; differences: from the reference, until the two are apart; missed: passages
-    without a reported contact; escape: the balls that left the arena, None if none did; unjudged: why its contacts
-    cannot be judged one by one, None if they can; suffered: what the run suffers from, the worst first, of an engine
-    that is judged by its steps; scores: for the scene's expectations that fall into the run;
+    mean anything; contacts: as reported, in order of time; impacts: the motion before and after the first MAX_IMPACTS
+    of them; differences: its wrong steps, in order; missed: the contacts that did not happen; escape: the balls that
+    left the arena, None if none did; suffered: what the run suffers from, the worst first; scores: for the scene's
+    expectations that fall into the run;
     theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
@@ -102,11 +95,10 @@ class Run:
     gap_of_ball: Floats
     apart: float | None
     contacts: Contacts
-    impacts: Findings
+    impacts: Impacts
     differences: tuple[Difference, ...]
     missed: tuple[Passage, ...]
     escape: Escape | None
-    unjudged: Cause | None
     suffered: tuple[Suffered, ...]
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
@@ -130,6 +122,25 @@ def change_of(energy: Floats, scale: float) -> Floats:
     return change
 
 
+class MeasuredReference(Protocol):
+    """What a run is compared with, once all steps are done.
+
+    start: its first state; energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s²; timeline: what is wrong with it.
+    """
+
+    @property
+    def start(self) -> State: ...  # noqa: D102  # said above
+
+    @property
+    def energy(self) -> Floats: ...  # noqa: D102
+
+    @property
+    def energy_scale(self) -> float: ...  # noqa: D102
+
+    @property
+    def timeline(self) -> Timeline: ...  # noqa: D102
+
+
 class Measurement:
     """Measures one engine, as its states come in.
 
@@ -147,24 +158,22 @@ class Measurement:
         runner.engine.contacts()  # starts recording
         self._scene = scene
         self._stride = stride
-        self._ledger = Ledger(scene, self._traits)
-        self._judge = (
-            Judge(scene, self._traits.damping)
-            if why_unjudged(self._traits) == Cause.SILENT and not self._traits.soft
-            else None
-        )
+        self._substeps = self._traits.damping.substeps
+        if self._substeps > 1:
+            runner.substates()  # starts recording
+        self._judge = Judge(scene, self._traits.damping)
+        self._max_overlap = deepest_overlap(state.position, scene.bodies.radius)[0]  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
+        self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
         self._momentum = np.empty((steps + 1, 2))
-        self._given = np.zeros((steps + 1, 2))  # kg px/s, by pushes and damping in the step that led to each state
         self._centre_of_mass = np.empty((steps + 1, 2))  # px
         self._entered = 0  # steps
         self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._centre = np.divide(scene.arena.size, 2)
         self._angular_momentum = np.empty(steps + 1)  # about the centre, kg px²/s
-        self._torques = np.empty(steps)  # the change of it that walls, gravity and mouse explain
         self._levers = np.empty(steps + 1)  # the most that it can be at these speeds and spins, kg px²/s
         self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: tuple[float, int] | None = None  # s, ball
@@ -237,18 +246,33 @@ class Measurement:
         self._contacts.append(contacts)
         states = self.states.rows(slice(rows))
         pushes = np.array(self.pushes, PUSH)
-        torques, damped = self._ledger.add(states, contacts, pushes)
-        if self._judge:
-            steps = self._entered + np.arange(1, rows)
-            self._judge.add(states, pushes, 1 / self._scene.clock.rates(steps))
+        steps, clock = self._entered + np.arange(1, rows), self._scene.clock
+        self._judge_steps(states, pushes, 1 / clock.rates(steps))
+        self._add_impacts(states.after_pushes(pushes), contacts)
+        deepest = (deepest_overlap(position, self._scene.bodies.radius)[0] for position in states.position[1:])
+        self._max_overlap = max(self._max_overlap, *deepest)
         self.scale.follow(self._scene, states, contacts, self._entered)
-        self._torques[self._entered : self._entered + rows - 1] = torques
-        self._given[self._entered + 1 : self._entered + rows] = damped
-        pushed = self._scene.bodies.mass[pushes["ball"], None] * pushes["dv"]
-        np.add.at(self._given, self._entered + pushes["row"], pushed)
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pushes.clear()
+
+    def _judge_steps(self, states: States, pushes: NDArray[np.void], dt: Floats) -> None:
+        """Judge a block's steps, or their substeps."""
+        if self._substeps > 1:
+            first, substates, pushes = states.rows(slice(1)), self.runner.substates(), pushes.copy()
+            states = States(*map(np.concatenate, zip(first, substates, strict=True)))
+            pushes["row"] = (pushes["row"] - 1) * self._substeps + 1
+            dt = np.repeat(dt / self._substeps, self._substeps)
+        self._judge.add(states, pushes, dt)
+
+    def _add_impacts(self, states: States, contacts: Contacts) -> None:
+        """Keep the motion before and after each contact of a block, of the first MAX_IMPACTS."""
+        contacts, clock = contacts[: MAX_IMPACTS - sum(map(len, self._impacts))], self._scene.clock
+        step_of = clock.steps_containing(contacts["time"])
+        within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
+        rows = np.clip(step_of - self._entered, 1, len(states.spin) - 1)
+        together = self._traits.together
+        self._impacts.append(impacts_in(self._scene, states, contacts, rows, within, together=together))
 
     @property
     def _final(self) -> State:
@@ -256,83 +280,58 @@ class Measurement:
         return self.states.state(0, self._scene.clock.time(len(self.energy) - 1)).copy()
 
     @cached_property
-    def record(self) -> Record:
-        """The contacts with what the ledger found about them, once all are entered."""
-        return Record(
-            np.concatenate(self._contacts),
-            self._ledger.findings,
-            self._ledger.missed,
-            self._ledger.flights,
-            self.start,
-            self._ledger.start_overlaps,
-            self._traits.clamps_friction_early,
-            self.runner.name,
-            why_unjudged(self._traits),
-        )
+    def contacts(self) -> Contacts:
+        """The contacts as reported, by time, once all steps are entered."""
+        return np.concatenate(self._contacts)
+
+    @cached_property
+    def timeline(self) -> Timeline:
+        """What is wrong with the run, once all steps are entered."""
+        return Timeline(self._judge)
 
     def run(
         self,
-        reference: Record | None,
-        reference_energy: Floats,
-        energy_scale: float,
+        reference: "MeasuredReference | None",
         trusted_until: float | None,
         disturbed: Bools,
     ) -> Run:
         """Return the whole run.
 
-        reference: its contacts, None for the reference's own run; reference_energy: (steps + 1,) kg px²/s²;
-        energy_scale: kg px²/s², of all shares of energy; trusted_until: s, when the reference's paths first mean
-        nothing, None if they do to the end; disturbed: (steps + 1,), whether a ball was pushed in the step that led to
-        each state.
+        reference: None for the reference's own run; trusted_until: s, when its paths first mean nothing, None if they
+        do to the end; disturbed: (steps + 1,), whether a ball was pushed in the step that led to each state.
         """
-        record, scene = self.record, self._scene
-        contacts = record.contacts
-        at_wall = contacts[contacts["second"] < 0]
-        total_energy, gap_rms, gap_max = self.energy, self._gap_rms, self._gap_max
-        final = self._final
+        scene, contacts, final = self._scene, self.contacts, self._final
+        energy_scale = reference.energy_scale if reference else self.scale.value
+        gap_rms, gap_max = self._gap_rms, self._gap_max
         trusted = math.inf if trusted_until is None else trusted_until
-        away = self._apart if self._apart is not None and self._apart[0] < trusted else None
-        apart = away[0] if away else None
-        until, known = comparable_until(trusted, final.time, scene.clock)
-        until = until if apart is None else min(until, apart)
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
-        energy_gap = self._energy_gap(reference_energy, energy_scale, means_energy)
-        steps = slice(math.ceil(scene.clock.steps(min(trusted, final.time))) + 1)
-        in_place = bool((gap_max[steps] <= NEGLIGIBLE * scene.bodies.radius.min()).all())
-        in_place &= not (np.abs(energy_gap[steps]) > NEGLIGIBLE).any()  # places show no spins
-        differing: tuple[Difference, ...] = ()
-        if reference and record.unjudged is None and reference.unjudged is None:
-            differing = differences(scene, record, reference, until, known, in_place=in_place)
-        elif reference and away:
-            differing = (difference_of_states(*away, record, reference),)
-        if in_place:
-            differing = tuple(one for one in differing if one.cause in OF_REPORTS)
-        timeline = Timeline(self._judge) if self._judge else None
-        if timeline:
-            differing = () if in_place else differences_of_steps(scene, timeline)
-        change = change_of(total_energy, energy_scale)
+        energy_gap = self._energy_gap(reference.energy if reference else self.energy, energy_scale, means_energy)
+        differing = self._differences(reference) if reference else ()
+        pairs = int(np.count_nonzero(contacts["second"] >= 0))
+        change = change_of(self.energy, energy_scale)
         scores, escape = self._scores(energy_scale), self._escape(final)
+        gained = self.timeline.gained(len(self.energy) - 1)
         figures = Figures(
             energy_ratio=float(1 + change[-1]) if energy_scale else None,
             energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if energy_scale else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if energy_scale else None,
-            momentum_drift=self._momentum_drift(at_wall, timeline),
-            angular_momentum_drift=self._angular_momentum_drift(at_wall, timeline),
+            momentum_drift=_largest(length(gained[:, :2]), self._lengths),
+            angular_momentum_drift=_largest(np.abs(gained[:, 2]), self._levers),
             gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
             gap_max=float(gap_max.max()),
-            pair_contacts=len(contacts) - len(at_wall) if self._traits.reports_contacts else None,
-            wall_contacts=len(at_wall) if self._traits.reports_contacts else None,
-            max_overlap=self._ledger.max_overlap,
+            pair_contacts=pairs if self._traits.reports_contacts else None,
+            wall_contacts=len(contacts) - pairs if self._traits.reports_contacts else None,
+            max_overlap=self._max_overlap,
             escaped=escape.balls if escape else 0,
             expected=sum(not one.skipped for one in scores),
             met=sum(one.passed for one in scores if not one.skipped),
             skipped=sum(bool(one.skipped) for one in scores),
             first_difference=differing[0] if differing else None,
-            ledger=entries_of(timeline.sums) if timeline else self._ledger.entries(),
+            ledger=entries_of(self.timeline.sums),
         )
         return Run(
             figures=figures,
-            energy=total_energy,
+            energy=self.energy,
             energy_scale=energy_scale,
             energy_gap=energy_gap,
             momentum=self._momentum,
@@ -341,19 +340,29 @@ class Measurement:
             gap_rms=gap_rms,
             gap_max=gap_max,
             gap_of_ball=self._gap_of_ball,
-            apart=apart,
+            apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
             contacts=contacts,
-            impacts=record.findings[: MAX_IMPACTS if record.unjudged is None else 0].copy(),
+            impacts=np.concatenate(self._impacts),
             differences=differing,
-            missed=tuple(sorted(record.missed)),
+            missed=passages(self.timeline),
             escape=escape,
-            unjudged=record.unjudged,
-            suffered=timeline.suffered if timeline and not in_place else (),
+            suffered=self.timeline.suffered,
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
             final=final,
         )
+
+    def _differences(self, reference: "MeasuredReference") -> tuple[Difference, ...]:
+        """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
+        start, own = difference_at_start(self._scene, self.start, reference.start), self.timeline
+        if not self._gap_max.any() and not start:
+            return ()
+        if own.errors:
+            return (*([start] if start else []), *differences(self._scene, own))
+        if start:
+            return (start,)
+        return differences(self._scene, reference.timeline, in_reference=True)
 
     def _scores(self, energy_scale: float) -> list[Score]:
         """Return the scores of the expectations that fall into the run, in their order in the scene."""
@@ -389,49 +398,8 @@ class Measurement:
             *self._first_outside, int(np.count_nonzero(furthest)), float(furthest.max()), int(np.count_nonzero(left))
         )
 
-    def _momentum_drift(self, at_wall: Contacts, timeline: Timeline | None) -> float | None:
-        """Return the largest unexplained momentum, of a judged run from its steps; None if it is not known."""
-        if timeline:
-            return _largest(length(timeline.gained(len(self._torques))[:, :2]), self._lengths)
-        return _largest(self._unexplained_momentum(at_wall), self._lengths) if self.record.unjudged is None else None
-
-    def _angular_momentum_drift(self, at_wall: Contacts, timeline: Timeline | None) -> float | None:
-        """Return the same of angular momentum."""
-        if timeline:
-            return _largest(np.abs(timeline.gained(len(self._torques))[:, 2]), self._levers)
-        known = self.record.unjudged is None
-        return _largest(self._unexplained_angular_momentum(at_wall), self._levers) if known else None
-
-    def _unexplained_momentum(self, at_wall: Contacts) -> Floats:
-        """Return the momentum that no reported impulse of a wall, gravity, mouse or damping gave: (steps,) kg px/s.
-
-        In a step with any contact at a wall nothing counts if the engine reports no impulses.
-        """
-        scene = self._scene
-        unexplained = np.diff(self._momentum, axis=0) - self._given[1:]
-        rates = scene.clock.rates(np.arange(1, len(self._momentum)))
-        unexplained -= np.multiply.outer(scene.bodies.mass.sum() / rates, scene.gravity)
-        step = self._rows_of(at_wall)
-        normal = at_wall["normal"]
-        impulse = at_wall["impulse"][:, None] * normal + at_wall["tangential"][:, None] * tangent(normal)
-        np.add.at(unexplained, step, impulse)
-        if self._traits.infers_impulses:
-            unexplained[step] = 0.0
-        return length(np.cumsum(unexplained, axis=0))
-
-    def _unexplained_angular_momentum(self, at_wall: Contacts) -> Floats:
-        """Return the angular momentum that nothing outside gave, as `_unexplained_momentum`: (steps,) kg px²/s."""
-        unexplained = np.diff(self._angular_momentum) - self._torques
-        if self._traits.infers_impulses:
-            unexplained[self._rows_of(at_wall)] = 0.0
-        return np.abs(np.cumsum(unexplained))
-
-    def _rows_of(self, contacts: Contacts) -> Integers:
-        """Return the step of each contact, from 0: (k,)."""
-        return np.clip(self._scene.clock.steps_containing(contacts["time"]), 1, len(self._momentum) - 1) - 1
-
     def _theory(self, contacts: Contacts, seconds: float) -> tuple[TheoryRow, ...]:
-        if not self._obeys_laws or self.record.unjudged is not None:
+        if not self._obeys_laws or not self._traits.reports_contacts:
             return ()
         return measure_gas(self._scene, contacts, np.concatenate(self._velocities), seconds) or ()
 

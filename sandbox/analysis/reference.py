@@ -8,7 +8,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.findings import MAX_TRACE_STEPS
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
 from sandbox.engines import Engine
 from sandbox.engines.exact.contact import HOP_TIME
@@ -16,7 +15,6 @@ from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
-from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, State, States
 
@@ -30,17 +28,6 @@ RESTING: Final = 10  # times what gravity does between two contacts of bodies at
 def reference_of(engines: Sequence[str]) -> str:
     """Return the engine that others are measured against by default: the exact one, or else the last."""
     return REFERENCE if REFERENCE in engines else engines[-1]
-
-
-def comparable_until(trusted: float, end: float, clock: Clock) -> tuple[float, float]:
-    """Return until when another engine can first differ from the reference, and until when its contacts are known, s.
-
-    trusted: s, when the reference's paths first mean nothing, inf if they do to the end; end: s, of what has run;
-    clock: of the steps. A contact found late is traced back by up to MAX_TRACE_STEPS.
-    """
-    known = trusted - SIMULTANEOUS
-    last = clock.steps_containing(min(end, known))
-    return min(end, known - float(clock.lengths_around(last, MAX_TRACE_STEPS))), min(end, known)
 
 
 class Trust(NamedTuple):

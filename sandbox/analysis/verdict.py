@@ -10,7 +10,7 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
-from sandbox.analysis.expectations import worst
+from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.analysis.reference import REFERENCE
@@ -24,7 +24,6 @@ NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the sce
 NO_CAUSES: Final = (
     Cause.SPIN,
     Cause.ROUNDING,
-    Cause.SILENT,
     Cause.SOFT,
 )  # lines that are no error that the ledger has found
 SEEN_AT_START: Final = 1e-3  # of a radius, far above what an engine that computes in float32 loses
@@ -121,25 +120,34 @@ def reference_words(comparison: Comparison) -> str:
 
 
 def verdict(comparison: Comparison) -> str:
-    """Return a paragraph: how long each engine's paths are near, what the reference is worth, errors, remedies."""
-    return " ".join(verdict_parts(comparison))
+    """Return what is wrong with each engine, a line for each, and then what to trust and what to change."""
+    return "\n\n".join(filter(None, ("\n".join(findings(comparison)), " ".join(_assessment(comparison)))))
 
 
 def verdict_parts(comparison: Comparison) -> list[str]:
     """Return the verdict part by part; each is a sentence or more."""
+    return [*findings(comparison), *_assessment(comparison)]
+
+
+def findings(comparison: Comparison) -> list[str]:
+    """Return what is wrong with most of each engine's steps, and with the first, for each engine that has errors."""
+    names = _others(comparison) or comparison.runs
+    return [found for name in names if (found := _suffered(comparison, name))]
+
+
+def _assessment(comparison: Comparison) -> list[str]:
+    """Return how long paths are near, what the reference is worth, errors of energy and remedies."""
     parts = (
         _alone,
         _end,
         _start,
         _failures,
-        _unjudged,
         _paths,
         _expectations,
         _trust,
         _errors_of_reference,
         _energy,
         _damping,
-        _rescaled,
         _passages,
         _escapes,
         _statistics,
@@ -184,15 +192,12 @@ def _start(comparison: Comparison) -> str:
 
 
 def _overlapping(comparison: Comparison) -> str:
-    """Say for which engines the first difference comes from bodies that overlapped at the start."""
-    firsts = {name: run.figures.first_difference for name, run in _others(comparison).items()}
-    names = [name for name, first in firsts.items() if first and first.cause == Cause.OVERLAPPED]
-    if not names:
+    """Say how deep bodies overlap at the start."""
+    start = comparison.runs[comparison.against].path[0].astype(float) if comparison.against in comparison.runs else None
+    deepest = 0.0 if start is None else overlap_in(comparison.scene, start)
+    if deepest <= SEEN_AT_START * float(comparison.scene.bodies.radius.min()):
         return ""
-    return (
-        f"At the start, bodies overlap, which engines part in different ways: {listed(names)} "
-        f"{'differ' if len(names) > 1 else 'differs'} first in that."
-    )
+    return f"At the start, bodies overlap by up to {deepest:.3g} px, which engines part in different ways."
 
 
 def _apart_at_start(comparison: Comparison) -> str:
@@ -211,44 +216,21 @@ def _failures(comparison: Comparison) -> str:
     return " ".join(f"{name} failed at {error.time:.3f} s." for name, error in comparison.failed.items())
 
 
-def _unjudged(comparison: Comparison) -> str:
-    """Say which engines have contacts that cannot be judged one by one, and why."""
-    silent = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SILENT]
-    soft = [name for name, run in comparison.runs.items() if run.unjudged == Cause.SOFT]
-    sentences = []
-    if silent:
-        sentences.append(
-            f"{listed(silent)} {'reports' if len(silent) == 1 else 'report'} no contacts: judged by what each step "
-            "does to the balls."
-        )
-    sentences += filter(None, (_suffered(comparison, name) for name in silent))
-    if soft:
-        sentences.append(
-            f"Contacts of {listed(soft)} last several steps, and hold energy meanwhile: judged by states, and in "
-            "energy while nothing overlaps."
-        )
-    return " ".join(sentences)
-
-
 def _suffered(comparison: Comparison, name: str) -> str:
-    """Say what is wrong with most of an engine's steps, and with the first, where these have been judged."""
+    """Say what is wrong with most of an engine's steps, and with the first."""
     run = comparison.runs[name]
-    if not run.suffered:
-        return ""
     known = [one for one in run.suffered if one.cause != Cause.UNKNOWN]
     unknown = sum(one.share for one in run.suffered if one.cause == Cause.UNKNOWN)
     first, sentences = run.figures.first_difference, []
     if known:
-        worst = known[0]
-        times = counted(worst.times, "time")
-        sentences.append(
-            f"What is wrong in {name}, {times} and {_percent(worst.share)} of its error: {_lower(worst.because)}"
-        )
+        most = known[0]
+        often = f"{counted(most.times, 'time')}, {_percent(most.share)} of its error"
+        sentences.append(f"{name}, {often}: {_lower(most.because)}")
     if unknown > UNKNOWN_SHOWN:
         sentences.append(f"{_percent(unknown)} of {name}'s error fits no single cause.")
     if first and not (known and first.because == known[0].because):
         who = pair_name(comparison.scene, first)
-        sentences.append(f"Its first wrong step ends at {first.time:.3f} s, {who}: {_lower(first.because)}")
+        sentences.append(f"{name} is wrong first at {first.time:.3f} s, {who}: {_lower(first.because)}")
     return " ".join(sentences)
 
 
@@ -415,21 +397,6 @@ def _damping(comparison: Comparison) -> str:
     (share, name), *others = taken
     also = "".join(f", {share} in {name}" for share, name in others)
     return f"{share} is taken by damping in {name}{also}; damping = 1 turns it off."
-
-
-def _rescaled(comparison: Comparison) -> str:
-    """Name the engines in which changes of dt rescaled impulses, and how to avoid it."""
-    names = [
-        name
-        for name, run in comparison.runs.items()
-        if any(entry.cause == Cause.RESCALED for entry in run.figures.ledger)
-    ]
-    if not names:
-        return ""
-    return (
-        f"In {listed(names)}, dt changes while contacts last, which rescales their impulses; a constant dt, such "
-        "as 1/60 s, avoids it."
-    )
 
 
 def _of_damping(run: Run) -> list[Entry]:

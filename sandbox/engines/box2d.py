@@ -48,8 +48,6 @@ class Box2DEngine:
     """
 
     together = True
-    infers_impulses = True
-    clamps_friction_early = True
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(

@@ -11,14 +11,8 @@ from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
 class Traits:
     """How an engine is to be judged, and what it can do.
 
-    together: whether it resolves all contacts of one time together, not one after another: the ledger then judges each
-    contact by the velocities after all of them.
-    infers_impulses: whether it reports no impulses, so that those of its contacts are inferred from the changes of
-    velocity: they are then no evidence of where its momentum went.
-    sums_impacts: whether impacts that follow each other at one time can be reported as one contact of each pair, with
-    the sums of their impulses: of these, only the whole is judged.
-    clamps_friction_early: whether it limits friction by the impulse without restitution: the sentence on a contact with
-    just that much friction says why it is too little.
+    together: whether it resolves all contacts of one time together, not one after another: each then acts on the
+    velocities before all of them.
     damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
     soft: whether its contacts last several steps, as springs do: they are not judged one by one.
     reports_contacts: whether it reports contacts, and not states only.
@@ -26,9 +20,6 @@ class Traits:
     """
 
     together: bool = False
-    infers_impulses: bool = False
-    sums_impacts: bool = False
-    clamps_friction_early: bool = False
     damping: Damping = NO_DAMPING
     soft: bool = False
     reports_contacts: bool = True
@@ -69,6 +60,13 @@ class BlockEngine(Engine, Protocol):
         position, velocity: (steps, n, 2) px, px/s; angle, spin: (steps, n) rad, rad/s, zeros until then. States and
         contacts are to the byte those of as many calls of `step`, `state` and `contacts`.
         """
+
+
+class SubsteppingEngine(Engine, Protocol):
+    """An engine whose steps have substeps, each of which is judged as a step of its own: its damping says how many."""
+
+    def substates(self) -> States:
+        """Return the states after each substep since the last call, oldest first; the first call starts recording."""
 
 
 def traits_of(engine: Engine) -> Traits:

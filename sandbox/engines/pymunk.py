@@ -10,7 +10,7 @@ from sandbox.engines.space_reader import STATE_BYTES, SpaceReader
 from sandbox.engines.walls import Segments
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
-from sandbox.state import Contacts, Floats, State
+from sandbox.state import Contacts, Floats, State, States
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
 # crosses the wall's centre line in one step, which at 60 steps per second takes 1.2 million px/s.
@@ -52,11 +52,12 @@ class PymunkEngine:
             self._substeps,
         )
         self.damping = self._reader.damping
+        self._substates: list[States] | None = None  # since the last call, if they are asked for
         self._steps_per_read = max(1, STATES_BYTES // (STATE_BYTES * self._reader.bodies * self._substeps))
 
     def step(self) -> None:
         """Call `Space.step` once for each substep."""
-        if self._reader.log.recording:
+        if self._reader.log.recording or self._substates is not None:
             self._run(1)
             return
         for _ in range(self._substeps):
@@ -82,6 +83,11 @@ class PymunkEngine:
         """Return the contacts since the last call."""
         return self._reader.log.take()
 
+    def substates(self) -> States:
+        """Return the states after each substep since the last call, oldest first; the first call starts recording."""
+        found, self._substates = self._substates, []
+        return States(*map(np.concatenate, zip(*found, strict=True))) if found else States.empty(0, len(self._bodies))
+
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
         self._bodies[ball].velocity += dv
@@ -93,6 +99,8 @@ class PymunkEngine:
             self.space.step(self._dt)
             self._reader.read()
         self._reader.end()
+        if self._substates is not None:
+            self._substates.append(States(*(part[1:].copy() for part in self._reader.states())))
 
 
 def settings_of(scene: Scene) -> dict[str, float]:

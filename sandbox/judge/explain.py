@@ -17,7 +17,7 @@ from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, fill_ball, find_root, link
 from sandbox.judge.law import Slows, When
-from sandbox.judge.one_step import BALL, Group, Scratch, run_law
+from sandbox.judge.one_step import BALL, Group, Scratch, kept_in, run_law, slow
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.judge.together import (
     Room,
@@ -118,24 +118,21 @@ def desk_for(n: int) -> Desk:
 @kernel
 def _fly(law: Record, b: Record, dt: float) -> None:
     """Do what a law does to a ball that touches nothing."""
-    c, s = law.kept * math.cos(law.veer), law.kept * math.sin(law.veer)
-    b.spin *= law.kept_spin
     slows, dt = law.slows_first, dt * law.clock
-    fall_x, fall_y, vx, vy = law.gx * dt, law.gy * dt, b.vx, b.vy
+    fall_x, fall_y = law.gx * dt, law.gy * dt
     if slows == Slows.BEFORE_MOVE:
-        vx, vy = vx + fall_x, vy + fall_y
+        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
     if slows in (Slows.BEFORE_MOVE, Slows.FIRST):
-        vx, vy = vx * c - vy * s, vx * s + vy * c
+        slow(law, b, dt)
     theta = 0.0 if slows == Slows.BEFORE_MOVE else law.theta
-    b.x += dt * (vx + theta * fall_x) + law.dx
-    b.y += dt * (vy + theta * fall_y) + law.dy
+    b.x += dt * (b.vx + theta * fall_x) + law.dx
+    b.y += dt * (b.vy + theta * fall_y) + law.dy
     if slows == Slows.AFTER_MOVE:
-        vx, vy = vx * c - vy * s, vx * s + vy * c
+        slow(law, b, dt)
     if slows != Slows.BEFORE_MOVE:
-        vx, vy = vx + fall_x, vy + fall_y
+        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
     if slows == Slows.LAST:
-        vx, vy = vx * c - vy * s, vx * s + vy * c
-    b.vx, b.vy = vx + law.dvx, vy + law.dvy
+        slow(law, b, dt)
 
 
 @kernel
@@ -240,13 +237,13 @@ def _try_laws(
             if not ended:
                 return UNCOMPUTED
             enough = max(3 * floor, NEGLIGIBLE * smallest)
-            if first or left <= enough:
-                part.elastic = scratch.elastic[0]
             if first:
+                part.elastic = scratch.elastic[0]
                 _keep(scratch.ball[:k], desk.exact)
             part.left = left
         if number < EXACT_LAWS:
             if left <= enough:
+                part.elastic = scratch.elastic[0]
                 return EXACT
             continue
         enough = max(2 * floor, LEFT_OVER * part.left)
@@ -389,7 +386,7 @@ def _note_push(group: Group, touch: NDArray[Any], shift: Floats, way: int, enoug
 def _solve(desk: Desk, group: Group, law: Record, scratch: Scratch, found: int, rebound: bool, solved: Floats) -> float:
     """Solve the contacts found of a part together: solved: (k, 3), written. Returns what is over, px."""
     k, dt, work = len(group.ball), group.dt, desk.work
-    kept = law.kept if law.slows_first == Slows.AFTER_MOVE and rebound else 1.0
+    kept = kept_in(law, dt) if law.slows_first == Slows.AFTER_MOVE and rebound else 1.0
     for i in range(k):
         work[i] = group.ball[i]
         _fly(law, work[i], dt)
@@ -469,8 +466,8 @@ def _together(
     if found == 0:
         return BY_FLIGHT if best <= enough and _flies_otherwise(group, law, work, floor) else UNEXPLAINED
     if best <= enough:
-        _note_deepest(group, scratch.touch[:found], part)
-        return TOGETHER
+        resolved = _note_deepest(group, scratch.touch[:found], part, floor / dt)
+        return TOGETHER if resolved or part.leans == 1 else UNEXPLAINED
     approach = _note_worst(desk, group, scratch.touch[:found], part)
     shows = _shows(scratch.touch[:found], k)
     kind = _fit(desk, group, law, scratch.touch[:found], scratch.room, floor)
@@ -623,13 +620,18 @@ def _leans_in_time(desk: Desk, group: Group, law: Record, scratch: Scratch, part
 
 
 @kernel
-def _note_deepest(group: Group, touch: NDArray[Any], part: Record) -> None:
-    """Note the contact that was found deepest, of those with an impulse."""
-    part.depth = 0.0
+def _note_deepest(group: Group, touch: NDArray[Any], part: Record, least: float) -> bool:
+    """Note the contact that was found deepest, of those that change a velocity by at least so much, px/s.
+
+    Returns whether there is one.
+    """
+    part.depth, resolved = 0.0, False
     for c in range(len(touch)):
         t = touch[c]
-        if t.impulse > 0 and t.depth > part.depth:
+        if t.impulse * t.per_mass > least and (t.depth > part.depth or not resolved):
             _note(group, t, part)
+            resolved = True
+    return resolved
 
 
 @kernel

@@ -63,6 +63,16 @@ class Outcome(NamedTuple):
     met: NDArray[np.void]
     after: Floats
 
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it has a parameter."""
+        return bool(self.trial.fault) and bool(BY_NAME[self.trial.fault].of)
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether another model that explains a step as well is more likely."""
+        return bool(self.trial.fault) and BY_NAME[self.trial.fault].odd
+
 
 class Problem:
     """A step of a group of balls that an engine did, for models to explain.
@@ -128,9 +138,9 @@ class Problem:
 
     @property
     def numbers(self) -> int:
-        """How many places, velocities and spins of balls are not as the exact step has them."""
+        """How many numbers the places, velocities and spins have that are not as in the exact step."""
         off = np.abs(self.residuals(self.exact.after[None])).reshape(self.after.shape) > self.enough()
-        return int(off[:, :2].any(axis=1).sum() + off[:, 2:4].any(axis=1).sum() + off[:, 4].sum())
+        return int(2 * off[:, :2].any(axis=1).sum() + 2 * off[:, 2:4].any(axis=1).sum() + off[:, 4].sum())
 
     def enough(self) -> float:
         """Return the residual that an explanation may leave, px."""

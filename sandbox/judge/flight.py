@@ -7,9 +7,11 @@ of step, or a shift. Each is fitted to the median of all balls and steps, and ho
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.law import Slows
@@ -19,16 +21,26 @@ from sandbox.state import Bools, Floats, States
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
 
 
-DAMPED: Final = 1e-9  # of a velocity, by which what a step leaves of it may be off
+Complexes = NDArray[np.complex128]
 LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 
 
 class Habit(NamedTuple):
-    """How an engine flies. fields: of LAW; cause: what is wrong, None if nothing; because: a sentence."""
+    """How an engine flies.
+
+    fields: of LAW; cause: what is wrong, None if nothing; because: a sentence; within: the habit to which this one adds
+    what it is called for, None if that is all.
+    """
 
     fields: Mapping[str, float]
     cause: Cause | None = None
     because: str = ""
+    within: "Habit | None" = None
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether all that is wrong with gravity is that it is integrated in steps."""
+        return self.fields.get("theta", 0.5) != 0.5 and "gx" not in self.fields
 
 
 class Legs(NamedTuple):
@@ -47,8 +59,8 @@ def flown(
     """Return positions and velocities after steps of free flight, (steps, n, 2) each. fields: of LAW. dt: (steps,)."""
     get = fields.get
     g = np.array([get("gx", gravity[0]), get("gy", gravity[1])])
-    kept = get("kept", 1.0) * np.exp(1j * get("veer", 0.0))
     dt = dt[:, None, None] * get("clock", 1.0)
+    kept = get("kept", 1.0) * np.exp(1j * get("veer", 0.0)) * get("left", 1.0) ** dt[..., 0]
     x, v = before.position, before.velocity
     slows = get("slows_first", Slows.LAST)
     if slows == Slows.BEFORE_MOVE:
@@ -63,7 +75,7 @@ def flown(
     return x, _turned(v, kept) if slows == Slows.LAST else v
 
 
-def _turned(v: Floats, by: complex) -> Floats:
+def _turned(v: Floats, by: Complexes) -> Floats:
     z = (v[..., 0] + 1j * v[..., 1]) * by
     return np.stack([z.real, z.imag], axis=-1)
 
@@ -76,11 +88,12 @@ def misses(after: States, dt: Floats, at: tuple[Floats, Floats]) -> Floats:
 
 
 def find_habit(
-    before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float, free: Bools
+    before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float, free: Bools, left: float
 ) -> Habit | None:
     """Return how an engine flies, in a block of its steps; None if too few balls fly to say.
 
-    free: (steps, n), whether a ball touches nothing.
+    free: (steps, n), whether a ball touches nothing; left: the share of velocities that the engine says its damping
+    leaves after a second.
     """
     right = Habit({})
     fits = _fits(before, after, dt, right, gravity, floor)
@@ -91,7 +104,9 @@ def find_habit(
         return right
     times = np.broadcast_to(dt[:, None], moving.shape)[moving][:, None]
     legs = Legs(before.position[moving], before.velocity[moving], after.position[moving], after.velocity[moving], times)
-    for habit in _candidates(legs, np.array(gravity), floor):
+    g = np.array(gravity)
+    habits: Iterator[Habit] = chain(_damped(left, g, times) if left != 1 else (), _candidates(legs, g, floor))
+    for habit in habits:
         if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
             return habit
     return right
@@ -170,26 +185,24 @@ def ways_to_fall(gravity: tuple[float, float], dt: float) -> list[Habit]:
     return [Habit({}), *(stepped if pull.any() else ())]
 
 
-def damped(habit: Habit, states: tuple[States, States], left: float) -> Habit:
-    """Return a habit with what it does to spins, called damping if it leaves what the engine says that it leaves."""
-    kept = habit.fields.get("kept", 1.0)
-    before, after = (s.spin for s in states)
-    turning = before != 0
-    if kept == 1 or not turning.any() or abs(float(np.median(after[turning] / before[turning])) - kept) > DAMPED:
-        fields = habit.fields
-    else:
-        fields = {**habit.fields, "kept_spin": kept}
-    if left == 1 or abs(kept - left) > DAMPED or "veer" in fields:
-        return habit._replace(fields=fields)
-    return Habit(fields, Cause.DAMPING, f"Every step multiplies velocities by {kept:.6g}, by the engine's damping.")
+def _damped(left: float, g: Floats, dt: Floats) -> Iterator[Habit]:
+    """Return the habits of an engine whose damping leaves a share of velocities after a second."""
+    because = f"Damping leaves {100 * left:.4g} % of the velocities each second."
+    for slows in (Slows.AFTER_MOVE, Slows.FIRST, Slows.LAST, Slows.BEFORE_MOVE):
+        for theta in (0.0, 0.5, 1.0) if g.any() else (0.5,):
+            fields = {"left": left, "slows_first": slows, "theta": theta}
+            fall = Habit({"theta": theta}, Cause.GRAVITY, integrated(theta, g, dt)) if theta != 0.5 else None
+            yield Habit(fields, Cause.DAMPING, because, fall)
 
 
 def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
     """Return habits that change velocities by a share of them, or turn them."""
     _, v, _, v_after, dt = legs
     before, fallen, after = (_complex(z) for z in (v, v + dt * g, v_after))
-    fall = _complex(dt * g)
-    for slows, by in ((Slows.LAST, after / _nonzero(fallen)), (Slows.FIRST, (after - fall) / _nonzero(before))):
+    for slows, slowed, whole in ((Slows.LAST, after, fallen), (Slows.FIRST, after - _complex(dt * g), before)):
+        by = slowed[whole != 0] / whole[whole != 0]
+        if not len(by):
+            continue
         kept, veer = float(np.median(np.abs(by))), float(np.median(np.angle(by)))
         slower, turned = {"kept": kept}, {"veer": veer}
         much = f"Every step multiplies velocities by {kept:.6g}, without a contact."
@@ -205,11 +218,5 @@ def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
                     yield Habit(fields | more | {"slows_first": Slows.AFTER_MOVE}, Cause.UNTOLD, because)
 
 
-def _complex(v: Floats) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
+def _complex(v: Floats) -> Complexes:
     return v[:, 0] + 1j * v[:, 1]
-
-
-def _nonzero(
-    z: "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]",
-) -> "np.ndarray[tuple[int, ...], np.dtype[np.complex128]]":
-    return np.where(z == 0, np.nan, z)

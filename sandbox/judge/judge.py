@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.engines.walls import pieces_of
-from sandbox.judge.causes import Cause
+from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import (
     BY_FLIGHT,
     BY_LAW,
@@ -30,7 +30,7 @@ from sandbox.judge.explain import (
     explain,
 )
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
-from sandbox.judge.flight import Habit, damped, find_habit, flown, misses, ways_to_fall
+from sandbox.judge.flight import Habit, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
 from sandbox.judge.law import LAW, Scope, When, law
 from sandbox.judge.models import BY_NAME, Fields
@@ -44,8 +44,10 @@ from sandbox.judge.words import of_depth, of_impulses, of_missed, of_outcome, of
 from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import wall_distance
-from sandbox.state import NO_DAMPING, Bools, Damping, Floats, Integers, Pushes, States
+from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, States
 
+BLOCK_STEPS: Final = 256  # that are judged together, of few balls
+BLOCK_STATES: Final = 100_000  # balls times steps, of many
 MAX_PAIRS: Final = 2_000_000  # pairs of balls in steps that are looked through for how an engine flies
 MAX_KNOWN: Final = 40  # trials that are tried first
 MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
@@ -60,7 +62,10 @@ class End(NamedTuple):
 
 
 class Judge:
-    """Judges an engine's run block by block. errors: in order of their steps; rightful: (4, causes), what is right."""
+    """Judges an engine's run block by block, each substep as a step.
+
+    errors: in order of their substeps; rightful: (4, causes), what is right.
+    """
 
     def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
         self._damping = damping
@@ -70,7 +75,7 @@ class Judge:
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
         self._order = np.arange(n)
-        self._steps = 0
+        self._steps = 0  # substeps that are judged
         self._fits = self._fruitless = self._opinions = 0
         self._known: Counter[str] = Counter()
         self._trials: dict[str, Trial] = {}
@@ -84,17 +89,49 @@ class Judge:
         self._missed, self._springs = Missed(self._touches), Springs()
         self.contacts = np.zeros(1, np.int64)
         self.habit, self._knows_flight = Habit({}), False
+        self._block = max(1, min(BLOCK_STEPS, BLOCK_STATES // n))
+        self._held = States.empty(self._block + 1, n)
+        self._held_pushes, self._held_dt = np.empty(0, PUSH), np.empty(0)
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
 
     def add(self, states: States, pushes: Pushes, dt: Floats) -> None:
-        """Judge a block of steps. states: of steps + 1 rows; pushes: by a hand, by row; dt: (steps,) s."""
+        """Add substeps. states: of substeps + 1 rows; pushes: by a hand, by row, in their order; dt: (substeps,) s.
+
+        They are judged in blocks of one length, so that the verdict does not depend on how many are added at once.
+        """
+        done = 0
+        while done < len(dt):
+            held = len(self._held_dt)
+            steps = min(self._block - held, len(dt) - done)
+            for rows, added in zip(self._held, states, strict=True):
+                rows[held : held + steps + 1] = added[done : done + steps + 1]
+            of_these = pushes[(pushes["row"] > done) & (pushes["row"] <= done + steps)].copy()
+            of_these["row"] += held - done
+            self._held_pushes = np.concatenate([self._held_pushes, of_these])
+            self._held_dt = np.concatenate([self._held_dt, dt[done : done + steps]])
+            done += steps
+            if held + steps == self._block:
+                self.finish()
+
+    def whole_step(self, substep: int) -> int:
+        """Return the step that contains a substep, both counted from 1."""
+        return -(-substep // self._damping.substeps)
+
+    def finish(self) -> None:
+        """Judge the steps that wait for a block to be full."""
+        steps = len(self._held_dt)
+        if steps:
+            self._judge_block(self._held.rows(slice(steps + 1)), self._held_pushes, self._held_dt)
+            self._held_pushes, self._held_dt = self._held_pushes[:0], self._held_dt[:0]
+
+    def _judge_block(self, states: States, pushes: Pushes, dt: Floats) -> None:
         before, after = states.after_pushes(pushes).rows(slice(-1)), states.rows(slice(1, None))
         floor = self._floor(states, dt)
         if not self._knows_flight:
-            habit = find_habit(before, after, dt, self._gravity, floor, self._free_balls(before, after))
-            left = self._damping.left_after(float(dt[0]))
-            self.habit, self._knows_flight = damped(habit or Habit({}), (before, after), left), habit is not None
+            free = self._free_balls(before, after)
+            habit = find_habit(before, after, dt, self._gravity, floor, free, self._damping.per_second)
+            self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
         strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
         f = Flown(before, after, exact, dt, strange, floor)
@@ -144,7 +181,7 @@ class Judge:
             tried = self._fitting(part) if part["kind"] == BY_LAW else []
             wrong = self._judge_group(f, step, balls, elastic, tried, ended=part["kind"] != UNCOMPUTED)
         else:
-            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, part, balls, remains)
+            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, part, balls, elastic, remains)
         if wrong and len(balls) <= MAX_BALLS and part["kind"] == UNEXPLAINED:
             touches = self._touches.among(f, step, balls.tolist())
         elif len(balls) <= 2:
@@ -194,7 +231,7 @@ class Judge:
         bits = int(part["fits"])
         return [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
 
-    def _of_part(self, f: Flown, part: np.void, balls: Integers, remains: Remains) -> list[StepError]:
+    def _of_part(self, f: Flown, part: np.void, balls: Integers, elastic: Floats, remains: Remains) -> list[StepError]:
         """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
         step, kind, errors = int(part["step"]), part["kind"], []
         end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
@@ -207,9 +244,7 @@ class Judge:
         if kind in (EXACT, LEANING):
             return errors
         if kind == BY_FLIGHT:
-            habit = self._bases[int(part["base"])]
-            cause = habit.cause or Cause.UNKNOWN
-            return [self._error(f, step, balls, None, cause, habit.because, (end, exact)), *errors]
+            return [*self._by_habit(f, step, balls, self._bases[int(part["base"])], (end, exact)), *errors]
         contact = int(part["first"]), int(part["second"])
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
@@ -217,14 +252,27 @@ class Judge:
             cause = Cause.STALE if kind == PULLING else Cause.UNCONVERGED
             errors.append(self._error(f, step, balls, contact, cause, of_impulses(part, cause), (end, solution)))
             end = solution
+        if self._is_in_time(f, part):  # all at once, of which the law says nothing
+            self._take(f, step, balls, elastic, end)
+            return errors
         trial, cause = Trial({"when": When.AFTER_MOVE}), Cause.LATE
         if kind == BY_LAW:
             trial = self._fitting(part)[0]
             cause = cause_of_rule(trial, float(part["least"]), contact[1] >= 0, moved=bool(part["moved"]))
         late = self._error(f, step, balls, contact, cause, of_depth(part), (end, exact))
-        late.depth = float(part["depth"])
+        late.depth, late.by_rule = float(part["depth"]), kind in (TOGETHER, BY_LAW)
         late.candidates = [(Outcome(trial, 0.0, _met(part), exact.position), cause)] if kind == BY_LAW else []
         return [late, *errors] if late.speed * f.dt[step] + late.displacement > f.floor else errors
+
+    def _is_in_time(self, f: Flown, part: np.void) -> bool:
+        """Return whether the contacts of a part were found where the bodies touch."""
+        return bool(part["depth"] <= 3 * f.floor + NEGLIGIBLE * float(self._scene.bodies.radius.min()))
+
+    def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
+        """Take what some balls do for what is right."""
+        elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
+        for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
+            rows[step, balls] = values
 
     def _free_balls(self, before: States, after: States) -> Bools:
         """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
@@ -255,7 +303,7 @@ class Judge:
     @property
     def mean_time(self) -> float:
         """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
-        seconds, n = self._scene.clock.time(self._steps), len(self._order)
+        seconds, n = self._scene.clock.time(self.whole_step(self._steps)), len(self._order)
         return seconds * n / (n + 2 * int(self.contacts[0]))
 
     def _floor(self, states: States, dt: Floats) -> float:
@@ -264,13 +312,14 @@ class Judge:
         single = all(np.array_equal(a, a.astype(np.float32)) for a in (position, velocity))
         fractional = bool((position != np.round(position)).any())
         precision = SINGLE if single and fractional else DOUBLE
-        reach = max(float(np.abs(states.position).max()), *self._scene.arena.size)
+        reach = float(np.abs(states.position).max())
         return precision * (reach + float(np.abs(velocity).max() * dt.max()))
 
     def _flown(self, before: States, dt: Floats, fields: Fields) -> States:
         """Return the states after steps of free flight. fields: of LAW, that are not exact."""
         x, v = flown(before, dt, fields, self._gravity)
-        return States(x, v, before.angle.copy(), fields.get("kept_spin", 1.0) * before.spin)
+        kept = fields.get("kept_spin", 1.0) * fields.get("left", 1.0) ** dt
+        return States(x, v, before.angle.copy(), kept[:, None] * before.spin)
 
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
@@ -303,9 +352,16 @@ class Judge:
         errors = []
         for step in np.flatnonzero(off.any(axis=1)).tolist():
             by_habit = off[step] & ~strange[step]
-            if by_habit.any() and self.habit.cause is not None:
-                errors.append(self._flight(f, step, np.flatnonzero(by_habit), self.habit.cause, self.habit.because))
+            if by_habit.any():
+                balls = np.flatnonzero(by_habit)
+                ends = _end(f.after, step, balls), _end(f.exact, step, balls)
+                errors += self._by_habit(f, step, balls, self.habit, ends, times=len(balls))
             alone = np.flatnonzero(off[step] & strange[step])
+            beside = self._beside(f, step, alone, strange[step])
+            if beside.any():
+                because = "What the step did fits no single error."
+                errors.append(self._flight(f, step, alone[beside], Cause.UNKNOWN, because))
+            alone = alone[~beside]
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
             spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone])
             changed = slower * f.dt[step] > f.floor
@@ -317,8 +373,18 @@ class Judge:
                 errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
         return errors
 
+    def _beside(self, f: Flown, step: int, balls: Integers, strange: Bools) -> Bools:
+        """Return which of some balls may have met another that is elsewhere than its flight leads: (k,)."""
+        off_x = length(f.after.position[step] - f.exact.position[step])
+        off = off_x + f.dt[step] * length(f.after.velocity[step] - f.exact.velocity[step])
+        others, radius = np.flatnonzero(strange), self._scene.bodies.radius
+        x = f.after.position[step]
+        apart = length(x[others] - x[balls][:, None]) - radius[others] - radius[balls][:, None]
+        beside: Bools = ((apart <= off[others] + off[balls][:, None]) & (others != balls[:, None])).any(axis=1)
+        return beside
+
     def _time(self, step: int) -> float:
-        return self._scene.clock.time(self._steps + step + 1)
+        return self._scene.clock.time(self.whole_step(self._steps + step + 1))
 
     def _kicked(self, f: Flown, step: int, ball: int) -> str:
         dv = f.after.velocity[step, ball] - f.exact.velocity[step, ball]
@@ -332,6 +398,20 @@ class Judge:
         dx = f.after.position[step, ball] - f.exact.position[step, ball]
         where = f"({dx[0]:.3g}, {dx[1]:.3g}) px from where its flight led to"
         return f"Ball {ball} was put {where} in the step to {self._time(step):.3f} s."
+
+    def _by_habit(
+        self, f: Flown, step: int, balls: Integers, habit: Habit, ends: tuple[End, End], times: int = 1
+    ) -> list[StepError]:
+        """Return the errors of balls that fly as the engine does: of each habit within it by itself."""
+        end, should = ends
+        errors = []
+        if habit.within:
+            row = slice(step, step + 1)
+            middle = _end(self._flown(f.before.rows(row), f.dt[row], habit.within.fields), 0, balls)
+            errors = self._by_habit(f, step, balls, habit.within, (middle, should), times)
+            should = middle
+        error = self._error(f, step, balls, None, habit.cause or Cause.UNKNOWN, habit.because, (end, should), times)
+        return [error, *errors]
 
     def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
         return self._error(f, step, balls, None, cause, because, times=len(balls))
@@ -361,7 +441,7 @@ class Judge:
             cause,
             because,
             self._energy(end, balls) - self._energy(should, balls),
-            float((self._scene.bodies.mass[balls] * off_v).sum()),
+            float((self._scene.bodies.mass[balls] * off_v).sum()) / len(shown),
             float(off_x.sum()),
             float(off_v.sum()),
             f.before.velocity[step, shown],
@@ -378,16 +458,22 @@ class Judge:
 
     def _gained(self, f: Flown, step: int, balls: Integers) -> Floats:
         """Return what some balls gained in a step, see `StepError`; zeros if a wall is near enough to have given it."""
-        mass, dt, g = self._scene.bodies.mass[balls], f.dt[step], np.array(self._gravity)
-        x, v, spin = (array[step, balls] for array in (f.before.position, f.before.velocity, f.before.spin))
+        mass, dt, centre = self._scene.bodies.mass[balls], f.dt[step], np.divide(self._scene.arena.size, 2)
+        x, v = f.before.position[step, balls], f.before.velocity[step, balls]
         y, w = f.after.position[step, balls], f.after.velocity[step, balls]
-        way = dt * np.maximum(length(v), length(w)) + length(y - x)
+        way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
         if (wall_distance(self._scene, x) <= self._scene.bodies.radius[balls] + way).any():
             return np.zeros(3)
-        fallen, centre = v + dt * g, np.divide(self._scene.arena.size, 2)
-        turned = _cross(y - centre, w) - _cross(x - centre + dt * v + dt * dt * g / 2, fallen)
-        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - spin)
+        given = self._flown(f.before.rows(slice(step, step + 1)), f.dt[step : step + 1], self._given)
+        at, fallen = given.position[0, balls] - centre, given.velocity[0, balls]
+        turned = _cross(y - centre, w) - _cross(at, fallen)
+        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - given.spin[0, balls])
         return np.array([*(mass @ (w - fallen)), mass @ turned + spun.sum()])
+
+    @property
+    def _given(self) -> Fields:
+        """What gravity and damping do to a ball in flight, as the engine integrates them."""
+        return {name: self.habit.fields[name] for name in ("theta", "left", "slows_first") if name in self.habit.fields}
 
     def _energy(self, end: End, balls: Integers) -> float:
         """Return the energy of some balls, kg px²/s²."""
@@ -440,14 +526,15 @@ class Judge:
         fitting: Sequence[Outcome],
     ) -> list[StepError]:
         """Return the errors of a group, of which some outcomes leave nothing over."""
+        if fitting and fitting[0].trial.is_soft and (due := bounced_at_its_end(problem, fitting[0])):
+            self._accept(f, step, balls, elastic, due, problem)
+            problem.exact = due
         candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
         contact = self._contact(problem, candidates)
         if not candidates:
             return self._unexplained(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
         because = of_outcome(outcome, cause, self.radius) or self.habit.because
-        if outcome.trial.is_soft and (due := bounced_at_its_end(problem, outcome)):
-            self._accept(f, step, balls, elastic, due, problem)
         error = self._error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
@@ -481,7 +568,7 @@ class Judge:
         """Return how two bodies passed each other without a contact."""
         balls = [ball for ball in contact if ball >= 0]
         way = f.after.position[step, balls] - f.before.position[step, balls]
-        is_through = self._touches.depth(f.after.position[step], contact) <= 0
+        is_through = self._touches.is_through(f, step, contact)
         return of_missed(self._scene, contact, way, self._touches.overlap_time(f, step, contact), is_through=is_through)
 
     def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
@@ -539,10 +626,12 @@ class Judge:
         return cause_of(outcome, problem)
 
     def _contact(self, problem: Problem, candidates: Sequence[tuple[Outcome, Cause]]) -> tuple[int, int] | None:
-        met = problem.exact.met
-        if candidates and len(candidates[0][0].met):
-            met = candidates[0][0].met
-        return (int(met[0]["first"]), int(met[0]["second"])) if len(met) else None
+        """Return the contact that an error is named by: the first of what explains it, or the first that is missed."""
+        due = _pairs(problem.exact)
+        done = _pairs(candidates[0][0]) if candidates else []
+        if candidates and candidates[0][1] == Cause.MISSED:
+            done = [pair for pair in due if pair not in done]
+        return next(iter([*done, *due]), None)
 
     def _unexplained(
         self, f: Flown, step: int, balls: Integers, contact: tuple[int, int] | None, problem: Problem
@@ -591,6 +680,11 @@ def _cross(a: Floats, b: Floats) -> Floats:
     """Return the cross product of vectors, (k, 2) each: (k,)."""
     product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return product
+
+
+def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
+    """Return the contacts of an outcome: first and second."""
+    return [(int(m["first"]), int(m["second"])) for m in outcome.met]
 
 
 def _met(part: np.void) -> NDArray[np.void]:

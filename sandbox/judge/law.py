@@ -33,6 +33,7 @@ class Place(IntEnum):
     HALVES = 3  # of a pair: half each
     BY_MASS = 4  # of a pair: by the inverse masses
     FALLEN = 5  # at a wall: as REFLECT, with what gravity did meanwhile taken back
+    MIRROR = 6  # at a wall: as far off it as the overlap was deep, whatever the restitution
 
 
 class Order(IntEnum):
@@ -143,6 +144,7 @@ LAW: Final = np.dtype(
         ("gy", "f8"),
         ("theta", "f8"),  # of the velocity after gravity in the step's move: 0.5 is the parabola, 0 explicit
         ("after", "i8"),  # 1: gravity changes velocities after the contacts
+        ("left", "f8"),  # of velocities and spins, after a second
         ("kept", "f8"),  # of velocities, in a step
         ("kept_spin", "f8"),  # of spins
         ("slows_first", "i8"),  # when they are changed so: see Slows
@@ -169,6 +171,7 @@ _RIGHT: Final[dict[str, Any]] = {
     "theta": 0.5,
     "constant": -1.0,
     "stops": -1,
+    "left": 1.0,
     "kept": 1.0,
     "kept_spin": 1.0,
     "clock": 1.0,

@@ -221,6 +221,7 @@ FAULTS: Final = (
         1.0,
         2000.0,
         math.inf,
+        odd=True,
     ),
     Fault(
         "apart",
@@ -233,7 +234,6 @@ FAULTS: Final = (
         -2.0,
         2.0,
         0.0,
-        odd=True,
     ),
     Fault("missed", _always(Cause.MISSED), lambda _: "The contact is missed.", {"missed": 1}),
     Fault(
@@ -423,7 +423,7 @@ def scopes(contacts: Sequence[tuple[int, int]]) -> list[Fields]:
 def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     """Return the ways to make a step that finds contacts at its end, or at its start. flight: what is known of that."""
     thetas = (flight["theta"],) if "theta" in flight else (0.5, 0.0, 1.0) if gravity else (0.5,)
-    walls = (Place.REFLECT, Place.ON, Place.LEAVE, Place.FALLEN) if gravity else (Place.REFLECT, Place.ON, Place.LEAVE)
+    walls = (Place.REFLECT, Place.ON, Place.LEAVE, Place.MIRROR, *((Place.FALLEN,) if gravity else ()))
     pairs = (Place.LEAVE, Place.HALVES, Place.BY_MASS)
     one_by_one = (Order.WALLS_FIRST, Order.PAIRS_FIRST, Order.REVERSED)
     for when, parting, after, theta, order, at_wall, at_pair in product(

@@ -545,6 +545,8 @@ def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -
     back = 0.0
     if law.wall_place in (Place.REFLECT, Place.FALLEN):
         back = (1 + e) * depth
+    elif law.wall_place == Place.MIRROR:
+        back = 2 * depth
     elif law.wall_place == Place.ON:
         back = depth
     b.x -= back * nx
@@ -649,20 +651,20 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
         b = ball[i]
         if law.slows_first == Slows.BEFORE_MOVE:
             b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-            _slow(law, b)
+            slow(law, b, dt)
             b.x += dt * b.vx
             b.y += dt * b.vy
             continue
         b.x += dt * (b.vx + law.theta * fall_x)
         b.y += dt * (b.vy + law.theta * fall_y)
         if law.slows_first == Slows.AFTER_MOVE:
-            _slow(law, b)
+            slow(law, b, dt)
         if law.after == 0:
             b.vx += fall_x
             b.vy += fall_y
     if law.when == When.AFTER_MOVE:
         bounces = law.rebound == 1
-        kept = law.kept if law.slows_first == Slows.AFTER_MOVE else 1.0
+        kept = kept_in(law, dt) if law.slows_first == Slows.AFTER_MOVE else 1.0
         _resolve_all(
             group, law, scratch, fall_x if bounces else 0.0, fall_y if bounces else 0.0, kept if bounces else 1.0
         )
@@ -673,22 +675,29 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
 
 
 @kernel
-def _slow(law: Record, b: Record) -> None:
+def kept_in(law: Record, dt: float) -> float:
+    """Return the share of velocities that a law leaves in a step."""
+    return float(law.kept * law.left**dt)
+
+
+@kernel
+def slow(law: Record, b: Record, dt: float) -> None:
     """Change a velocity as a law does in every step, with contacts and without."""
-    b.spin *= law.kept_spin
-    c, s = law.kept * math.cos(law.veer), law.kept * math.sin(law.veer)
+    b.spin *= law.kept_spin * law.left**dt
+    kept = kept_in(law, dt)
+    c, s = kept * math.cos(law.veer), kept * math.sin(law.veer)
     b.vx, b.vy = b.vx * c - b.vy * s + law.dvx, b.vx * s + b.vy * c + law.dvy
 
 
 @kernel
-def _finish(law: Record, ball: NDArray[np.void]) -> None:
+def _finish(law: Record, ball: NDArray[np.void], dt: float) -> None:
     """Do what a law does to every ball after a step."""
     for i in range(len(ball)):
         b = ball[i]
         b.x += law.dx
         b.y += law.dy
         if law.slows_first == Slows.LAST or (law.slows_first >= Slows.BEFORE_MOVE and law.when == When.IN_TIME):
-            _slow(law, b)
+            slow(law, b, dt)
         speed = math.hypot(b.vx, b.vy)
         if speed > law.cap:
             b.vx *= law.cap / speed
@@ -702,7 +711,7 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
         scratch.ball[i] = group.ball[i]
         _release(law, scratch.ball[i])
         if law.slows_first == Slows.FIRST:
-            _slow(law, scratch.ball[i])
+            slow(law, scratch.ball[i], group.dt * law.clock)
     scratch.tally[0] = scratch.tally[1] = 0
     scratch.elastic[0] = 0.0
     dt, ended = group.dt * law.clock, True
@@ -715,7 +724,7 @@ def run_law(group: Group, law: Record, scratch: Scratch) -> bool:
     else:
         _run_in_steps(group, law, scratch, dt)
         ended = scratch.tally[1] == 0
-    _finish(law, scratch.ball)
+    _finish(law, scratch.ball, dt)
     return bool(ended)
 
 

@@ -1,6 +1,6 @@
 """The search for what explains a step: what has explained others, then rules, then models, then both together.
 
-The search ends at the first kind of explanation that leaves nothing over, and returns all of that kind.
+The search ends at the first kind of explanation that leaves nothing over and is not odd, and returns all up to there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -70,17 +70,19 @@ class Search:
         simple = problem.outcomes(self._trials([flight], plain, met))
         if fitting := problem.fits([*stepwise, *simple, *soft]):
             return fitting
-        if fitting := problem.fits([*self._odd([flight], met), *problem.fit(self._in_time(met))]):
+        in_time = [*self._odd([flight], met), *problem.fit(self._in_time(met))]
+        fitting = problem.fits(in_time)
+        if not all(outcome.is_odd for outcome in fitting):
             return fitting
         stepwise.sort(key=lambda outcome: (outcome.trial.rule["when"], outcome.left))
         ways = [outcome.trial.rule for outcome in stepwise]
         contacts = _contacts([problem.exact, *stepwise])
-        if fitting := problem.fits(
-            [*problem.outcomes(self._trials(ways, plain, contacts)), *self._odd(ways, contacts)]
-        ):
+        stepped = [*problem.outcomes(self._trials(ways, plain, contacts)), *self._odd(ways, contacts)]
+        fitting = problem.fits([*in_time, *stepped])
+        if not all(outcome.is_odd for outcome in fitting):
             return fitting
         fitted = [fault for fault in FAULTS if fault.of and fault.name not in ("offset", "apart")]
-        return problem.fits(problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts)))
+        return problem.fits([*in_time, *stepped, *problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts))])
 
     def one_by_one(self, *, depths: bool) -> list[Outcome]:
         """Return what explains the step of the ways to resolve contacts one by one, or, if asked, found at a depth."""
@@ -146,12 +148,12 @@ def _suits(fault: Fault, contacts: Sequence[tuple[int, int]], rough: bool) -> bo
 
 
 def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """Return one outcome of each group of those that come to the same, the first."""
+    """Return the first outcome of each group of those that come to the same, with any restitution."""
     unit = max(problem.floor, 1e-12)
-    seen: dict[bytes, Outcome] = {}
+    seen: dict[tuple[bytes, bool], Outcome] = {}
     for outcome in outcomes:
-        key = np.round(outcome.after * problem.scale / unit).tobytes()
-        seen.setdefault(key, outcome)
+        mirrors = outcome.trial.rule["wall_place"] == Place.MIRROR and any(m["second"] < 0 for m in outcome.met)
+        seen.setdefault((np.round(outcome.after * problem.scale / unit).tobytes(), mirrors), outcome)
     return list(seen.values())
 
 

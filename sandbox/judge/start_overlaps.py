@@ -18,6 +18,7 @@ from sandbox.scene.overlaps import depth_rounding
 from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats
 
+SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later
 OF_OVERLAP: Final = (
     *(Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT, Cause.TURNED),
     *(Cause.STALE, Cause.UNCONVERGED, Cause.UNKNOWN),
@@ -36,11 +37,21 @@ class StartOverlaps:
     def follow(self, position: Floats, errors: list[StepError]) -> None:
         """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
         for error in errors if self._depths else ():
-            if error.contact in self._depths and error.cause in OF_OVERLAP:
-                error.because = self._because(error.contact)
+            pair = self._overlap_of(error)
+            if pair is not None:
+                error.because = self._because(pair)
                 error.cause, error.candidates = Cause.OVERLAPPED, []
         for pair in [pair for pair in self._depths if self._touches.depth(position, pair) <= 0]:
             del self._depths[pair]
+
+    def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
+        """Return the overlap that an error comes from: of its contact, or of its ball in flight."""
+        if error.contact is None:
+            return next((pair for pair in self._depths if pair[1] < 0 and error.balls == pair[:1]), None)
+        if error.contact not in self._depths or error.cause not in OF_OVERLAP:
+            return None
+        depth = error.displacement if error.depth is None or error.cause == Cause.PLACED else error.depth
+        return error.contact if depth <= SEVERAL * self._depths[error.contact] else None
 
     def _because(self, pair: tuple[int, int]) -> str:
         first, second = pair

@@ -6,6 +6,7 @@ same value of its parameter. If that does not decide, the sentence names them, a
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -35,15 +36,28 @@ class Timeline:
 
     def __init__(self, judge: Judge) -> None:
         self._judge = judge
+        judge.finish()
         undecided = {id(error) for error in judge.undecided}
-        self.errors = [error for error in judge.errors if id(error) not in undecided]
+        decided = [error for error in judge.errors if id(error) not in undecided]
+        self.errors = [replace(error, step=judge.whole_step(error.step)) for error in decided]
         self._decide()
         self.errors.sort(key=lambda error: (error.step, error.cause == Cause.UNKNOWN))
         self.sums = judge.rightful.copy()
         for error in self.errors:
             self.sums[:, error.cause] += error.energy, error.momentum, error.displacement, error.times
-        if judge.rightful[0, Cause.ROUNDING]:
-            self.sums[0, Cause.ROUNDING] = judge.rightful[0, Cause.ROUNDING]
+        if judge.habit.is_integrated:
+            self._net(Cause.GRAVITY, Cause.LATE)
+
+    def _net(self, first: Cause, second: Cause) -> None:
+        """Take from two lines of energy what the one gives and the other takes.
+
+        What gravity in steps gives a ball in flight, it gives back where a contact turns its velocity round: the scheme
+        keeps the energy of half a step earlier or later.
+        """
+        of_first, of_second = self.sums[0, first], self.sums[0, second]
+        if of_first * of_second < 0:
+            both = np.sign(of_first) * min(abs(of_first), abs(of_second))
+            self.sums[0, [first, second]] -= both, -both
 
     def _decide(self) -> None:
         """Choose the model of each step among those that leave nothing over."""
@@ -56,8 +70,8 @@ class Timeline:
                 continue
             most = max(support[_key(o)] for o, _ in error.candidates)
             best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
-            plain = [(o, c) for o, c in best if not _is_odd(o)]
-            best = plain or best
+            best = [(o, c) for o, c in best if not o.is_fitted] or best
+            best = [(o, c) for o, c in best if not o.is_odd] or best
             best.sort(key=lambda one: MODELS.index(one[0].trial.fault))
             if {c for _, c in best} == {Cause.PUSHED, Cause.OVERSHOOT}:  # put where the two touch, it is both
                 best = [(o, c) for o, c in best if c == Cause.OVERSHOOT]
@@ -131,13 +145,6 @@ def _key(outcome: Outcome) -> tuple[str, float]:
     return trial.fault or repr(sorted(trial.rule.items())), float(f"{trial.value:.3g}") if trial.fault else 0.0
 
 
-def _is_odd(outcome: Outcome) -> bool:
-    return bool(outcome.trial.fault) and BY_NAME[outcome.trial.fault].odd
-
-
 def _freedom(outcome: Outcome) -> int:
-    """Return how many numbers a model can meet by chance: one by its parameter, and one by its rule besides."""
-    trial = outcome.trial
-    if not trial.fault or not BY_NAME[trial.fault].of:
-        return 0
-    return 1 if trial.is_in_time else 2
+    """Return how many numbers a model can meet by chance: one by its parameter, two if another is more likely."""
+    return outcome.is_fitted * (1 + outcome.is_odd)

@@ -28,12 +28,12 @@ class StepError:
 
     step: of the run, from 1; balls: of the group; contact: first and second, None without one; candidates: the outcomes
     that leave nothing over, with their causes; cause, because: why; energy (kg px²/s²), momentum (kg px/s) and
-    displacement (px): what is over of the exact step; speed: px/s, the sum of the velocities' errors;
-    before, after, should: velocities (k, 2) px/s of the contact's balls, and their spins; times: how many balls or
-    contacts it stands for; numbers: how many places, velocities and spins it shows wrong; depth: px, of the contact
-    when it was found; gained: momentum (kg px/s) and angular momentum about the arena's centre
-    (kg px²/s) that neither gravity gave nor a wall can have given; normal, should_normal: of the contact, from first to
-    second, as found and in the exact step.
+    displacement (px): what is over of the exact step; speed: px/s, the sum of the velocities' errors; before, after,
+    should: velocities (k, 2) px/s of the contact's balls, and their spins; times: how many balls or contacts it stands
+    for; numbers: how many numbers the places, velocities and spins have that it shows wrong; depth: px, of the contact
+    when it was found; gained: momentum (kg px/s) and angular momentum about the arena's centre (kg px²/s) that neither
+    gravity gave nor a wall can have given; normal, should_normal: of the contact, from first to second, as found and in
+    the exact step; by_rule: whether a rule of steps explains it, which has no parameter.
     """
 
     step: int
@@ -52,6 +52,7 @@ class StepError:
     candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
     times: int = 1
     numbers: int = 9
+    by_rule: bool = False
     depth: float | None = None
     gained: Floats = field(default_factory=lambda: np.zeros(3))
     normal: Vector | None = None
@@ -140,6 +141,11 @@ class Touches:
         across = float(length(away)) or 1.0
         return float(away[0] / across), float(away[1] / across)
 
+    def is_through(self, f: Flown, row: int, pair: tuple[int, int]) -> bool:
+        """Return whether two bodies that met in a step are apart after it, or a ball is beyond a wall's middle."""
+        (before, _), (after, depth) = (self._away(states.position[row], pair) for states in (f.before, f.after))
+        return depth <= 0 or (pair[1] < 0 and bool(before @ after <= 0))
+
     def depth(self, x: Floats, pair: tuple[int, int]) -> float:
         """Return how deep two bodies are in each other, px; negative if they are apart. x: (n, 2) px."""
         return self._away(x, pair)[1]
@@ -227,14 +233,16 @@ class Springs:
             self._step = step
             self._streaks = {pair: one for pair, one in self._streaks.items() if one[0] >= step - 1}
         for touch in touches:
+            if touch.depth <= 0:
+                continue
             _, streak = self._streaks.get(touch.pair, (step, []))
             streak.append((touch, errors))
             self._streaks[touch.pair] = step, streak
-            if _is_spring([(each, of_step) for each, of_step in streak if each.pushed > 0]):
-                for _, of_step in streak:
-                    for error in of_step:
-                        error.cause, error.contact, error.candidates = Cause.SOFT, touch.pair, []
-                        error.because = "The contact pushes in several steps, as a spring does, and not by one impulse."
+            pushing = [(each, of_step) for each, of_step in streak if each.pushed > 0]
+            if _is_spring([each for each in pushing if not any(error.by_rule for error in each[1])]):
+                for error in (error for _, of_step in streak for error in of_step if not error.by_rule):
+                    error.cause, error.contact, error.candidates = Cause.SOFT, touch.pair, []
+                    error.because = "The contact pushes in several steps, as a spring does, and not by one impulse."
 
 
 def _is_spring(streak: Sequence[tuple[Touch, list[StepError]]]) -> bool:

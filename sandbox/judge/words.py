@@ -13,6 +13,8 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
 
+SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
+LONG = 1000.0  # ms; a contact that closes so slowly that it would be later is said by its depth
 ALIKE = 1e-3  # of a value, by which those of several steps may differ to be said once
 
 
@@ -23,7 +25,9 @@ def of_outcome(outcome: Outcome, cause: Cause, radius: float | None) -> str:
     if trial.is_in_time:
         return said
     late = _soft(outcome) if trial.is_soft else _late(outcome)
-    if cause == Cause.OVERSHOOT:
+    if cause == Cause.OVERSHOOT and trial.is_soft:
+        late = f"{late[:-1]}, and kept in touch until the step ends."
+    elif cause == Cause.OVERSHOOT:
         late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
     elif cause == Cause.PUSHED:
         late = f"{late[:-1]}, and put apart by that."
@@ -48,7 +52,8 @@ def of_depth(contact: np.void) -> str:
     depth, closing = float(contact["depth"]), float(contact["closing"])
     if closing <= 0:
         return f"The two were already parting, {depth:.3g} px deep, and were resolved again."
-    return f"Found {1e3 * depth / closing:.3g} ms late, {depth:.3g} px deep."
+    late = 1e3 * depth / closing
+    return f"Found {late:.3g} ms late, {depth:.3g} px deep." if late < LONG else f"Found {depth:.3g} px deep."
 
 
 def of_push(part: np.void, cause: Cause) -> str:
@@ -82,9 +87,12 @@ def _soft(outcome: Outcome) -> str:
         return f"The contact is soft: it still pushes the two, which part, {apart}."
     if math.isinf(ms):
         return f"Resolved {apart}, though the two would not have touched."
-    found = f"Found {ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, {apart}."
+    found = f"Found {ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, {apart}." if ms < LONG else f"Found {apart}."
     several = sum(outcome.met["impulse"] > 0)
-    return f"{found} {several} contacts are solved in turn, a few times each." if several > 1 else found
+    if several < 2:
+        return found
+    in_turn = f"{several} contacts are solved in turn, a few times each."
+    return f"{found} {in_turn}" if ms >= SHORT else in_turn
 
 
 def summed(fault: Fault, values: Floats, radius: float | None) -> str:

@@ -6,10 +6,10 @@ from functools import cached_property
 from typing import Self
 
 from sandbox.analysis.comparison import Comparison, compare
-from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, Difference
+from sandbox.analysis.difference import Difference
 from sandbox.analysis.measurement import Run
 from sandbox.analysis.verdict import ledger_mark, until_words, verdict_parts
-from sandbox.report.tables import NOTHING, sentence, share_text, speeds_and_spins
+from sandbox.report.tables import NOTHING, sentence, share_text, velocities_and_spins
 from sandbox.run.inputs import Input, clock_of
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
@@ -131,23 +131,15 @@ def _contact(comparison: Comparison, difference: Difference, first: int) -> Othe
     """Describe a difference. first: the step of the run at which the comparison begins."""
     scene, time = comparison.scene, difference.time
     step = first + int(scene.clock.steps_containing(time)) if time else first
-    speeds = "\n".join(speeds_and_spins(scene, difference, comparison.against))
+    speeds = "\n".join(velocities_and_spins(scene, difference))
     return OtherContact(step, comparison.since + time, sentence(scene, difference), speeds, difference)
 
 
 def _agrees(comparison: Comparison, name: str) -> str:
-    """Say that no contact of an engine differs, and until when that is known."""
-    run, against = comparison.runs[name], comparison.against
+    """Say that no step of an engine is wrong, and how long its paths are known to agree."""
+    run = comparison.runs[name]
     until = f"until {run.apart:.2f} s" if run.apart is not None else until_words(comparison)
-    if run.unjudged is not None or comparison.runs[against].unjudged is not None:
-        return f"No ball of {name} is more than its radius from where it is in {against} {until}."
-    times = [one.contacts["time"] for one in (run, comparison.runs[against])]
-    compared = min(
-        (float(time[MAX_CONTACTS_COMPARED]) for time in times if len(time) > MAX_CONTACTS_COMPARED), default=None
-    )
-    if compared is not None:
-        until = f"up to {compared:.2f} s: the first {MAX_CONTACTS_COMPARED:,} are compared"
-    return f"No contact of {name} differs from {against}'s {until}."
+    return f"No step of {name} is wrong; every ball is within its radius of {comparison.against}'s {until}."
 
 
 def _ledger(comparison: Comparison, run: Run) -> Iterator[LedgerLine]:

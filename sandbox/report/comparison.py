@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
-from sandbox.analysis.measurement import MAX_IMPACTS, Run
+from sandbox.analysis.impacts import MAX_IMPACTS
+from sandbox.analysis.measurement import Run
 from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
 from sandbox.engines import TUNED
@@ -35,11 +36,8 @@ KINDS: Final = {
     Kind.OUTCOME: "other outcome",
     Kind.MISSING: "missing",
     Kind.EXTRA: "extra",
-    Kind.ORDER: "other order",
     Kind.FLIGHT: "in flight",
-    Kind.STATES: "by states",
     Kind.START: "at the start",
-    Kind.STEP: "a step",
 }
 KEYS: Final = (
     ("Space", "play or pause"),
@@ -196,10 +194,8 @@ def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:
         yield [label, *(f"{number(one.measured)} ({number(one.expected)})" for one in of_engines)]
 
 
-def _outcome(before: Velocities | None, after: Velocities | None) -> list[str]:
-    """Return the velocities before and after a contact, a line for each ball."""
-    if before is None or after is None:
-        return ["no such contact"]
+def _outcome(before: Velocities, after: Velocities) -> list[str]:
+    """Return the velocities before and after a step, a line for each ball."""
     return [" → ".join(map(_vector, of_ball)) for of_ball in zip(before, after, strict=True)]
 
 

@@ -29,9 +29,5 @@ def _of_run(run: Run, most: int) -> dict[str, Any]:
     impacts = run.impacts[:most]
     contacts = run.contacts[: len(impacts)]
     numbers = np.column_stack([contacts["time"], contacts["first"], contacts["second"]])
-    motion = np.zeros((len(impacts), 2, 2, 3))
-    for index, when in enumerate(("before", "after")):
-        motion[:, :, index, :2] = impacts[when]
-        motion[:, :, index, 2] = impacts[f"spin_{when}"]
-    motion[contacts["second"] < 0, 1] = 0.0
+    motion = np.stack([impacts["before"], impacts["after"]], axis=2)
     return {"all": len(run.contacts), "contacts": packed(numbers.astype("<f8")), "motion": packed(motion.astype("<f4"))}

@@ -25,11 +25,8 @@ _KINDS: Final = {
     Kind.OUTCOME: "",
     Kind.MISSING: "Missing contact. ",
     Kind.EXTRA: "Extra contact. ",
-    Kind.ORDER: "In another order. ",
     Kind.FLIGHT: "",
-    Kind.STATES: "",
     Kind.START: "",
-    Kind.STEP: "",
 }
 
 
@@ -57,7 +54,7 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
             terminal.print(f"\n{name}, {sentence(scene, first)}")
-            for line in speeds_and_spins(scene, first, comparison.against):
+            for line in velocities_and_spins(scene, first):
                 terminal.print(line)
 
 
@@ -78,29 +75,17 @@ def headline(comparison: Comparison) -> str:
     )
 
 
-def speeds_and_spins(scene: Scene, difference: Difference, against: str) -> Iterator[str]:
-    """Yield a contact's speeds, and its spins if a ball turns, before and after it; none if it is no contact."""
-    if difference.kind == Kind.STEP:
-        yield _velocities(difference)
-    elif difference.second is not None:
-        yield _speeds(difference, against)
-    if difference.second is not None and (spins := _spins(scene, difference, against)):
+def velocities_and_spins(scene: Scene, difference: Difference) -> Iterator[str]:
+    """Yield the velocities before and after a step, and the spins if a ball turns."""
+    yield _velocities(difference)
+    if spins := _spins(scene, difference):
         yield spins
-
-
-def _speeds(first: Difference, against: str) -> str:
-    """Return a sentence with the balls' speeds before and after, in the engine and in the reference."""
-    own, reference = (
-        [[math.hypot(*one) for one in each or ()] for each in pair]
-        for pair in ((first.before, first.after), (first.should_before, first.should_after))
-    )
-    return f"Speeds, px/s: {_before_and_after(own, reference, against)}."
 
 
 def _velocities(difference: Difference) -> str:
     """Return a sentence with the velocities before and after a step, and after the exact step from the same state."""
     before, after, should = (
-        " and ".join(f"({x + 0.0:.4g}, {y + 0.0:.4g})" for x, y in each or ())
+        " and ".join(f"({x + 0.0:.4g}, {y + 0.0:.4g})" for x, y in each)
         for each in (difference.before, difference.after, difference.should_after)
     )
     if after == should:
@@ -108,28 +93,15 @@ def _velocities(difference: Difference) -> str:
     return f"Velocities, px/s: {before} before the step, {after} after it; exactly, {should} after it."
 
 
-def _spins(scene: Scene, first: Difference, against: str) -> str:
+def _spins(scene: Scene, difference: Difference) -> str:
     """Return the same of the balls' spins; empty if none turns but by rounding."""
-    own, reference = (
-        [[*(each or ())] for each in pair]
-        for pair in ((first.spin_before, first.spin_after), (first.should_spin_before, first.should_spin_after))
-    )
-    velocities = (first.before, first.after, first.should_before, first.should_after)
-    fastest = max(math.hypot(*one) for each in velocities for one in each or ())
-    fastest_spin = max(abs(spin) for each in (*own, *reference) for spin in each)
-    if fastest_spin * scene.bodies.radius.max() <= NEGLIGIBLE * fastest:
+    spins = difference.spin_before, difference.spin_after, difference.should_spin_after
+    velocities = difference.before, difference.after, difference.should_after
+    fastest = max(math.hypot(*one) for each in velocities for one in each)
+    if max(abs(spin) for each in spins for spin in each) * scene.bodies.radius.max() <= NEGLIGIBLE * fastest:
         return ""
-    return f"Spins, rad/s: {_before_and_after(own, reference, against)}."
-
-
-def _before_and_after(own: Sequence[Sequence[float]], reference: Sequence[Sequence[float]], against: str) -> str:
-    """Return a contact's numbers before and after, in the engine and in the reference. Either may lack the contact."""
-    parts = []
-    for where, (before, after) in (("", own), (f"in {against} ", reference)):
-        if before and after:
-            numbers = (" and ".join(f"{one + 0.0:.4g}" for one in each) for each in (before, after))
-            parts.append(f"{where}{' before, '.join(numbers)} after")
-    return "; ".join(parts)
+    before, after, should = (" and ".join(f"{spin + 0.0:.4g}" for spin in each) for each in spins)
+    return f"Spins, rad/s: {before} before the step, {after} after it; exactly, {should}."
 
 
 def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:

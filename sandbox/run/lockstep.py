@@ -6,13 +6,13 @@ from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from time import perf_counter
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 
 from sandbox.engines import Engine, Engines, Source, advance, create, named
 from sandbox.engines.checked import CheckedEngine
-from sandbox.engines.engine import Traits, traits_of
+from sandbox.engines.engine import SubsteppingEngine, Traits, traits_of
 from sandbox.engines.stopping import StoppedEngine, StoppingEngine
 from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
@@ -95,6 +95,10 @@ class Runner:
         """Return the contacts since the last call; the first call starts recording."""
         found, self._earlier = [*(self._earlier or ()), self._latest()], []
         return np.concatenate(found) if len(found) > 1 else found[0]
+
+    def substates(self) -> States:
+        """Return the states after each substep since the last call; the first call starts recording."""
+        return cast("SubsteppingEngine", self.engine).substates()
 
     def push(self, hand: Hand) -> tuple[State, list[Push]]:
         """Push the balls before a step. Return the state before, and the pushes."""

@@ -6,13 +6,11 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.analysis.difference import MAX_CONTACTS_COMPARED, differences
-from sandbox.analysis.ledger import Ledger, why_unjudged
-from sandbox.analysis.record import Record
-from sandbox.analysis.reference import Trust, Twins, comparable_until
+from sandbox.analysis.difference import difference_at_start
+from sandbox.analysis.reference import Trust, Twins
 from sandbox.compiled import NotCompiledYet, between_frames
-from sandbox.engines.engine import Traits
 from sandbox.errors import SandboxError
+from sandbox.judge.judge import Judge
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
@@ -21,8 +19,7 @@ from sandbox.scene.spawn import spawn
 from sandbox.state import PUSH, Contacts, State, States, no_contacts
 
 CHECK_STEPS: Final = 15  # between two searches for a difference
-MAX_BOOKED: Final = 5_000  # balls times steps that are entered in a ledger at once, so that no frame takes much longer
-RECENT_STEPS: Final = 2 * CHECK_STEPS  # since the last contact, after which a search finds nothing new
+MAX_BOOKED: Final = 5_000  # balls times steps that are judged at once, so that no frame takes much longer
 
 
 @dataclass(frozen=True)
@@ -39,11 +36,7 @@ class Marks:
 
 
 class Monitor:
-    """Follows the engines of a lockstep and marks what stands out.
-
-    An engine whose contacts can be judged one by one is followed until it differs, or for MAX_CONTACTS_COMPARED
-    contacts.
-    """
+    """Follows the engines of a lockstep and marks what stands out. An engine is followed until it differs."""
 
     def begin(self, lockstep: Lockstep, reference: str) -> None:
         """Follow engines that are at their first step. Without their reference, nothing stands out."""
@@ -81,19 +74,17 @@ class Monitor:
             time, found = self._lockstep.time - self._since, _since(contacts[self._reference], self._since)
             self._waiting.append((time, states[self._reference], found))
         for name, engine in self._followed.items():
-            engine.add(states[name], contacts[name], self._lockstep)
-            if len(contacts[name]):
-                self._last_contact = self._steps
+            engine.add(states[name], self._lockstep)
         if self._steps % self._steps_at_once == 0:
             self.catch_up()
             if self._followed and self._can_enter():
                 self._enter()
 
     def _enter(self) -> None:
-        """Enter the steps that wait in the ledgers, and search for differences now and then."""
+        """Judge the steps that wait, and search for differences now and then."""
         for engine in self._followed.values():
             engine.enter()
-        if self._steps % CHECK_STEPS == 0 and self._steps - self._last_contact <= RECENT_STEPS:
+        if self._steps % CHECK_STEPS == 0:
             self._find_differences()
 
     def catch_up(self) -> None:
@@ -131,12 +122,10 @@ class Monitor:
         if self._reference not in lockstep.engines:
             return
         self._twins = Twins(lockstep, self._reference)
-        judged = [name for name, one in lockstep.engines.items() if why_unjudged(one.traits) is None]
-        names = [name for name in judged if name != self._reference and name not in self._differences]
-        followed = [*names, self._reference] if names and self._reference in judged else []
+        names = [name for name in lockstep.engines if name != self._reference and name not in self._differences]
+        followed = [*names, self._reference] if names else []
         self._scene, self._begun, self._since = lockstep.scene, lockstep.steps, lockstep.time
         self._steps = 0  # since the segment began
-        self._last_contact = 0  # its step, counted likewise
         few = max(1, MAX_BOOKED // len(lockstep.scene.bodies))
         self._steps_at_once = max(
             steps for steps in range(1, CHECK_STEPS + 1) if CHECK_STEPS % steps == 0 and steps <= few
@@ -144,78 +133,71 @@ class Monitor:
         self._followed: dict[str, _FollowedEngine] = {name: _FollowedEngine(name, lockstep) for name in followed}
 
     def _can_enter(self) -> bool:
-        """Return whether the ledger's kernels are compiled. Until they are, steps wait to be entered."""
+        """Return whether the judge's kernels are compiled. Until they are, steps wait to be judged."""
         if not self._compiled:
             try:
                 with between_frames():
-                    _try_ledger()
+                    _try_judge()
             except NotCompiledYet:
                 return False
         self._compiled = True
         return True
 
     def _find_differences(self) -> None:
-        records = {name: engine.record() for name, engine in self._followed.items()}
-        reference = records.pop(self._reference)
-        end, trusted = self._scene.clock.time(self._steps), np.inf
-        if self._marked.until is not None:
-            trusted = self._marked.until - self._since
-        until, known = comparable_until(trusted, end, self._scene.clock)
-        for name, record in records.items():
-            found = differences(self._scene, record, reference, until, known)
-            if found:
-                self._differences[name] = self._since + found[0].time
-            if found or max(len(record.contacts), len(reference.contacts)) > MAX_CONTACTS_COMPARED:
+        """Mark the engines of which a step is wrong, or that began elsewhere, and follow them no longer."""
+        start = self._followed[self._reference].start
+        for name, engine in list(self._followed.items()):
+            if name != self._reference and (time := engine.first_difference(start)) is not None:
+                self._differences[name] = self._since + time
                 del self._followed[name]
-        if len(self._followed) == 1 or trusted <= end:
+        if len(self._followed) == 1:
             self._followed.clear()
 
 
 class _FollowedEngine:
-    """An engine's contacts and ledger so far."""
+    """An engine's steps so far. start: its first state."""
 
     def __init__(self, name: str, lockstep: Lockstep) -> None:
-        runner = lockstep.engines[name]
-        self._name, self._since = name, lockstep.time
-        self._scene = lockstep.scene
-        self._ledger = Ledger(lockstep.scene, runner.traits)
-        self._contacts = [no_contacts()]
-        self._start = runner.state()
-        self._begin_block(self._start)
+        self._name, self._scene = name, lockstep.scene
+        damping = lockstep.engines[name].traits.damping._replace(substeps=1)
+        self._judge = Judge(lockstep.scene, damping)
+        self._entered = 0
+        self.start = lockstep.engines[name].state()
+        self._begin_block(self.start)
 
     def _begin_block(self, state: State) -> None:
-        """Begin a block of steps that are entered in the ledger together."""
+        """Begin a block of steps that are judged together."""
         self._states = [state]
-        self._block = [no_contacts()]
         self._pushes: list[tuple[int, int, Vector]] = []
 
-    def add(self, state: State, contacts: Contacts, lockstep: Lockstep) -> None:
+    def add(self, state: State, lockstep: Lockstep) -> None:
         """Add a step."""
-        if len(contacts):
-            self._block.append(_since(contacts, self._since))
         self._pushes += [(len(self._states), ball, dv) for ball, dv in lockstep.pushes.get(self._name, ())]
         self._states.append(state)
 
     def enter(self) -> None:
-        """Enter the steps added since the last call in the ledger."""
-        contacts = np.concatenate(self._block)
-        self._ledger.add(States.stack(self._states), contacts, np.array(self._pushes, PUSH))
-        if len(contacts):
-            self._contacts.append(contacts)
+        """Judge the steps added since the last call."""
+        steps = self._entered + np.arange(1, len(self._states))
+        self._judge.add(States.stack(self._states), np.array(self._pushes, PUSH), 1 / self._scene.clock.rates(steps))
+        self._entered += len(steps)
         self._begin_block(self._states[-1])
 
-    def record(self) -> Record:
-        """Return all contacts so far with what the ledger found about them."""
-        ledger = self._ledger
-        contacts = np.concatenate(self._contacts)
-        return Record(contacts, ledger.findings, ledger.missed, ledger.flights, self._start, ledger.start_overlaps)
+    def first_difference(self, reference: State) -> float | None:
+        """Return when it first differs, s, None if it does not. reference: the first state of the reference."""
+        if difference_at_start(self._scene, self.start, reference):
+            return 0.0
+        self._judge.finish()
+        errors = self._judge.errors
+        return self._scene.clock.time(errors[0].step) if errors else None
 
 
-def _try_ledger() -> None:
-    """Enter a step in which a ball rests near a wall. Raises NotCompiledYet if the ledger's kernels are missing."""
-    ball, wall = BallGroup(radius=1, positions=((5.0, 5.0),)), Wall(start=(1.0, 1.0), to=(1.0, 9.0))
+def _try_judge() -> None:
+    """Judge a step in which a ball meets a wall late. Raises NotCompiledYet if the judge's kernels are missing."""
+    ball, wall = BallGroup(radius=1, position=(5.0, 5.0), velocity=(-300.0, 0.0)), Wall(start=(1.0, 1.0), to=(1.0, 9.0))
     scene = Scene(arena={"size": (9.0, 9.0)}, balls=[ball], walls=[wall])
-    Ledger(scene, Traits()).add(States.stack([spawn(scene)] * 2), no_contacts(), np.empty(0, PUSH))
+    judge = Judge(scene)
+    judge.add(States.stack([spawn(scene)] * 2), np.empty(0, PUSH), np.array([1 / scene.rate]))
+    judge.finish()
 
 
 def _since(contacts: Contacts, time: float) -> Contacts:

@@ -10,7 +10,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.analysis.comparison import compare
 from sandbox.engines import create
 from sandbox.judge.judge import Judge
 from sandbox.scene.balls import BallGroup
@@ -23,18 +22,15 @@ from sandbox.state import PUSH, States
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
 
 
-def _compile_comparison() -> None:
-    """Measure a run; the scene has an inner wall."""
-    compare(load("funnel").changed(seconds=0.1, expect=()), ["pymunk"])
-
-
 def _compile_judge() -> None:
     """Judge a step in which two discs that meet do what no model explains, so that all of them are tried."""
     groups = [BallGroup(radius=10, position=(x, 50.0), velocity=(v, 0.0)) for x, v in ((30.0, 60.0), (50.5, 0.0))]
     scene = Scene(arena={"size": (100.0, 100.0)}, balls=groups, gravity=(0.0, 900.0))
     start = spawn(scene)
     end = replace(start, velocity=start.velocity + np.array([(-31.0, 7.0), (11.0, 5.0)]))
-    Judge(scene).add(States.stack([start, end]), np.empty(0, PUSH), np.array([1 / scene.rate]))
+    judge = Judge(scene)
+    judge.add(States.stack([start, end]), np.empty(0, PUSH), np.array([1 / scene.rate]))
+    judge.finish()
 
 
 def _compile_engine(name: str) -> None:
@@ -93,7 +89,6 @@ COMPUTATION: Final = (
     Part("article", ("sandbox.engines.article",), partial(_compile_engine, "article")),
     Part("impulse", ("sandbox.engines.impulse",), partial(_compile_engine, "impulse")),
     Part("scenes", ("sandbox.scene", "sandbox.quantity"), _compile_scenes),
-    Part("comparison", ("sandbox.analysis",), _compile_comparison),
     Part("judge", ("sandbox.judge",), _compile_judge),
 )
 DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)

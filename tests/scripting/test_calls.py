@@ -185,7 +185,7 @@ def without_padding(printed: str) -> str:
 def test_the_text_is_that_of_the_command(oblique: sandbox.Comparison, command: Command) -> None:
     _, out, _ = command("compare", "oblique", "--engines", "pymunk,exact")
     assert oblique.table() == without_padding(out)
-    assert " ".join(oblique.verdict.split()) == " ".join(out.split("\n\n")[1].split())
+    assert " ".join(oblique.verdict.split()) == " ".join(" ".join(out.split("\n\n")[1:3]).split())
     _, out, _ = command("verify", "oblique", "--engines", "article,exact")
     assert sandbox.verify("oblique", ["article", "exact"]).table() == without_padding(out)
 

@@ -59,7 +59,7 @@ def test_balls_that_overlapped_when_watching_began_are_not_found_late() -> None:
     assert one is not None
     assert one.cause == Cause.OVERLAPPED
     assert "overlapped by 0.353 px when the comparison began" in one.because
-    assert "At the start, bodies overlap, " in verdict(watched.comparison)
+    assert "At the start, bodies overlap by up to 0.353 px, " in verdict(watched.comparison)
 
 
 def test_what_is_recorded_is_what_pymunk_does_with_the_scene() -> None:
@@ -284,7 +284,8 @@ def test_gravity_in_irregular_steps_falls_short_by_half_a_step_s_fall_in_each() 
     found = comparison["space"].first_difference
     assert found is not None
     assert found.because == (
-        f"Gravity is integrated in steps: each ends {short.min():.3g} to {short.max():.3g} px short of the parabola."
+        "Gravity is integrated in steps, which move balls at the velocity before it: each step ends "
+        f"{short.min():.3g} to {short.max():.3g} px short of the parabola."
     )
 
 
@@ -331,7 +332,7 @@ def test_what_rests_while_dt_varies_is_explained_by_its_contacts() -> None:
             space.step(dt)
     comparison = varying(watched)
     assert len(comparison.runs["space"].contacts) > 100
-    assert Cause.UNTOLD not in ledger(watched)
+    assert not {Cause.UNTOLD, Cause.LARGE, Cause.SMALL} & set(ledger(watched))
     assert comparison["space"].momentum_drift == pytest.approx(0, abs=1e-12)
 
 

@@ -32,8 +32,6 @@ class ExactEngine:
     hop_time: s, for which discs that lean on each other are apart; where a result depends on it, it is not exact.
     """
 
-    sums_impacts = True
-
     def __init__(self, scene: Scene, initial: State, hop_time: float = HOP_TIME) -> None:
         self._clock = scene.clock
         self._start = initial.time  # s, of the run

@@ -55,6 +55,9 @@ def scenes(seed: int) -> dict[str, Scene]:
             *(group + ROUGH for group in MIXED), seed=seed, more="gravity = [0, 900]", arena="friction = 2"
         ),
         "elasticity": gas(EIGHT + "\nelasticity = 0.9", seed=seed, arena="elasticity = 0.8"),
+        "rough bounce": gas(EIGHT.replace("8", "1", 1) + ROUGH, seed=seed, arena="friction = 0.4"),
+        "rough and soft": gas(EIGHT + ROUGH + "\nelasticity = 0.8", seed=seed, arena="friction = 0.3"),
+        "two balls": gas(EIGHT.replace("8", "2", 1), seed=seed),
         "sideways": gas(*MIXED, seed=seed, more="gravity = [-300, 200]", walls=WALLS),
     }
 
