@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from sandbox.engines import Engine
+    from sandbox.engines.engine import Traits
     from sandbox.errors import Refused, SandboxError, SpaceWarning
     from sandbox.run.trajectory import Trajectory
     from sandbox.scene import Scene, load, write
     from sandbox.scene.from_pymunk import from_space
     from sandbox.scripting.calls import compare, simulate, sweep, verify
     from sandbox.scripting.comparison import Comparison
-    from sandbox.scripting.scores import Scores
-    from sandbox.scripting.sweep_table import SweepTable
+    from sandbox.scripting.results import Scores, SweepTable
     from sandbox.scripting.watch import watch
     from sandbox.state import Contacts, State
 
@@ -46,6 +46,7 @@ __all__ = [
     "SpaceWarning",
     "State",
     "SweepTable",
+    "Traits",
     "Trajectory",
     "__version__",
     "compare",
@@ -65,10 +66,11 @@ _MODULES: Final = {
     "Refused": "errors",
     "SandboxError": "errors",
     "Scene": "scene",
-    "Scores": "scripting.scores",
+    "Scores": "scripting.results",
     "SpaceWarning": "errors",
     "State": "state",
-    "SweepTable": "scripting.sweep_table",
+    "SweepTable": "scripting.results",
+    "Traits": "engines.engine",
     "Trajectory": "run.trajectory",
     "compare": "scripting.calls",
     "from_space": "scene.from_pymunk",

@@ -89,14 +89,14 @@ class _Cache(FunctionCache):
     """
 
     def load_overload(self, signature: object, context: object) -> object:
-        found = self._load(signature, context)
-        if found is None and _compiler:
+        code = self._load(signature, context)
+        if code is None and _compiler:
             if not _waits:
                 _compiler.note_missing(self._py_func.__module__)
                 raise NotCompiledYet
             _compiler.wait(self._py_func.__module__)
-            found = self._load(signature, context)
-        return found
+            code = self._load(signature, context)
+        return code
 
     def save_overload(self, signature: object, compiled: object) -> None:
         with signals_deferred():
@@ -104,7 +104,11 @@ class _Cache(FunctionCache):
 
     def _load(self, signature: object, context: object) -> object:
         with signals_deferred(), self._guard_against_spurious_io_errors():
-            return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
+            try:
+                return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
+            except (ImportError, AttributeError):  # written by another version, of other modules
+                self.flush()  # type: ignore[no-untyped-call]
+        return None
 
 
 _Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]  # numba ships no types

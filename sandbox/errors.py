@@ -76,9 +76,9 @@ def traceback_beyond(error: BaseException, *files: str) -> str:
     return "".join(traceback.format_exception(type(error), error, rest))
 
 
-def first_errors(found: Iterable[str], file: str) -> SandboxError:
+def first_errors(messages: Iterable[str], file: str) -> SandboxError:
     """Return one error for all that were found in a file, a line each, up to MAX_REPORTED_ERRORS lines."""
-    lines = list(itertools.islice(found, MAX_REPORTED_ERRORS + 1))
+    lines = list(itertools.islice(messages, MAX_REPORTED_ERRORS + 1))
     if len(lines) > MAX_REPORTED_ERRORS:
         lines[MAX_REPORTED_ERRORS:] = [f"{file}: has more than these {MAX_REPORTED_ERRORS} errors"]
     return SandboxError("\n".join(lines))

@@ -89,7 +89,7 @@ def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path |
     outputs: option -> its path. read: input files, which must not be overwritten.
     """
     sources = {Path(os.path.realpath(path)) for path in read if path and os.path.exists(path)}  # noqa: PTH110  (as in `load`)
-    taken: dict[str | Path | None, str] = {}  # file or standard output -> the option and path that claim it
+    claimed: dict[str | Path | None, str] = {}  # file or standard output -> the option and path that claim it
     for option, path in outputs.items():
         if path is None:
             continue
@@ -100,10 +100,10 @@ def check_outputs(outputs: Mapping[str, str | None], read: Iterable[str | Path |
         place = "-" if path in STANDARD_OUTPUT else target
         if place in sources:
             raise SandboxError(f"{option} {path}: is an input; choose another file")
-        if place in taken:
-            raise SandboxError(f"{taken[place]} and {option} {path}: must be different files")
+        if place in claimed:
+            raise SandboxError(f"{claimed[place]} and {option} {path}: must be different files")
         if place is not None:
-            taken[place] = f"{option} {path}"
+            claimed[place] = f"{option} {path}"
         if target:
             with write_errors(path), _partial_of(target):
                 pass

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sandbox.compiled import kernel, portable_entry
+from sandbox.compiled import portable_entry
 from sandbox.state import Bodies, Contacts, Floats, Integers, State, States
 
 
@@ -154,24 +154,3 @@ def slips(contacts: Contacts, row: Integers, velocity: Floats, spin: Floats, rad
     row, second, along = row[between], second[between], along[between]
     slip[between] += radius[second] * spin[row, second] - dot(velocity[row, second], along)
     return slip
-
-
-def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
-    """Return the point of a segment nearest to each point: (..., 2) px each."""
-    along = end - start
-    fraction = np.clip(dot(along, point - start) / dot(along, along), 0.0, 1.0)
-    return start + along * fraction[..., None]
-
-
-def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:
-    """Return the distance of each point (..., 2) px from a segment: (...) px."""
-    return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
-
-
-@kernel
-def offset_to_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
-    """Return the vector from (x, y) to the nearest point of a segment, px: `nearest_on_segment` for kernels."""
-    along_x, along_y = x1 - x0, y1 - y0
-    fraction = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
-    fraction = min(max(fraction, 0.0), 1.0)
-    return x0 + fraction * along_x - x, y0 + fraction * along_y - y

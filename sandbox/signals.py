@@ -11,7 +11,6 @@ from typing import Final
 from sandbox.errors import Terminated
 
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
-RERAISE_DELAY: Final = 0.001  # s
 
 
 @contextmanager
@@ -19,14 +18,11 @@ def signals_as_exceptions() -> Iterator[None]:
     """Raise Terminated at a signal, except for those that are ignored, as under nohup, or not handled by Python."""
     handlers = {each: signal.getsignal(each) for each in SIGNALS}
     before = {each: handler for each, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
-    hook = sys.unraisablehook
     for each in before:
         signal.signal(each, _terminate)
-    sys.unraisablehook = _reraise_later
     try:
         yield
     finally:
-        sys.unraisablehook = hook
         for each, handler in before.items():
             signal.signal(each, handler)
 
@@ -77,14 +73,3 @@ def sigint_blocked() -> Iterator[None]:
 def _terminate(number: int, _frame: FrameType | None = None) -> None:
     signal.signal(number, signal.SIG_DFL)  # a second signal ends the program at once
     raise Terminated(number)
-
-
-def _reraise_later(lost: "sys.UnraisableHookArgs") -> None:
-    """Raise Terminated again, a moment later, if it was lost in a destructor or in a callback from C."""
-    error = lost.exc_value
-    if sys.platform == "win32" or not isinstance(error, Terminated):  # Windows has no interval timer
-        sys.__unraisablehook__(lost)
-        return
-    number = error.number
-    signal.signal(signal.SIGALRM, lambda *_: _terminate(number))
-    signal.setitimer(signal.ITIMER_REAL, RERAISE_DELAY)

@@ -1,4 +1,4 @@
-"""What an engine returns: snapshots of the balls, and the contacts it resolved."""
+"""Snapshots of the balls, and the contacts that an engine resolved."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -5,7 +5,6 @@ import io
 import json
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
-from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:  # slow to import
@@ -13,6 +12,7 @@ if TYPE_CHECKING:  # slow to import
 
 DEFAULT_WIDTH: Final = 80  # columns, if the terminal reports 0
 FORMULA_STARTS: Final = ("=", "+", "-", "@")  # a cell that starts so may be evaluated by a spreadsheet
+NOT_IN_XML: Final = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}
 JOINERS: Final = "\u200c\u200d"  # invisible, but words of many languages and emoji are spelt with them
 
 
@@ -45,36 +45,28 @@ def listed(words: Sequence[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-class CsvDialect(StrEnum):
-    """How a table is written as CSV. With a decimal comma, as in much of Europe, cells are separated by semicolons."""
-
-    DECIMAL_POINT = "decimal-point"
-    DECIMAL_COMMA = "decimal-comma"
+def xml_text(text: str) -> str:
+    """Replace what printable text may have and XML may not."""
+    return text.translate(NOT_IN_XML)
 
 
-def csv_text(lines: Iterable[Sequence[object]], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+def csv_text(lines: Iterable[Sequence[object]]) -> str:
     r"""Return a table as CSV; None is an empty cell, and a list is JSON.
 
     Text that a spreadsheet might evaluate gets an apostrophe.
 
     >>> csv_text([["=1+1", -2.0, None, [1.5]]])
     "'=1+1,-2.0,,[1.5]\n"
-    >>> csv_text([["a;b", -2.5]], CsvDialect.DECIMAL_COMMA)
-    '"a;b";-2,5\n'
     """
     text = io.StringIO()
-    comma = dialect is CsvDialect.DECIMAL_COMMA
-    writer = csv.writer(text, lineterminator="\n", delimiter=";" if comma else ",")
-    writer.writerows([_cell(cell, comma) for cell in line] for line in lines)
+    csv.writer(text, lineterminator="\n").writerows(map(_cell, line) for line in lines)
     return text.getvalue()
 
 
-def _cell(cell: object, decimal_comma: bool) -> object:
+def _cell(cell: object) -> object:
     if isinstance(cell, str):
         return printable(f"'{cell}" if cell.startswith(FORMULA_STARTS) else cell)
-    if isinstance(cell, list | tuple):
-        return json.dumps(cell)
-    return str(cell).replace(".", ",") if decimal_comma and isinstance(cell, float) else cell
+    return json.dumps(cell) if isinstance(cell, list | tuple) else cell
 
 
 def json_text(value: object) -> str:

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from pymunk import Circle
 
+from sandbox.engines.engine import Traits
 from sandbox.engines.impulse import ImpulseEngine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.judge.causes import Cause
@@ -107,6 +108,9 @@ class Discs:
     def state(self) -> State:
         position, velocity = (np.array([(z.real, z.imag) for z in each]) for each in (self.x, self.v))
         return State(self.now, position, velocity, np.zeros(len(self.w)), np.array(self.w, float))
+
+    def record_contacts(self) -> None:
+        """They are recorded from the start."""
 
     def contacts(self) -> Contacts:
         found, self.found = self.found, []
@@ -1185,11 +1189,11 @@ class _Kicked:
     """Lets a sandbox's engine run, and changes velocities after each step."""
 
     made: Callable[[Scene, State], Any]
-    together: ClassVar = False
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.engine = type(self).made(scene, initial)
-        self.contacts, self.state, self.kick = self.engine.contacts, self.engine.state, self.engine.kick
+        self.contacts, self.record_contacts = self.engine.contacts, self.engine.record_contacts
+        self.state, self.kick = self.engine.state, self.engine.kick
 
     def step(self) -> None:
         self.engine.step()
@@ -1209,7 +1213,7 @@ class PymunkWithDrag(_Kicked):
     """Besides what Pymunk does, every step takes 0.2 % of each velocity, without a contact."""
 
     made = PymunkEngine
-    together: ClassVar = True
+    traits = Traits(together=True)
 
 
 @fault(*OF_PYMUNK, Cause.SMALL)

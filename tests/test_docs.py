@@ -50,7 +50,7 @@ FRAGMENT = {"arena": {"size": [800, 600]}, "balls": [{"radius": 20, "position": 
 LABELS = {cause.key: cause.label for cause in Cause}
 ROUNDING = re.compile(r"\d\.\d+e-1[3-9]|0\.00e\+00")  # figures that another processor may round differently
 HOSTS = {"box2d.org", "distributed.dask.org", "github.com", "www.pymunk.org"}  # that the documents link to
-NEEDS = {"box2d": "pyb2d3", ".mp4": "av"}  # what a command names, and the library that it needs
+NEEDS = {"box2d": "pyb2d3", ".mp4": "av", "--plot": "matplotlib"}  # what a command names, and the library that it needs
 
 
 class Block(NamedTuple):

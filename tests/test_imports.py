@@ -22,13 +22,14 @@ MODULES: Final = {
     for file in sorted(ROOT.rglob("*.py"))
     if file.parent != ROOT or not file.name.startswith("__")
 }
-PLAIN: Final = ("bench.plain", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
+PLAIN: Final = ("bench.engines", "bench.window")  # benchmarks of plain Pymunk and pygame, for comparison
 LIBRARIES: Final = {  # library -> the modules and folders that may import it; numpy and numba are imported everywhere
     "pydantic": ("scene", "run", "analysis.documents", "view"),
     "pydantic_core": ("scene",),
     "tomlkit": ("scene.files",),
     "pandas": ("run.trajectory",),
     "PIL": ("scene", "view"),
+    "matplotlib": ("report.plot",),
     "llvmlite": ("compiled",),
     "pymunk": (
         "engines.pymunk",

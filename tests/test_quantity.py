@@ -8,17 +8,9 @@ from conftest import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sandbox.quantity import (
-    count_overlaps,
-    deepest_overlap,
-    energy,
-    kinetic_energy,
-    length,
-    momentum,
-    potential_energy,
-    segment_distance,
-)
+from sandbox.quantity import count_overlaps, deepest_overlap, energy, kinetic_energy, length, momentum, potential_energy
 from sandbox.scene.spawn import spawn
+from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats, States
 
 coordinate = st.floats(-1e3, 1e3).map(lambda x: round(x, 6))

@@ -25,6 +25,7 @@ CLASSES = (
     "SpaceWarning",
     "State",
     "SweepTable",
+    "Traits",
     "Trajectory",
 )
 HEAVY = ("numpy", "numba", "pydantic", "pymunk", "pygame", "bokeh", "rich", "typer")

@@ -9,9 +9,10 @@ import pytest
 
 from sandbox.engines.exact import ExactEngine, engine
 from sandbox.engines.exact.event_loop import run
-from sandbox.quantity import energy, segment_distance
+from sandbox.quantity import energy
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scene.walls import segment_distance
 from sandbox.state import State
 
 SIZE = (400.0, 300.0)

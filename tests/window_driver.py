@@ -37,7 +37,7 @@ class WorkerHere(case_worker.CaseWorker):
     """Does its tasks in this process, at once."""
 
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        self.is_busy, self._answer = True, case_worker._answer(run, page)
+        self.is_busy, self._answer = True, case_worker._answer((run, page))
 
     def poll(self) -> Case | SandboxError | None:
         was_busy, self.is_busy = self.is_busy, False

@@ -10,9 +10,8 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison, compare
 from sandbox.analysis.documents import TrialFigures
-from sandbox.analysis.reference import REFERENCE
 from sandbox.analysis.verdict import MAX_THEORY_ERROR, NEGLIGIBLE_ENERGY, worst_of_theory
-from sandbox.engines import TUNED, settings_in, with_settings
+from sandbox.engines import REFERENCE, TUNED, settings_in, with_settings
 from sandbox.engines.specs import format_settings
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetRate

@@ -8,10 +8,9 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
-from sandbox.analysis.expectations import steps_around
 from sandbox.analysis.measurement import Measurement, Run
-from sandbox.analysis.reference import REFERENCE, Trust, Twins, reference_of
-from sandbox.engines import Engines, Source, default_engines, named
+from sandbox.analysis.reference import Trust, Twins, reference_of
+from sandbox.engines import REFERENCE, Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
 from sandbox.judge.timeline import Timeline
 from sandbox.run.edits import Edit, edited_scenes
@@ -19,8 +18,9 @@ from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
+from sandbox.scores.expectations import steps_around
 from sandbox.state import Floats, State
-from sandbox.text import CsvDialect, csv_text
+from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
@@ -112,7 +112,7 @@ class Comparison:
             energy_scale=self.energy_scale,
         )
 
-    def as_csv(self, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+    def as_csv(self) -> str:
         """Return what `--csv` writes: a row for each engine, nested figures under dotted names.
 
         The columns are the same for all engines and scenes.
@@ -120,7 +120,7 @@ class Comparison:
         common = asdict(self.conditions)
         columns = ("engine", *common, *figure_columns())
         rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
-        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)], dialect)
+        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
     def check_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None

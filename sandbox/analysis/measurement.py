@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.difference import Difference, Passage, difference_at_start, differences, passages
-from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Score, overlap_in, score
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.judge.causes import NEGLIGIBLE
@@ -21,6 +19,8 @@ from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, 
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
+from sandbox.scores.energy_scale import EnergyScale
+from sandbox.scores.expectations import Score, overlap_in, score
 from sandbox.state import PUSH, Bools, Contacts, Floats, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
@@ -155,7 +155,7 @@ class Measurement:
         self.pushes: list[tuple[int, int, Vector]] = []
         self.start = state = runner.engine.state()
         self.states.fill(0, state)
-        runner.engine.contacts()  # starts recording
+        runner.engine.record_contacts()
         self._scene = scene
         self._stride = stride
         self._substeps = self._traits.damping.substeps

@@ -9,16 +9,15 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.analysis.ties import SIMULTANEOUS, Tie, find_tie
-from sandbox.engines import Engine
+from sandbox.engines import REFERENCE, Engine
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.engine import ExactEngine
 from sandbox.engines.renumbered import RenumberedEngine
 from sandbox.quantity import length
 from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.model import Scene
-from sandbox.state import Bools, Contacts, Floats, State, States
+from sandbox.state import Bools, Contacts, Floats, State, States, no_contacts
 
-REFERENCE: Final = "exact"
 SHIFTED_TWINS: Final = 3  # one may happen not to grow: a contact can absorb a shift to the bit
 MAX_SHIFT: Final = 8  # units in the last place, of every coordinate of a shifted twin
 PARTED: Final = 1e-9  # of a radius or a speed, by which a twin is elsewhere, and not only rounded otherwise
@@ -77,7 +76,7 @@ class Twins:
 
     def __init__(self, lockstep: Lockstep, engine: str) -> None:
         scene, state = lockstep.scene, lockstep.engines[engine].state()
-        self._hands, self._radius = lockstep.hands, scene.bodies.radius
+        self._hands, self._radius = lockstep.applied, scene.bodies.radius
         self._shifted = [lockstep.new_runner(engine, _shifted(state, number)) for number in range(SHIFTED_TWINS)]
         renumbered = lockstep.new_runner(engine, state, partial(RenumberedEngine, lockstep.builds[engine]))
         by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
@@ -147,7 +146,8 @@ class _TieSearch:
         self.parted: int | None = None
         self._radius, self._clock = scene.bodies.radius, scene.clock
         self._resting = RESTING * math.hypot(*scene.gravity) * shortest * float(scene.bodies.mass.min())
-        self._theirs = self._mine = runner.engine.contacts()  # of the twin and the original in that step
+        runner.engine.record_contacts()
+        self._theirs = self._mine = no_contacts()  # of the twin and the original in that step
         self._compared = 0  # steps
         self._searched = 0, 0  # contacts of both when a tie was searched for last
         self._tie: Tie | None = None

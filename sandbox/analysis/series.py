@@ -10,7 +10,7 @@ from sandbox.analysis.measurement import Run
 from sandbox.files import whole_file
 from sandbox.quantity import height
 from sandbox.state import Floats
-from sandbox.text import CsvDialect, csv_text
+from sandbox.text import csv_text
 
 SERIES_COLUMNS: Final = (
     "time",  # s
@@ -28,18 +28,18 @@ BLOCK_STEPS: Final = 10_000  # that are written together
 MAX_POINTS: Final = 2_000  # of a line, about; screens have fewer columns
 
 
-def write_series(comparison: Comparison, path: str, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
+def write_series(comparison: Comparison, path: str) -> None:
     """Write what `--series` writes: a row for each step and engine. Raises SandboxError if the file cannot be written.
 
     Within a step, the engines come in the comparison's order.
     """
     series = {name: _series(comparison, run) for name, run in comparison.runs.items()}
     with whole_file(path) as file:
-        file.write(csv_text([SERIES_COLUMNS], dialect).encode())
+        file.write(csv_text([SERIES_COLUMNS]).encode())
         for start in range(0, len(comparison.time), BLOCK_STEPS):
             steps = slice(start, start + BLOCK_STEPS)
             block = {name: [values[steps] for values in columns] for name, columns in series.items()}
-            file.write(csv_text(_rows(comparison.time[steps], block), dialect).encode())
+            file.write(csv_text(_rows(comparison.time[steps], block)).encode())
 
 
 def _series(comparison: Comparison, run: Run) -> list[np.ndarray[Any, Any]]:

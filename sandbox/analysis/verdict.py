@@ -10,13 +10,12 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
-from sandbox.analysis.expectations import overlap_in, worst
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.measurement import Figures, Run, keeps_energy
-from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import TUNED, settings_in
+from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.ledger import Entry
+from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left

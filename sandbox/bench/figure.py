@@ -1,10 +1,17 @@
-"""Figures, and how they are measured."""
+"""Figures: how they are measured, and compared with those of an earlier benchmark."""
 
-from collections.abc import Callable, Sequence
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
 from time import process_time
-from typing import Final
+from typing import Any, Final
+
+from sandbox.errors import SandboxError
+from sandbox.files import read_text
+from sandbox.text import printable
 
 PROCESS_NOISE: Final = 0.05  # fraction by which a figure varies from process to process, beyond the spread in each
 MEMORY_NOISE: Final = 1.0  # MB, likewise: growth can be 0 in all rounds
@@ -50,3 +57,26 @@ def repeats_in(act: Callable[[], object], total: float) -> int:
 def alternately(rounds: int, *measurements: Callable[[], float]) -> list[tuple[float, ...]]:
     """Take measurements alternately, for some rounds; return those of each round."""
     return [tuple(measure() for measure in measurements) for _ in range(rounds)]
+
+
+def read_figures(file: Path) -> dict[str, Figure]:
+    """Read the JSON of an earlier benchmark, and return its figures by name. Raises SandboxError if it is not one."""
+    text = read_text(file)
+    try:
+        return {figure.name: figure for figure in map(_figure, json.loads(text))}
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        raise SandboxError(f"{printable(str(file))}: is not a file of sandbox bench --json") from None
+
+
+def _figure(fields: dict[str, Any]) -> Figure:
+    """Return a figure that was read. Raises TypeError, ValueError or OverflowError if it is not one."""
+    figure = Figure(**fields)
+    numbers = (figure.lowest, figure.median, figure.highest)
+    if not (isinstance(figure.name, str) and all(map(math.isfinite, numbers)) and [*numbers] == sorted(numbers)):
+        raise ValueError("neither a name nor a spread")
+    return figure
+
+
+def worse(figures: Iterable[Figure], earlier: Mapping[str, Figure]) -> list[Figure]:
+    """Return the figures that are worse than earlier ones of the same name by more than the spread."""
+    return [figure for figure in figures if figure.name in earlier and figure.is_worse_than(earlier[figure.name])]

@@ -2,22 +2,22 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from functools import partial
 from typing import Final
+from unittest.mock import patch
 
 import pygame
 from pymunk.pygame_util import DrawOptions
 
-from sandbox.bench.figure import Figure, figure, processor_time, repeats_in
-from sandbox.bench.memory import PRESENT, megabytes
-from sandbox.bench.plain import plain_space
+from sandbox.bench.engines import plain_space
+from sandbox.bench.figure import Figure, alternately, figure, processor_time, repeats_in
+from sandbox.bench.programs import ENVIRONMENT, PRESENT, megabytes
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.view.compiling import compiling_beside_window
 from sandbox.view.window import FRAME_RATE, Window
 
 WINDOW_SIZE: Final = (1680, 1010)  # px; large enough for both panes at the size of the scene, and the charts below
-VIDEO_DRIVER: Final = "SDL_VIDEODRIVER"  # environment variable that selects SDL's screen
 SECONDS_PER_ROUND: Final = 0.2  # for which each side of a ratio is measured
 MIN_FRAMES: Final = 8  # in a round: the garbage collector runs in some frames only
 WARM_UP_FRAMES: Final = 500  # in which the history of a gas of 1,000 balls or more fills up
@@ -25,13 +25,16 @@ FRAMES_PER_ROUND: Final = 200  # in which growth is measured
 
 
 def frame(rounds: int) -> Iterator[Figure]:
-    """Measure a frame of two panes and charts, with physics and without, and relative to plain Pymunk's with one pane.
+    """Measure a frame of two panes and charts, and relative to plain Pymunk's with one pane.
 
     Plain Pymunk's frame is a step, and its own debug-draw.
     """
-    with _dummy_screen():
-        for scene in (load("article"), load("gas-100"), load("gas-1000"), finer_gas(5_000), finer_gas(20_000)):
-            yield from _frame(scene, rounds)
+    with patch.dict(os.environ, ENVIRONMENT):
+        try:
+            for scene in (load("article"), load("gas-1000"), finer_gas(20_000)):
+                yield from _frame(scene, rounds)
+        finally:
+            pygame.display.quit()
 
 
 def finer_gas(n: int) -> Scene:
@@ -39,20 +42,6 @@ def finer_gas(n: int) -> Scene:
     smaller = (1_000 / n) ** 0.5
     balls = f"{{ count = {n}, radius = {5.5 * smaller}, inside = [[0, 0], [800, 600]], rms_speed = {100 * smaller} }}"
     return parse(f"arena.size = [800, 600]\nballs = [{balls}]", f"gas-{n}")
-
-
-@contextmanager
-def _dummy_screen() -> Iterator[None]:
-    before = os.environ.get(VIDEO_DRIVER)
-    os.environ[VIDEO_DRIVER] = "dummy"
-    try:
-        yield
-    finally:
-        pygame.display.quit()
-        if before is None:
-            del os.environ[VIDEO_DRIVER]
-        else:
-            os.environ[VIDEO_DRIVER] = before
 
 
 def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
@@ -63,37 +52,20 @@ def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
     surface = pygame.Surface([int(side) for side in scene.arena.size])
     options = DrawOptions(surface)
 
-    def physics() -> None:
+    def ours() -> None:
         window.playback.advance(1 / FRAME_RATE)
-
-    def drawing() -> None:
         window.draw()
         pygame.display.flip()
-
-    def ours() -> None:
-        physics()
-        drawing()
 
     def plain() -> None:
         space.step(1 / scene.rate)
         surface.fill("white")
         space.debug_draw(options)
 
-    frames, plain_frames = (max(MIN_FRAMES, repeats_in(act, SECONDS_PER_ROUND)) for act in (ours, plain))
-    measured: list[tuple[float, float, float]] = []  # physics, drawing, plain frame: s
-    for _ in range(rounds):
-        split = [(processor_time(physics), processor_time(drawing)) for _ in range(frames)]
-        both = (sum(times) / frames for times in zip(*split, strict=True))
-        measured.append((*both, processor_time(plain, plain_frames)))
-    yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * (a + b) for a, b, _ in measured], "ms")
-    yield figure(f"drawing n={n}", f"{n:,} balls: the same without physics", [1000 * b for _, b, _ in measured], "ms")
-    ratios = [(a + b) / c for a, b, c in measured]
-    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's pane", ratios)
-
-
-def first_frame() -> None:
-    """Open the window on the article's scene, as `sandbox` does, and draw one frame."""
-    Window(load("article"), None).draw()
+    acts = [(act, max(MIN_FRAMES, repeats_in(act, SECONDS_PER_ROUND))) for act in (ours, plain)]
+    measured = alternately(rounds, *(partial(processor_time, act, frames) for act, frames in acts))
+    yield figure(f"frame n={n}", f"{n:,} balls: frame of two panes", [1000 * a for a, _ in measured], "ms")
+    yield figure(f"frame / plain n={n}", f"{n:,} balls: frame / plain Pymunk's pane", [a / b for a, b in measured])
 
 
 def first_moving_ball() -> None:

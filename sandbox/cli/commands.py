@@ -5,7 +5,7 @@ Slow imports happen inside the commands that need them.
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from enum import StrEnum
 from functools import partial
@@ -16,11 +16,10 @@ import typer
 
 from sandbox import __version__
 from sandbox.cli.exit import exit_codes, print_error
-from sandbox.cli.inputs import print_warnings, scene_and_inputs
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
-    CsvDialectOption,
+    CsvFile,
     Engines,
     EnginesToCompare,
     EnginesToScore,
@@ -29,16 +28,25 @@ from sandbox.cli.options import (
     JsonFile,
     JunitFile,
     Layers,
+    MaxDrift,
+    MaxEnergyError,
+    MaxGap,
     Parts,
+    PlotFile,
     Rate,
     Rates,
+    ReportFile,
     SceneArgument,
+    Scheduler,
     Seconds,
     Seed,
     Seeds,
+    SeriesFile,
     Settings,
     SizeOption,
     complete_scene,
+    print_warnings,
+    scene_and_inputs,
     settings_by_key,
 )
 from sandbox.cli.progress import (
@@ -51,10 +59,11 @@ from sandbox.cli.progress import (
 )
 from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, check_outputs, whole_file
-from sandbox.text import CsvDialect, console, counted, json_text, printable
+from sandbox.text import console, counted, json_text, printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
+    from sandbox.analysis.advice import Trial
     from sandbox.analysis.comparison import Comparison
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
@@ -171,82 +180,62 @@ def compare(
     rate: Rate = None,
     inputs: Inputs = None,
     json_file: JsonFile = None,
-    csv_file: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")] = None,
-    series: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Write energy, gap and more at every step as CSV.")
-    ] = None,
-    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
-    plot: Annotated[
-        str | None, typer.Option(metavar="FILE", help="Draw energy and gap over time as a .png or .svg file.")
-    ] = None,
-    report: Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")] = None,
-    max_gap: Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")] = None,
-    max_drift: Annotated[
-        float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger fraction.")
-    ] = None,
-    max_energy_error: Annotated[
-        float | None,
-        typer.Option(
-            min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."
-        ),
-    ] = None,
-    junit: JunitFile = None,
+    csv_file: CsvFile = None,
+    series: SeriesFile = None,
+    plot: PlotFile = None,
+    report: ReportFile = None,
+    max_gap: MaxGap = None,
+    max_drift: MaxDrift = None,
+    max_energy_error: MaxEnergyError = None,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    from sandbox.analysis.advice import as_json as advice_as_json
-    from sandbox.analysis.junit import limits_as_junit
-    from sandbox.analysis.series import write_series
-    from sandbox.cli.tables import print_advice
-    from sandbox.report.tables import print_comparison
-
     if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
         raise SandboxError(f"{report}: a report must end in .html")
     if plot:
-        from sandbox.view.plot import check_plot, save_plot
+        from sandbox.report.plot import check_plot
 
         check_plot(plot)
     limits = {"max_gap": max_gap, "max_drift": max_drift, "max_energy_error": max_energy_error}
-    if junit is not None and all(limit is None for limit in limits.values()):
-        raise SandboxError("--junit: reports limits; set one, such as --max-energy-error 1e-6")
-    outputs = {
-        "--json": json_file,
-        "--csv": csv_file,
-        "--series": series,
-        "--plot": plot,
-        "--report": report,
-        "--junit": junit,
-    }
+    outputs = {"--json": json_file, "--csv": csv_file, "--series": series, "--plot": plot, "--report": report}
     check_outputs(outputs, [scene, inputs])
-    _check_dialect(csv_dialect, is_used=bool(csv_file or series), add="add --csv FILE or --series FILE")
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = compare_with_bar(chosen, engines, against, replayed)
         trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
-    if json_file:
-        _write(json_text(comparison.as_json() | advice_as_json(trials)), json_file)
-    if csv_file:
-        _write(comparison.as_csv(csv_dialect), csv_file)
-    if series:
-        write_series(comparison, series, csv_dialect)
-    if plot:
-        save_plot(comparison, plot)
-    if report:
+    _write_comparison(comparison, trials, {option: file for option, file in outputs.items() if file})
+    _exit_of(comparison, [check.exceeded for check in comparison.check_limits(**limits) if check.exceeded])
+
+
+def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outputs: Mapping[str, str]) -> None:
+    """Write a comparison into a file for each option, and print it unless one of them is standard output."""
+    from sandbox.analysis.advice import as_json as advice_as_json
+    from sandbox.analysis.series import write_series
+    from sandbox.cli.tables import print_advice
+    from sandbox.report.tables import print_comparison
+
+    if file := outputs.get("--json"):
+        _write(json_text(comparison.as_json() | advice_as_json(trials)), file)
+    if file := outputs.get("--csv"):
+        _write(comparison.as_csv(), file)
+    if file := outputs.get("--series"):
+        write_series(comparison, file)
+    if file := outputs.get("--plot"):
+        from sandbox.report.plot import save_plot
+
+        save_plot(comparison, file)
+    if file := outputs.get("--report"):
         from sandbox.report.comparison import page
 
-        _write(page(comparison, trials), report)
+        _write(page(comparison, trials), file)
     if not _has_document(outputs.values()):
         print_comparison(comparison, console())
         print_advice(trials)
-    checks = list(comparison.check_limits(**limits))
-    if junit:
-        _write(limits_as_junit(chosen.name, checks), junit)
-    _exit_of(comparison, [check.exceeded for check in checks if check.exceeded])
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -257,12 +246,6 @@ def _has_document(files: Iterable[str | None]) -> bool:
 def _printed_beside(files: Iterable[str | None]) -> AbstractContextManager[object]:
     """While engines run, send what their own code prints to standard error, if an output is standard output."""
     return redirect_stdout(sys.stderr) if _has_document(files) else nullcontext()
-
-
-def _check_dialect(dialect: CsvDialect, *, is_used: bool, add: str) -> None:
-    """Raise SandboxError if CSV is to be written in a dialect, and none is written. add: what to do instead."""
-    if dialect != CsvDialect.DECIMAL_POINT and not is_used:
-        raise SandboxError(f"--csv-dialect {dialect}: no CSV is written; {add}")
 
 
 def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
@@ -284,8 +267,7 @@ def trace(
     seed: Seed = None,
     rate: Rate = None,
     inputs: Inputs = None,
-    out: Annotated[str, typer.Option(metavar="FILE", help="A .npz, .csv or extended .xyz file; - prints CSV.")] = "-",
-    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
+    out: Annotated[str, typer.Option(metavar="FILE", help="A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer, write_trace
@@ -293,15 +275,13 @@ def trace(
     if steps is not None and seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
     check_outputs({"--out": out}, [scene, inputs])
-    trace_writer(out, csv_dialect)  # rejects an unknown ending before anything runs
-    is_csv = out in STANDARD_OUTPUT or Path(out).suffix == ".csv"
-    _check_dialect(csv_dialect, is_used=is_csv, add="write the trace to a .csv file")
+    trace_writer(out)  # rejects an unknown ending before anything runs
     show_compiling()
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
     print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
-    write_trace(trajectory, out, csv_dialect)
+    write_trace(trajectory, out)
 
 
 @app.command()
@@ -321,10 +301,10 @@ def verify(
     Each row has the largest error in a scene, as soon as the scene is done; then follows what was missed. Exit code 1:
     an engine named with --engines missed an expectation or broke; without --engines, the exact engine did.
     """
-    from sandbox.analysis.verify import all_passed, as_json, as_junit
-    from sandbox.analysis.verify import verify as score_engines
     from sandbox.engines import registry
     from sandbox.report.tables import Scoreboard, print_misses, print_tally
+    from sandbox.scores.verify import all_passed, as_json, as_junit
+    from sandbox.scores.verify import verify as score_engines
     from sandbox.scripting.calls import scenes_to_score
 
     check_outputs({"--json": json_file, "--junit": junit}, scenes or ())
@@ -366,11 +346,8 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="Write the table as CSV; - prints it.")] = "-",
-    csv_dialect: CsvDialectOption = CsvDialect.DECIMAL_POINT,
     workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")
-    ] = None,
+    scheduler: Scheduler = None,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
@@ -379,9 +356,10 @@ def sweep(
     stopped. Exit code 1: some rows are missing, because their runs failed.
     """
     from sandbox.engines import default_engines
+    from sandbox.processes import core_count
     from sandbox.scene.files import load
     from sandbox.sweeps import in_order, open_journal, plan, write
-    from sandbox.sweeps.workers import check_scheduler, core_count
+    from sandbox.sweeps.workers import check_scheduler
 
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
@@ -406,7 +384,7 @@ def sweep(
             from sandbox.report.sweep import page
 
             _write(page(planned, rows), report)
-        write(planned, rows, out, csv_dialect)
+        write(planned, rows, out)
     if failures:
         raise typer.Exit(1)
 
@@ -465,34 +443,34 @@ def bench(
         Path | None, typer.Option(metavar="FILE", help="Print what became worse since an earlier --json FILE.")
     ] = None,
 ) -> None:
-    """Measure the speed of the sandbox, in five to fifteen minutes.
+    """Measure the speed of the sandbox, in about five minutes.
 
-    The parts are pymunk, article, exact, compare, sweep, window, memory, start and cold. A figure with a "/" is a ratio
+    The parts are pymunk, article, exact, compare, window, memory, start and cold. A figure with a "/" is a ratio
     of two measured alternately. Exit code 1: compared with --against, a figure became worse.
     """
-    from sandbox.bench.against import read_figures, worse
+    from sandbox.bench.figure import read_figures, worse
     from sandbox.bench.parts import bench as measure
     from sandbox.cli.tables import print_figures, print_worse
 
     check_outputs({"--json": json_file}, [against])
     earlier = read_figures(against) if against else {}
-    found = []
+    measured = []
     for title, figures in measure(only):
         with displayed(console(stderr=True).status(title)):
             part = list(figures)
-        found += part
+        measured += part
         if json_file not in STANDARD_OUTPUT:
             print_figures(title, part)
     if json_file:
-        _write(json_text([vars(figure) for figure in found]), json_file)
+        _write(json_text([vars(figure) for figure in measured]), json_file)
     if against and json_file not in STANDARD_OUTPUT:
-        print_worse(found, earlier)
-    if worse(found, earlier):
+        print_worse(measured, earlier)
+    if worse(measured, earlier):
         raise typer.Exit(1)
 
 
 class Document(StrEnum):
-    """What has a JSON Schema: scene files, and what two commands write with --json."""
+    """The documents with a JSON Schema: scene files, and the JSON of two commands."""
 
     SCENE = "scene"
     COMPARE = "compare"
@@ -507,17 +485,17 @@ def print_schema(
 ) -> None:
     """Print the JSON Schema of scene files, or of what compare or verify writes with --json."""
     from sandbox.analysis.documents import comparison_schema, json_schema
-    from sandbox.analysis.verify import Scores
     from sandbox.scene.files import schema
+    from sandbox.scores.verify import Scores
 
     match document:
         case Document.SCENE:
-            found = schema()
+            content = schema()
         case Document.COMPARE:
-            found = comparison_schema()
+            content = comparison_schema()
         case Document.VERIFY:
-            found = json_schema(Scores)
-    print(json_text(found), end="")
+            content = json_schema(Scores)
+    print(json_text(content), end="")
 
 
 def _write(text: str, file: str) -> None:

@@ -9,11 +9,17 @@ from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
 import typer
 
 from sandbox.errors import SandboxError, suggestion
-from sandbox.text import CsvDialect, printable
+from sandbox.text import printable
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
     from sandbox.engines.specs import Value
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sandbox.run.inputs import Input
+    from sandbox.scene.model import Scene
 
 T = TypeVar("T")
 
@@ -207,11 +213,24 @@ Inputs = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Replay the drags and edits saved with --save-inputs.")
 ]
 JsonFile = Annotated[str | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")]
-CsvDialectOption = Annotated[
-    CsvDialect,
-    typer.Option("--csv-dialect", help="How CSV is written; decimal-comma separates cells by semicolons."),
+CsvFile = Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as CSV.")]
+SeriesFile = Annotated[
+    str | None, typer.Option(metavar="FILE", help="Write energy, gap and more at every step as CSV.")
+]
+PlotFile = Annotated[
+    str | None, typer.Option(metavar="FILE", help="Draw energy and gap over time as a .png or .svg file.")
+]
+ReportFile = Annotated[str | None, typer.Option(metavar="FILE", help="Write a report as one .html file.")]
+MaxGap = Annotated[float | None, typer.Option(min=0, metavar="PX", help="Exit with 1 if a gap is larger.")]
+MaxDrift = Annotated[
+    float | None, typer.Option(min=0, metavar="X", help="Exit with 1 if energy changes by a larger fraction.")
+]
+MaxEnergyError = Annotated[
+    float | None,
+    typer.Option(min=0, metavar="X", help="Exit with 1 if energy differs by a larger fraction from the reference's."),
 ]
 JunitFile = Annotated[str | None, typer.Option("--junit", metavar="FILE", help="Write the results as JUnit XML.")]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", help="Run on the cluster of a Dask scheduler.")]
 SizeOption = Annotated[Size, typer.Option(metavar="WxH", parser=_if_text(parse_size), help="Width and height, px.")]
 Layers = Annotated[
     Sequence[Layer],
@@ -231,3 +250,21 @@ Settings = Annotated[
         help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
     ),
 ]
+
+
+def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tuple[Scene, Sequence[Input]]":
+    """Load a scene and apply the changes that are not None; recorded inputs bring their own seed and rate."""
+    from sandbox.scripting.arguments import replay
+
+    chosen, recorded, warning = replay(scene, inputs, **changes)
+    if warning:
+        print(warning, file=sys.stderr)
+    return chosen, recorded
+
+
+def print_warnings(scene: "Scene") -> None:
+    """Print what the author of a scene may not have meant. Raises SandboxError if its balls do not fit."""
+    from sandbox.scene.spawn import spawn, warnings
+
+    for warning in warnings(scene, spawn(scene)):
+        print(warning, file=sys.stderr)

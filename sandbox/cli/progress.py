@@ -1,4 +1,4 @@
-"""What a command shows on a terminal while it runs: progress bars, also while kernels are compiled."""
+"""Progress bars of a command on a terminal, also while kernels are compiled."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -130,7 +130,7 @@ class _TerminalCompiler:
         """Show the progress until the kernels of a module are compiled."""
         from rich.progress import BarColumn, Progress, TextColumn
 
-        from sandbox.sweeps.workers import core_count
+        from sandbox.processes import core_count
         from sandbox.view.compilation import COMPUTATION, Compilation
 
         terminal = console(stderr=True)

@@ -1,4 +1,4 @@
-"""What commands print beside comparisons and scores: advice and benchmarks, as tables that fit the terminal."""
+"""Tables of advice and benchmarks that fit the terminal."""
 
 from collections.abc import Mapping, Sequence
 from typing import Final
@@ -8,8 +8,7 @@ from rich.padding import Padding
 from rich.table import Table
 
 from sandbox.analysis.advice import Trial, advice_rows, recommend
-from sandbox.bench.against import worse
-from sandbox.bench.figure import Figure
+from sandbox.bench.figure import Figure, worse
 from sandbox.text import console, counted
 
 COLUMN_GAP: Final = 2  # columns
@@ -53,19 +52,19 @@ def print_figures(title: str, figures: Sequence[Figure]) -> None:
 
 def print_worse(figures: Sequence[Figure], earlier: Mapping[str, Figure]) -> None:
     """Print which figures are worse than those of an earlier benchmark, and how many were compared."""
-    found, common = worse(figures, earlier), [figure for figure in figures if figure.name in earlier]
-    if found:
+    worsened, common = worse(figures, earlier), [figure for figure in figures if figure.name in earlier]
+    if worsened:
         table = Table(title="Worse by more than the spread", title_justify="left", box=None, pad_edge=False)
         table.add_column("", width=42)
         for column in ("before", "now", "ratio"):
             table.add_column(column, justify="right", width=9)
         table.add_column("")
-        for figure in found:
+        for figure in worsened:
             before, now = earlier[figure.name].median, figure.median
             ratio = _rounded(now / before) if before else "-"
             table.add_row(figure.name, _rounded(before), _rounded(now), ratio, figure.unit)
         console().print(table, "")
-    print(f"{counted(len(common), 'figure')} compared, {len(found)} worse")
+    print(f"{counted(len(common), 'figure')} compared, {len(worsened)} worse")
 
 
 def _rounded(value: float) -> str:

@@ -15,8 +15,8 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from typing import Any, Final, cast
 
-from sandbox.engines.engine import Engine, advance
-from sandbox.engines.in_file import load_from_file
+from sandbox.engines.custom import load_from_file
+from sandbox.engines.engine import CheckingEngine, Engine, advance
 from sandbox.engines.specs import TUNED, file_and_name, settings_in, with_settings
 from sandbox.errors import EngineError, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
@@ -25,6 +25,7 @@ from sandbox.text import printable
 
 __all__ = [
     "BUILT_IN",
+    "REFERENCE",
     "TEXTBOOK_ENGINES",
     "TUNED",
     "Engine",
@@ -56,11 +57,11 @@ _BUILT_IN: Final = {
 }
 BUILT_IN: Final = tuple(_BUILT_IN)
 _EXTRAS: Final = {"box2d": "pyb2d3"}  # engine, which is an extra of the same name -> the library that it needs
-_OF_ANY_STEPS: Final = "exact"  # the engine that can take steps of different lengths
+REFERENCE: Final = "exact"  # what engines are measured against by default; it can take steps of different lengths
 TEXTBOOK_ENGINES: Final = ("article", "impulse")  # the first that can run the scene is compared with Pymunk by default
 
 Source = str | Callable[..., Any]
-"""What an engine is built from: a spec, a class or function of (scene, initial), or a function of one step."""
+"""The source of an engine: a spec, a class or function of (scene, initial), or a function of one step."""
 Engines = Source | Iterable[Source] | Mapping[str, Source]
 """One engine or several. In a mapping each has a name of its own; else a spec is its own name."""
 
@@ -91,13 +92,13 @@ def named(engines: Engines) -> dict[str, Source]:
 
 def _by_name(sources: Iterable[Source]) -> dict[str, Source]:
     """Return engines by the names that they have themselves. Raises SandboxError if two have the same."""
-    found: dict[str, Source] = {}
+    by_name: dict[str, Source] = {}
     for source in sources:
         if not isinstance(source, str) and not callable(source):
             raise SandboxError(f"{KINDS}, got {shown(source)}")
-        if found.setdefault(name := _name_of(source), source) != source:
+        if by_name.setdefault(name := _name_of(source), source) != source:
             raise SandboxError(f"{name}: is the name of two engines; name them in a mapping")
-    return found
+    return by_name
 
 
 def _name_of(source: Source) -> str:
@@ -181,7 +182,7 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
     name = name or _name_of(source)
     if isinstance(source, str):
         base, scene = resolved(source, scene)
-        if scene.is_timed and base != _OF_ANY_STEPS:
+        if scene.is_timed and base != REFERENCE:
             raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
         if base in _BUILT_IN:
             return cast("Engine", _load(base)(scene, initial))
@@ -202,10 +203,10 @@ def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
     builds: whether to build an engine that has no `check`, which may refuse the scene too.
     """
     base, _ = settings_in(name)
-    check = getattr(_load(base), "check", None)
+    engine = _load(base)
     try:
-        if check:
-            check(scene)
+        if hasattr(engine, "check"):
+            cast("CheckingEngine", engine).check(scene)
         elif builds:
             from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it imports numba; listing engines must not wait)
 

@@ -10,12 +10,13 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
-from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
-from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step, log_contact
-from sandbox.engines.walls import BOTTOM, LEFT, RIGHT, TOP
+from sandbox.engines.contact_log import Log, log_contact
+from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step
 from sandbox.errors import Refused
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.scene.walls import BOTTOM, LEFT, RIGHT, TOP
+from sandbox.state import Floats, State, States
 
 SQUARE: Final = 2.0  # exponent, passed to `frames` as an argument: a compiler turns a constant one into a product
 POW_PROBES: Final = {  # numbers whose squares only one variant of glibc's pow, with FMA or without, does not round
@@ -35,23 +36,22 @@ def frames(
     width: float,
     height: float,
     square: float,
-    grid: Grid | None,
-    log: Contacts,
+    grid: NeighbourGrid | None,
+    log: Log,
 ) -> tuple[int, int]:
     """Play frames of the article, see `SteppedEngine.run`.
 
     states: with velocities in px per frame; log: of contacts, with the impulse per mass (px per frame). Returns the
     number of frames played, and of contacts logged in them.
     """
-    count = 0
     for k in range(len(states.position)):
         position, velocity, _, _ = begin_step(k, start, states)
-        now, before = (frames_before + k + 1) / rate, count
-        count = _move(position, velocity, radius, width, height, log, count, now)
-        count = _collide(position, velocity, radius, square, grid, log, count, now)
-        if count > len(log):
-            return k, before
-    return len(states.position), count
+        now, logged = (frames_before + k + 1) / rate, log.filled[0]
+        _move(position, velocity, radius, width, height, log, now)
+        _collide(position, velocity, radius, square, grid, log, now)
+        if log.filled[0] > len(log.row):
+            return k, logged
+    return len(states.position), log.filled[0]
 
 
 @kernel
@@ -61,11 +61,10 @@ def _move(
     radius: float,
     width: float,
     height: float,
-    log: Contacts,
-    count: int,
+    log: Log,
     now: float,
-) -> int:
-    """Update positions, and bounce off the walls; return the number of contacts in the log."""
+) -> None:
+    """Update positions, and bounce off the walls."""
     for i in range(len(position)):
         position[i, 0] += velocity[i, 0]
         position[i, 1] += velocity[i, 1]
@@ -73,20 +72,19 @@ def _move(
         if x <= radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = radius
-            count = log_contact(log, count, now, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
+            log_contact(log, now, i, ~LEFT, -1.0, 0.0, 2 * velocity[i, 0], radius - x)
         elif x >= width - radius:
             velocity[i, 0] = -velocity[i, 0]
             position[i, 0] = width - radius
-            count = log_contact(log, count, now, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
+            log_contact(log, now, i, ~RIGHT, 1.0, 0.0, -2 * velocity[i, 0], x - (width - radius))
         if y <= radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = radius
-            count = log_contact(log, count, now, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
+            log_contact(log, now, i, ~TOP, 0.0, -1.0, 2 * velocity[i, 1], radius - y)
         elif y >= height - radius:
             velocity[i, 1] = -velocity[i, 1]
             position[i, 1] = height - radius
-            count = log_contact(log, count, now, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
-    return count
+            log_contact(log, now, i, ~BOTTOM, 0.0, 1.0, -2 * velocity[i, 1], y - (height - radius))
 
 
 @kernel
@@ -95,15 +93,13 @@ def _collide(
     velocity: Floats,
     radius: float,
     square: float,
-    grid: Grid | None,
-    log: Contacts,
-    count: int,
+    grid: NeighbourGrid | None,
+    log: Log,
     now: float,
-) -> int:
+) -> None:
     """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
 
-    Returns the number of contacts in the log. `dx**2` goes through the C library's pow, as in Python, and does not
-    always round as dx*dx does.
+    `dx**2` goes through the C library's pow, as in Python, which does not always round as dx*dx does.
     """
     n = len(position)
     fill(grid, position)
@@ -141,8 +137,7 @@ def _collide(
                 position[j, 0] -= nx * overlap / 2
                 position[j, 1] -= ny * overlap / 2
                 note_push(grid, position, i, j)
-                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, overlap)
-    return count
+                log_contact(log, now, i, j, -nx, -ny, -impulse, overlap)
 
 
 class ArticleEngine(SteppedEngine):
@@ -167,7 +162,7 @@ class ArticleEngine(SteppedEngine):
             parts = f"{', '.join(first)} and {last} are" if first else f"{last} is"
             raise Refused(f"article: {parts} not part of the article's rule; use --engines impulse")
 
-    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Log) -> tuple[int, int]:
         """Play frames."""
         return frames(start, steps_before, self._rate, states, *self._constants, log)
 
@@ -179,7 +174,7 @@ def pow_variant() -> str:
     """
     by_pow = [x**SQUARE != x * x for probes in POW_PROBES.values() for x in probes]
     for name in POW_PROBES:
-        if by_pow == [name == other for other, probes in POW_PROBES.items() for _ in probes]:
+        if by_pow == [name == variant for variant, probes in POW_PROBES.items() for _ in probes]:
             return name
     return "other" if any(by_pow) else "rounded"
 

@@ -15,11 +15,12 @@ import numpy as np
 import pyb2d3
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.engines.walls import ARENA_COUNT, Segments, separation
+from sandbox.engines.engine import Traits
 from sandbox.errors import Refused
 from sandbox.quantity import dot, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
+from sandbox.scene.walls import ARENA_COUNT, OUTWARD, separation, walls_of
 from sandbox.state import CONTACT, Contacts, Floats, Integers, State
 
 # px. Box2D is tuned for things of 0.1 to 10 m (its FAQ): here 13 to 1,280 px. It finds contacts up to 0.02 m early:
@@ -47,7 +48,7 @@ class Box2DEngine:
     slides, friction is 1/(1 + e) of Coulomb's.
     """
 
-    together = True
+    traits = Traits(together=True)
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.world = pyb2d3.World(
@@ -66,9 +67,9 @@ class Box2DEngine:
         self._batch = pyb2d3.Bodies()
         for body in self._bodies:
             self._batch.append(body)
-        self._segments = _add_walls(self.world, materials, scene)
-        walls = [scene.arena.friction] * ARENA_COUNT + [wall.friction for wall in scene.walls]
-        self._friction = np.array([*scene.bodies.friction, *reversed(walls)])  # so that ~wall is its index
+        _add_walls(self.world, materials, scene)
+        self._walls = walls_of(scene, WALL_THICKNESS / 2)
+        self._friction = np.append(scene.bodies.friction, self._walls.friction[::-1])  # so that ~wall is its index
         self._start_angle, self._angle = initial.angle, initial.angle.copy()
         self._touching: set[tuple[int, int]] = set()
         self._contacts = ContactLog()
@@ -89,6 +90,10 @@ class Box2DEngine:
         spin = self._batch.get_angular_velocities().astype(np.float64)
         x, v = position * np.float64(METRE), velocity * np.float64(METRE)
         return State(self._steps / self._rate, x, v, self._angle.copy(), spin)
+
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        self._contacts.recording = True
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call.
@@ -140,20 +145,20 @@ class Box2DEngine:
         changes = np.column_stack([change, turned])
         fastest = np.abs([before.velocity, after.velocity]).max()
         least = VELOCITY_ROUNDING * fastest * self._balls.mass[first]
-        found = impulses(first, second, contacts["normal"], changes, self._balls.mass, lever)
-        solved = found[:, 0] > least
+        impulse = impulses(first, second, contacts["normal"], changes, self._balls.mass, lever)
+        solved = impulse[:, 0] > least
         if rough.any() and not solved.all():  # none pulls, and without those that would, the others are others
             pressing = first[solved], second[solved], contacts["normal"][solved]
-            found[solved] = impulses(*pressing, changes, self._balls.mass, lever[solved])
-            solved &= found[:, 0] > least
-        contacts["impulse"], contacts["tangential"] = found.T
+            impulse[solved] = impulses(*pressing, changes, self._balls.mass, lever[solved])
+            solved &= impulse[:, 0] > least
+        contacts["impulse"], contacts["tangential"] = impulse.T
         falling, row = before.velocity + self._gravity / self._rate, np.zeros(len(first), np.int64)
         contacts["slip"] = slips(contacts, row, falling[None], before.spin[None], self._balls.radius)
         self._contacts.add(contacts[solved])
 
     def _geometry(self, position: Floats, first: Integers, second: Integers) -> tuple[Floats, Floats]:
         """Return the unit vectors from first to second, and the depth of their overlap (px)."""
-        away, reach = separation(position, self._balls.radius, self._segments, first, second)
+        away, reach = separation(position, self._balls.radius, self._walls, first, second)
         distance = np.hypot(*away.T)
         normal = away / np.where(distance > 0, distance, 1.0)[:, None]  # 0 if centres coincide: Box2D ignores them
         return normal, reach - distance
@@ -170,10 +175,10 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
     conjugate gradients; which solution Box2D found is unknown if there are several.
     """
     between = second >= 0
-    other = second[between]
+    partner = second[between]
     along = tangent(normal)
     inertia = 1 / mass[first]
-    inertia[between] += 1 / mass[other]
+    inertia[between] += 1 / mass[partner]
     inertia = inertia[:, None] * (1, 1 + DISC_TURNS)
     rough = ~np.isnan(lever[:, 0])
     lever = np.nan_to_num(lever)
@@ -181,9 +186,9 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
     def parting_speed(velocity: Floats) -> Floats:
         """Return how fast the bodies part, and the first's rim slips past the second's backwards: (k, 2) px/s."""
         apart = -velocity[first, :2]
-        apart[between] += velocity[other, :2]
+        apart[between] += velocity[partner, :2]
         slip = dot(along, apart) - lever[:, 0] * velocity[first, 2]
-        slip[between] -= lever[between, 1] * velocity[other, 2]
+        slip[between] -= lever[between, 1] * velocity[partner, 2]
         return np.column_stack([dot(normal, apart), np.where(rough, slip, 0.0)])
 
     def velocity_change(impulse: Floats) -> Floats:
@@ -191,7 +196,7 @@ def impulses(first: Integers, second: Integers, normal: Floats, change: Floats, 
         turn = DISC_TURNS * impulse[:, 1:] * lever
         momentum = np.zeros_like(change)
         np.subtract.at(momentum, first, np.hstack([push, turn[:, :1]]))
-        np.add.at(momentum, other, np.hstack([push, -turn[:, 1:]])[between])
+        np.add.at(momentum, partner, np.hstack([push, -turn[:, 1:]])[between])
         return momentum / mass[:, None]
 
     impulse = np.zeros((len(first), 2))
@@ -235,21 +240,23 @@ class _Materials:
 
     def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
         """Yield the definition of each circle of a ball."""
-        for other in self._elasticities:
-            yield self._shape(number, friction, elasticity * other, elasticity, [other])
+        for partner in self._elasticities:
+            yield self._shape(number, friction, elasticity * partner, elasticity, [partner])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
         """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the maximum."""
         return self._shape(number, friction, 0.0, elasticity, self._elasticities)
 
-    def _shape(self, number: int, friction: float, restitution: float, own: float, others: Sequence[float]) -> Any:
+    def _shape(
+        self, number: int, friction: float, restitution: float, elasticity: float, partners: Sequence[float]
+    ) -> Any:
         return pyb2d3.shape_def(
             user_data=number,
             enable_contact_events=True,
             material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
             filter=pyb2d3.make_filter(
-                category_bits=sum(self._bits[own, other] for other in others),
-                mask_bits=sum(self._bits[other, own] for other in others),
+                category_bits=sum(self._bits[elasticity, partner] for partner in partners),
+                mask_bits=sum(self._bits[partner, elasticity] for partner in partners),
             ),
         )
 
@@ -274,39 +281,25 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
     return added
 
 
-def _add_walls(world: Any, materials: _Materials, scene: Scene) -> Segments:
-    """Add the arena's walls, if they stand, and the scene's own; return the segments of all, numbered after the balls.
-
-    The segment of an arena wall (left, top, right, bottom) lies in the middle of its slab, and has the same inner face.
-    """
+def _add_walls(world: Any, materials: _Materials, scene: Scene) -> None:
+    """Add the arena's walls, if they stand, and the scene's own, with shapes that are numbered after the balls."""
     n, arena, (width, height) = len(scene.bodies), scene.arena, scene.arena.size
     long = WALL_THICKNESS + width + height
-    segments: list[tuple[Vector, Vector, float]] = []
 
-    def add(corner: Vector, wall: Arena | Wall, shape: object) -> None:
+    def add(number: int, corner: Vector, wall: Arena | Wall, shape: object) -> None:
         body = world.create_static_body(position=_metres(corner))
-        body.create_shape(materials.of_wall(n + len(segments), float(wall.elasticity), wall.friction), shape)
+        body.create_shape(materials.of_wall(n + number, float(wall.elasticity), wall.friction), shape)
 
     # Each inner face goes through the origin of its body, where float32 is finest.
-    for (x, y), (ox, oy) in (
-        ((0, 0), (-1, 0)),
-        ((0, 0), (0, -1)),
-        ((width, height), (1, 0)),
-        ((width, height), (0, 1)),
-    ):
+    corners = (0, 0), (0, 0), (width, height), (width, height)
+    for number, (corner, (ox, oy)) in enumerate(zip(corners, OUTWARD.tolist(), strict=True)):
         slab = [
             (ox * deep - oy * along, oy * deep + ox * along)
             for deep, along in ((0, -long), (0, long), (WALL_THICKNESS, long), (WALL_THICKNESS, -long))
         ]
         if arena.walls:
-            add((x, y), arena, pyb2d3.polygon(np.array(slab) / METRE))
-        deep = WALL_THICKNESS / 2
-        a, b = ((x + ox * deep - oy * s, y + oy * deep + ox * s) for s in (-long, long))
-        segments.append((a, b, deep))
-    for wall in scene.walls:
+            add(number, corner, arena, pyb2d3.polygon(np.array(slab) / METRE))
+    for number, wall in enumerate(scene.walls, ARENA_COUNT):
         ends = _metres(wall.start), _metres(wall.to)
         radius = wall.thickness / 2 / METRE
-        add((0, 0), wall, pyb2d3.capsule(*ends, radius) if radius else pyb2d3.segment(*ends))
-        segments.append((wall.start, wall.to, wall.thickness / 2))
-    a, b, half = zip(*segments, strict=True)
-    return Segments(np.array(a, float), np.array(b, float), np.array(half, float))
+        add(number, (0, 0), wall, pyb2d3.capsule(*ends, radius) if radius else pyb2d3.segment(*ends))

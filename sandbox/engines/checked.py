@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import fields, replace
+from difflib import get_close_matches
 from inspect import Signature, getfile, signature
 from numbers import Real
 from typing import Any, Final, cast
@@ -10,8 +11,8 @@ from typing import Any, Final, cast
 import numpy as np
 
 from sandbox.compiled import NotCompiledYet
-from sandbox.engines.engine import BlockEngine, Engine, traits_of
-from sandbox.engines.function import FunctionEngine
+from sandbox.engines.custom import FunctionEngine
+from sandbox.engines.engine import BlockEngine, Engine, Traits, traits_of
 from sandbox.errors import EngineError, Refused, SandboxError, Terminated, shown, traceback_beyond
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
@@ -23,6 +24,7 @@ Factory = Callable[..., Any]  # a class or function of (scene, initial), or a fu
 ROUNDING: Final = 1e-3  # of a step, a radius, a speed or a unit vector: more than an engine in float32 is off
 MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
+BOOLEAN_TRAITS: Final = [each.name for each in fields(Traits) if each.type is bool]
 STEP: Final = "step(position, velocity, dt, scene)"
 
 
@@ -34,13 +36,26 @@ def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
     """
     is_step = _is_step(name, factory)
     with _errors_of(name, initial.time):
-        own = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
-        engine = FunctionEngine(factory, *own) if is_step else factory(*own)
+        arguments = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
+        engine = FunctionEngine(factory, *arguments) if is_step else factory(*arguments)
     for method in REQUIRED:
         if not callable(getattr(engine, method, None)):
             raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}")
+    _check_traits(name, engine)
     checked = _CheckedBlockEngine if _has_own_advance(type(engine)) else CheckedEngine
     return checked(name, engine, scene, initial)
+
+
+def _check_traits(name: str, engine: Any) -> None:
+    """Raise EngineError if an engine declares its traits in a way that would have no effect."""
+    if not isinstance(traits := getattr(engine, "traits", Traits()), Traits):
+        raise EngineError(name, f"its traits must be sandbox.Traits(...), got {_short(traits)}")
+    declared = {key: value for each in type(engine).__mro__ for key, value in vars(each).items()}
+    for key, value in (declared | getattr(engine, "__dict__", {})).items():
+        if isinstance(value, Traits) and key != "traits":
+            raise EngineError(name, f"its traits must be in the attribute traits, got them in {key}")
+        if isinstance(value, bool) and (trait := next(iter(get_close_matches(key, BOOLEAN_TRAITS, cutoff=0.8)), None)):
+            raise EngineError(name, f"{key} = {value} has no effect; write traits = sandbox.Traits({trait}={value})")
 
 
 def _is_step(name: str, factory: Factory) -> bool:
@@ -66,10 +81,10 @@ def _accepts(parameters: Signature, count: int) -> bool:
 
 
 def _with_read_only_arrays(scene: Scene) -> Scene:
-    own = scene.changed()
-    for field in fields(own.bodies):
-        getattr(own.bodies, field.name).setflags(write=False)
-    return own
+    copy = scene.changed()
+    for field in fields(copy.bodies):
+        getattr(copy.bodies, field.name).setflags(write=False)
+    return copy
 
 
 @contextmanager
@@ -130,6 +145,17 @@ class CheckedEngine:
         self._shown = state, checked
         return checked
 
+    def record_contacts(self) -> None:
+        """Start to record contacts; an engine that has no such method may start when they are first read."""
+        if not self.traits.reports_contacts:
+            return
+        if callable(getattr(self._engine, "record_contacts", None)):
+            with self._errors():
+                self._engine.record_contacts()
+            self._ends, self._read = {}, self._time
+        else:
+            self.contacts()
+
     def contacts(self) -> Contacts:
         """Return the contacts since the last call. Raises EngineError if one is not valid."""
         if not self.traits.reports_contacts:
@@ -174,12 +200,12 @@ class CheckedEngine:
             ("spin", np.abs(initial.spin).max()),
         )
         for what, limit in limits:
-            found, expected = getattr(state, what), getattr(initial, what)
+            actual, expected = getattr(state, what), getattr(initial, what)
             rounding = np.finfo(np.float32).eps * np.abs(expected)
-            error = (np.abs(found - expected) - rounding).reshape(self._balls, -1).max(axis=1)
+            error = (np.abs(actual - expected) - rounding).reshape(self._balls, -1).max(axis=1)
             if (wrong := error > ROUNDING * limit).any():
                 ball = int(wrong.argmax())
-                values = f"{shown(expected[ball].tolist())}, got {shown(found[ball].tolist())}"
+                values = f"{shown(expected[ball].tolist())}, got {shown(actual[ball].tolist())}"
                 raise self._error(f"must start with the state it is built from: {what} {values} of ball {ball}")
 
     def _check_unchanged(self) -> None:
@@ -253,13 +279,13 @@ class _CheckedBlockEngine(CheckedEngine):
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
-        theirs = States.empty(steps, self._balls)
-        theirs.position[:] = theirs.velocity[:] = np.nan  # so that a state left out is not finite
+        written = States.empty(steps, self._balls)
+        written.position[:] = written.velocity[:] = np.nan  # so that a state left out is not finite
         engine = cast("BlockEngine", self._engine)
         self._steps += steps
         with self._errors():  # angle and spin are optional
-            engine.advance(steps, *theirs[: len(signature(engine.advance).parameters) - 1])
-        for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), theirs, strict=True):
+            engine.advance(steps, *written[: len(signature(engine.advance).parameters) - 1])
+        for what, ours, numbers in zip(States._fields, (position, velocity, angle, spin), written, strict=True):
             ours[:] = numbers
             self._check_finite(what, numbers)
 
@@ -291,4 +317,4 @@ def _has_own_advance(engine: type) -> bool:
 
 def _owner(engine: type, method: str) -> type:
     """Return the class that an engine has a method from; `object` if only its instances have it."""
-    return next((one for one in engine.__mro__ if method in vars(one)), object)
+    return next((ancestor for ancestor in engine.__mro__ if method in vars(ancestor)), object)

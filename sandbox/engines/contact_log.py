@@ -1,14 +1,33 @@
 """The contacts that an engine has resolved and not yet returned."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from sandbox.compiled import Record, kernel
-from sandbox.state import Contacts, no_contacts
+from sandbox.compiled import kernel
+from sandbox.state import CONTACT, Contacts, Integers, no_contacts
+
+
+class Log(NamedTuple):
+    """Contacts in the order in which a kernel resolves them.
+
+    row: (capacity,) CONTACT; filled: (1,), their number so far, which may exceed the capacity; collects: whether
+    contacts are recorded at all.
+    """
+
+    row: Contacts
+    filled: Integers
+    collects: bool
+
+
+def empty_log(rows: int) -> Log:
+    """Return a log with room for so many contacts."""
+    return Log(np.zeros(rows, CONTACT), np.zeros(1, np.int64), collects=False)
 
 
 @kernel
-def write_row(
-    row: Record,
+def log_contact(
+    log: Log,
     time: float,
     first: int,
     second: int,
@@ -16,18 +35,24 @@ def write_row(
     ny: float,
     impulse: float,
     depth: float,
-    tangential: float,
-    slip: float,
+    tangential: float = 0.0,
+    slip: float = 0.0,
 ) -> None:
-    """Write a contact, whose fields are those of CONTACT, into a row."""
-    row["time"], row["first"], row["second"], row["impulse"], row["depth"] = time, first, second, impulse, depth
-    row["normal"][0], row["normal"][1], row["tangential"], row["slip"] = nx, ny, tangential, slip
+    """Add a contact, whose fields are those of CONTACT, if contacts are recorded; count it even if there is no room."""
+    if not log.collects:
+        return
+    count = log.filled[0]
+    if count < len(log.row):
+        row = log.row[count]
+        row["time"], row["first"], row["second"], row["impulse"], row["depth"] = time, first, second, impulse, depth
+        row["normal"][0], row["normal"][1], row["tangential"], row["slip"] = nx, ny, tangential, slip
+    log.filled[0] = count + 1
 
 
 class ContactLog:
     """Collects contacts. Engines add them only while `recording`, so a run whose contacts are never read is no slower.
 
-    recording: whether `take` was ever called; count: contacts added since the last `take`.
+    recording: whether contacts are to be added; count: of contacts added since the last `take`.
     """
 
     def __init__(self) -> None:
@@ -46,7 +71,8 @@ class ContactLog:
         return float(np.partition(times, number)[number])
 
     def take(self) -> Contacts:
-        """Return the contacts added since the last call, and start recording."""
+        """Return the contacts added since the last call."""
+        assert self.recording, "record_contacts() must be called before contacts()"
         parts, self._parts = self._parts, []
-        self.recording, self.count = True, 0
+        self.count = 0
         return np.concatenate(parts) if parts else no_contacts()

@@ -1,22 +1,24 @@
 """The interface of an engine: one solver running one scene."""
 
-from dataclasses import dataclass, fields
-from typing import Any, Protocol, cast
+from dataclasses import dataclass, replace
+from typing import Protocol, cast
 
+from sandbox.errors import SandboxError, shown
 from sandbox.scene.fields import Vector
+from sandbox.scene.model import Scene
 from sandbox.state import NO_DAMPING, Contacts, Damping, Floats, State, States
 
 
 @dataclass(frozen=True)
 class Traits:
-    """How an engine is to be judged, and what it can do.
+    """How an engine is to be judged, and what it can do. Raises SandboxError for a value of another type.
 
     together: whether it resolves all contacts of one time together, not one after another: each then acts on the
     velocities before all of them.
     damping: how it damps velocities and spins in flight, as Pymunk does if a scene asks for it.
     soft: whether its contacts last several steps, as springs do: they are not judged one by one.
-    reports_contacts: whether it reports contacts, and not states only.
-    can_be_dragged: whether the mouse can drag its balls.
+    reports_contacts: whether it reports contacts, and not states only; False without a method `contacts`.
+    can_be_dragged: whether the mouse can drag its balls; False without a method `kick`.
     """
 
     together: bool = False
@@ -25,14 +27,18 @@ class Traits:
     reports_contacts: bool = True
     can_be_dragged: bool = True
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if name != "damping" and not isinstance(value, bool):
+                raise SandboxError(f"Traits: {name} must be True or False, got {shown(value)}")
+        if not isinstance(self.damping, Damping):
+            raise SandboxError(f"Traits: damping must be a sandbox.state.Damping, got {shown(self.damping)}")
+
 
 class Engine(Protocol):
     """One solver running one scene. The same scene and kicks give the same bytes, in any process on one machine.
 
-    It declares its traits by attributes of their names, such as `together = True` on its class; see `Traits`.
-
-    An engine that refuses scenes may have a static method `check(scene)` that raises Refused. It saves building the
-    engine to find out, which takes a second for many balls.
+    An engine may declare `traits`, such as `traits = Traits(together=True)` on its class.
     """
 
     def step(self) -> None:
@@ -44,11 +50,22 @@ class Engine(Protocol):
     def contacts(self) -> Contacts:
         """Return the contacts resolved since the last call, by time; at equal times, in the order they were resolved.
 
-        The first call returns none and starts recording; a run whose contacts are never read does not pay for them.
+        `record_contacts` must have been called.
         """
+
+    def record_contacts(self) -> None:
+        """Start to record contacts; a run whose contacts are not recorded does not pay for them."""
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
+
+
+class CheckingEngine(Engine, Protocol):
+    """An engine that refuses some scenes, and says so without being built, which takes a second for many balls."""
+
+    @staticmethod
+    def check(scene: Scene) -> None:
+        """Raise Refused if the engine cannot run a scene."""
 
 
 class BlockEngine(Engine, Protocol):
@@ -70,14 +87,13 @@ class SubsteppingEngine(Engine, Protocol):
 
 
 def traits_of(engine: Engine) -> Traits:
-    """Return the traits that an engine declares; a wrapper has those of the engine inside as `traits`."""
-    own = getattr(engine, "traits", None)
-    if isinstance(own, Traits):
-        return own
-    declared: dict[str, Any] = {trait.name: getattr(engine, trait.name, trait.default) for trait in fields(Traits)}
-    declared["reports_contacts"] = callable(getattr(engine, "contacts", None))
-    declared["can_be_dragged"] = callable(getattr(engine, "kick", None))
-    return Traits(**declared)
+    """Return the traits of an engine: what it declares, without what it has no method for."""
+    traits = getattr(engine, "traits", Traits())
+    return replace(
+        traits,
+        reports_contacts=traits.reports_contacts and callable(getattr(engine, "contacts", None)),
+        can_be_dragged=traits.can_be_dragged and callable(getattr(engine, "kick", None)),
+    )
 
 
 def advance(engine: Engine, states: States) -> None:

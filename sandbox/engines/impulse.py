@@ -11,19 +11,20 @@ from typing import NamedTuple
 import numpy as np
 
 from sandbox.compiled import kernel, portable_entry
-from sandbox.engines.neighbours import Grid, begin_turn, fill, new_grid, next_neighbour, note_push
-from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step, log_contact
-from sandbox.engines.walls import ARENA_COUNT, RIGHT
-from sandbox.quantity import offset_to_segment
+from sandbox.engines.contact_log import Log, log_contact
+from sandbox.engines.laws import coulomb, mixed
+from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
+from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, State, States
+from sandbox.scene.walls import ARENA_COUNT, OUTWARD, RIGHT, Walls, arena_faces, offset_to_segment, walls_of
+from sandbox.state import Floats, State, States
 
 
 class Constants(NamedTuple):
-    """What does not change from step to step.
+    """The constants of a run.
 
-    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; gravity: (2,) px/s²; walls: (m, 7), see `_walls_of`; dt: s;
-    rate: 1/s.
+    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; gravity: (2,) px/s²; walls: by number; outward, face: (4, 2)
+    and (4,) px, of the arena, see `arena_faces`; dt: s; rate: 1/s.
     """
 
     radius: Floats
@@ -31,23 +32,24 @@ class Constants(NamedTuple):
     elasticity: Floats
     friction: Floats
     gravity: Floats
-    walls: Floats
+    walls: Walls
+    outward: Floats
+    face: Floats
     dt: float
     rate: int
 
 
 @kernel
-def normal_to_wall(x: float, y: float, wall: Floats, of_arena: bool) -> tuple[float, float, float]:
-    """Return the unit vector from a point to a wall, and how deep the point is in the wall (px, negative outside).
-
-    wall: its row, see `_walls_of`.
-    """
-    if of_arena:
-        return wall[0], wall[1], x * wall[0] + y * wall[1] - wall[2]
-    dx, dy = offset_to_segment(x, y, wall[0], wall[1], wall[2], wall[3])
+def _normal_to_wall(constants: Constants, x: float, y: float, w: int) -> tuple[float, float, float]:
+    """Return the unit vector from a point to wall w, and how deep the point is in the wall (px, negative outside)."""
+    if w < ARENA_COUNT:
+        nx, ny = constants.outward[w, 0], constants.outward[w, 1]
+        return nx, ny, x * nx + y * ny - constants.face[w]
+    walls = constants.walls
+    dx, dy = offset_to_segment(x, y, walls.start[w], walls.end[w])
     distance = math.sqrt(dx * dx + dy * dy)
     nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
-    return nx, ny, wall[4] - distance
+    return nx, ny, walls.half_thickness[w] - distance
 
 
 @portable_entry
@@ -56,19 +58,18 @@ def steps(
     steps_before: int,
     states: States,
     constants: Constants,
-    grid: Grid | None,
-    log: Contacts,
+    grid: NeighbourGrid | None,
+    log: Log,
 ) -> tuple[int, int]:
     """Do steps, see `SteppedEngine.run`. Returns the number of steps done, and of contacts logged in them."""
-    count = 0
     for k in range(len(states.position)):
-        here, before = begin_step(k, start, states), count
+        here, logged = begin_step(k, start, states), log.filled[0]
         now = (steps_before + k + 1) / constants.rate
-        count = _move(here, constants, log, count, now)
-        count = _collide(here, constants, grid, log, count, now)
-        if count > len(log):
-            return k, before
-    return len(states.position), count
+        _move(here, constants, log, now)
+        _collide(here, constants, grid, log, now)
+        if log.filled[0] > len(log.row):
+            return k, logged
+    return len(states.position), log.filled[0]
 
 
 @kernel
@@ -78,12 +79,11 @@ def _friction_impulse(slip: float, normal_impulse: float, friction: float, mass:
     mass: kg, m_i at a wall, 1/(1/m_i + 1/m_j) of two discs; a third of it resists along the tangent, since discs turn
     too (O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949, with beta_0 = 0).
     """
-    most = friction * normal_impulse
-    return min(max(slip * mass / 3, -most), most)
+    return coulomb(slip * mass / 3, friction * normal_impulse)
 
 
 @kernel
-def _rub(states: Snapshot, i: int, impulse: float, tx: float, ty: float, mass: float, radius: float) -> None:
+def _apply_friction(states: Snapshot, i: int, impulse: float, tx: float, ty: float, mass: float, radius: float) -> None:
     """Change velocity and spin of ball i by an impulse (kg px/s) against the tangent, at its rim."""
     _, velocity, _, spin = states
     velocity[i, 0] -= impulse / mass * tx
@@ -92,54 +92,45 @@ def _rub(states: Snapshot, i: int, impulse: float, tx: float, ty: float, mass: f
 
 
 @kernel
-def _move(states: Snapshot, constants: Constants, log: Contacts, count: int, now: float) -> int:
-    """Move the balls on the parabola of gravity, and bounce off the walls; return the number of contacts in the log."""
+def _move(states: Snapshot, constants: Constants, log: Log, now: float) -> None:
+    """Move the balls on the parabola of gravity, and bounce off the walls."""
     position, velocity, angle, spin = states
-    radius, mass, gravity, walls, dt = (
-        constants.radius,
-        constants.mass,
-        constants.gravity,
-        constants.walls,
-        constants.dt,
-    )
+    radius, mass, gravity, dt = constants.radius, constants.mass, constants.gravity, constants.dt
+    walls, face = constants.walls, constants.face
     for i in range(len(position)):
         for k in range(2):
             position[i, k] += velocity[i, k] * dt + gravity[k] * dt * dt / 2
             velocity[i, k] += gravity[k] * dt
         angle[i] += spin[i] * dt
-        for w in range(len(walls)):
-            nx, ny, depth = normal_to_wall(position[i, 0], position[i, 1], walls[w], w < ARENA_COUNT)
+        for w in range(len(walls.start)):
+            nx, ny, depth = _normal_to_wall(constants, position[i, 0], position[i, 1], w)
             depth += radius[i]
             v_n = velocity[i, 0] * nx + velocity[i, 1] * ny
             if depth > 0 and v_n > 0:
                 slip = velocity[i, 1] * nx - velocity[i, 0] * ny + radius[i] * spin[i]
-                e = constants.elasticity[i] * walls[w, 5]
+                e = mixed(constants.elasticity[i], walls.elasticity[w])
                 g_n = gravity[0] * nx + gravity[1] * ny
                 away = max(0.0, e * v_n - (1 + e) * g_n * depth / v_n)  # found late, gravity pulled too long
-                # At most to the opposite wall: row w | RIGHT, right or bottom, has the arena's width or height.
-                across = walls[w | RIGHT, 2] if w < ARENA_COUNT else math.inf
+                # At most to the opposite wall: w | RIGHT is right or bottom, at the arena's width or height.
+                across = face[w | RIGHT] if w < ARENA_COUNT else math.inf
                 back = min((1 + e) * depth, depth + across - 2 * radius[i])
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= (v_n + away) * n_k
                     position[i, k] -= back * n_k
                 impulse = (v_n + away) * mass[i]
-                rubbed = _friction_impulse(slip, impulse, constants.friction[i] * walls[w, 6], mass[i])
-                if rubbed != 0:
-                    _rub(states, i, rubbed, -ny, nx, mass[i], radius[i])
+                tangential = _friction_impulse(slip, impulse, mixed(constants.friction[i], walls.friction[w]), mass[i])
+                if tangential != 0:
+                    _apply_friction(states, i, tangential, -ny, nx, mass[i], radius[i])
                     late = min(depth / v_n, dt)
-                    position[i, 0] += late * rubbed / mass[i] * ny
-                    position[i, 1] -= late * rubbed / mass[i] * nx
-                    angle[i] -= late * 2 * rubbed / (mass[i] * radius[i])
-                count = log_contact(log, count, now, i, ~w, nx, ny, impulse, depth, rubbed, slip)
-    return count
+                    position[i, 0] += late * tangential / mass[i] * ny
+                    position[i, 1] -= late * tangential / mass[i] * nx
+                    angle[i] -= late * 2 * tangential / (mass[i] * radius[i])
+                log_contact(log, now, i, ~w, nx, ny, impulse, depth, tangential, slip)
 
 
 @kernel
-def _collide(states: Snapshot, constants: Constants, grid: Grid | None, log: Contacts, count: int, now: float) -> int:
-    """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left.
-
-    Returns the number of contacts in the log.
-    """
+def _collide(states: Snapshot, constants: Constants, grid: NeighbourGrid | None, log: Log, now: float) -> None:
+    """Collide every pair i < j that is near enough to touch, at the positions that earlier pairs have left."""
     position, velocity, _, spin = states
     radius, mass, elasticity, friction = constants.radius, constants.mass, constants.elasticity, constants.friction
     n = len(position)
@@ -167,7 +158,7 @@ def _collide(states: Snapshot, constants: Constants, grid: Grid | None, log: Con
                     continue
 
                 per_i, per_j = 1 / mass[i], 1 / mass[j]
-                impulse = (1 + elasticity[i] * elasticity[j]) * v_n / (per_i + per_j)
+                impulse = (1 + mixed(elasticity[i], elasticity[j])) * v_n / (per_i + per_j)
                 push = (reach - distance) / (per_i + per_j)
                 for k, n_k in enumerate((nx, ny)):
                     velocity[i, k] -= impulse * per_i * n_k
@@ -175,13 +166,12 @@ def _collide(states: Snapshot, constants: Constants, grid: Grid | None, log: Con
                     position[i, k] += push * per_i * n_k
                     position[j, k] -= push * per_j * n_k
                 slip = vx * ny - vy * nx + radius[i] * spin[i] + radius[j] * spin[j]
-                rubbed = _friction_impulse(slip, -impulse, friction[i] * friction[j], 1 / (per_i + per_j))
-                if rubbed != 0:
-                    _rub(states, i, rubbed, ny, -nx, mass[i], radius[i])
-                    _rub(states, j, rubbed, -ny, nx, mass[j], radius[j])
+                tangential = _friction_impulse(slip, -impulse, mixed(friction[i], friction[j]), 1 / (per_i + per_j))
+                if tangential != 0:
+                    _apply_friction(states, i, tangential, ny, -nx, mass[i], radius[i])
+                    _apply_friction(states, j, tangential, -ny, nx, mass[j], radius[j])
                 note_push(grid, position, i, j)
-                count = log_contact(log, count, now, i, j, -nx, -ny, -impulse, reach - distance, rubbed, slip)
-    return count
+                log_contact(log, now, i, j, -nx, -ny, -impulse, reach - distance, tangential, slip)
 
 
 class ImpulseEngine(SteppedEngine):
@@ -197,26 +187,13 @@ class ImpulseEngine(SteppedEngine):
             bodies.elasticity,
             bodies.friction,
             np.array(scene.gravity, float),
-            _walls_of(scene),
+            walls_of(scene),
+            OUTWARD,
+            arena_faces(scene),
             1 / scene.rate,
             scene.rate,
         )
 
-    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Log) -> tuple[int, int]:
         """Do steps."""
         return steps(start, steps_before, states, self._constants, self._grid, log)
-
-
-def _walls_of(scene: Scene) -> Floats:
-    """Return the walls as the kernel expects them, (m, 7): left, top, right, bottom, then the scene's own.
-
-    A row of the arena: its outward normal, the face's distance along it (px), 0, 0, elasticity, friction. A row of the
-    scene's own: both ends (px), half the thickness (px), elasticity, friction. Walls that do not stand are infinitely
-    far.
-    """
-    (width, height), of_arena = scene.arena.size, (scene.arena.elasticity, scene.arena.friction)
-    nearest = 0 if scene.arena.walls else math.inf
-    faces = [(-1, 0, nearest), (0, -1, nearest), (1, 0, width + nearest), (0, 1, height + nearest)]
-    arena = [(*face, 0, 0, *of_arena) for face in faces]
-    inner = [(*wall.start, *wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
-    return np.array([*arena, *inner], float)

@@ -29,7 +29,7 @@ SIGHT_MARGIN: Final = 1e-9  # relative, of `sight` and of the cells' width: far 
 BALLS_PER_CELL: Final = 0.3  # on average, if the reach is small enough to leave the choice
 
 
-class Grid(NamedTuple):
+class NeighbourGrid(NamedTuple):
     """The grid, and the neighbours of the ball whose turn it is. Cell (column, row) is (row + 1) * stride + column + 1.
 
     last_column, last_row: of the arena's cells; per_x, per_y: cells per px; sight: reach + slack, px; slack: px.
@@ -53,7 +53,7 @@ class Grid(NamedTuple):
     cursor: NDArray[np.int64]
 
 
-def new_grid(n: int, reach: float, size: Sequence[float]) -> Grid | None:
+def new_grid(n: int, reach: float, size: Sequence[float]) -> NeighbourGrid | None:
     """Return a grid without balls, or None for so few that every pair is tested.
 
     n: the number of balls; reach: px between centres that may touch; size: width and height of the arena, px.
@@ -68,11 +68,11 @@ def new_grid(n: int, reach: float, size: Sequence[float]) -> Grid | None:
     shape = (columns + 2, columns - 1.0, rows - 1.0, columns / width, rows / height, sight, slack)
     first = np.empty((columns + 2) * (rows + 2), np.int32)
     lists = (first, np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int32))
-    return Grid(*shape, *lists, np.empty((1, 2)), np.zeros(2, np.int64))
+    return NeighbourGrid(*shape, *lists, np.empty((1, 2)), np.zeros(2, np.int64))
 
 
 @kernel
-def fill(grid: Grid | None, position: Floats) -> None:
+def fill(grid: NeighbourGrid | None, position: Floats) -> None:
     """Enter every ball in the grid. position: (n, 2) px."""
     if grid is None:
         return
@@ -84,7 +84,7 @@ def fill(grid: Grid | None, position: Floats) -> None:
 
 
 @kernel
-def _cell_at(grid: Grid, x: float, y: float) -> int:
+def _cell_at(grid: NeighbourGrid, x: float, y: float) -> int:
     """Return the number of the cell at a point; for a point outside the arena, the nearest cell at its edge."""
     column = min(max(0.0, x * grid.per_x), grid.last_column)  # in this order, which makes 0 of NaN
     row = min(max(0.0, y * grid.per_y), grid.last_row)
@@ -92,7 +92,7 @@ def _cell_at(grid: Grid, x: float, y: float) -> int:
 
 
 @kernel
-def _enter(grid: Grid, i: int, cell: int) -> None:
+def _enter(grid: NeighbourGrid, i: int, cell: int) -> None:
     """List ball i first in a cell."""
     grid.cell[i] = cell
     grid.next[i] = grid.first[cell]
@@ -100,7 +100,7 @@ def _enter(grid: Grid, i: int, cell: int) -> None:
 
 
 @kernel
-def _leave(grid: Grid, i: int) -> None:
+def _leave(grid: NeighbourGrid, i: int) -> None:
     """Remove ball i from its cell's list."""
     j = grid.first[grid.cell[i]]
     if j == i:
@@ -112,7 +112,7 @@ def _leave(grid: Grid, i: int) -> None:
 
 
 @kernel
-def _look_around(grid: Grid, position: Floats, i: int, last: int) -> None:
+def _look_around(grid: NeighbourGrid, position: Floats, i: int, last: int) -> None:
     """List the balls after `last` that ball i can touch, in order, in `near`."""
     n, near = len(position), grid.near
     x, y = position[i, 0], position[i, 1]
@@ -137,7 +137,7 @@ def _look_around(grid: Grid, position: Floats, i: int, last: int) -> None:
 
 
 @kernel
-def begin_turn(grid: Grid | None, position: Floats, i: int) -> None:
+def begin_turn(grid: NeighbourGrid | None, position: Floats, i: int) -> None:
     """Begin ball i's turn: find the balls after i that it can touch."""
     if grid is None:
         return
@@ -146,7 +146,7 @@ def begin_turn(grid: Grid | None, position: Floats, i: int) -> None:
 
 
 @kernel
-def next_neighbour(grid: Grid | None, j: int, n: int) -> int:
+def next_neighbour(grid: NeighbourGrid | None, j: int, n: int) -> int:
     """Return the next ball after j that the ball whose turn it is can touch, or n if none is left."""
     if grid is None:
         return j + 1
@@ -158,7 +158,7 @@ def next_neighbour(grid: Grid | None, j: int, n: int) -> int:
 
 
 @kernel
-def note_push(grid: Grid | None, position: Floats, i: int, j: int) -> None:
+def note_push(grid: NeighbourGrid | None, position: Floats, i: int, j: int) -> None:
     """Update the grid after i and j were pushed apart, in i's turn; look again if i has gone far."""
     if grid is None:
         return

@@ -6,10 +6,11 @@ from typing import Final
 import numpy as np
 import pymunk
 
+from sandbox.engines.engine import Traits
 from sandbox.engines.space_reader import STATE_BYTES, SpaceReader
-from sandbox.engines.walls import Segments
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
+from sandbox.scene.walls import ARENA_COUNT, walls_of
 from sandbox.state import Contacts, Floats, State, States
 
 # px, of an arena wall. The wall stands outside, its inner face on the arena's edge. A ball escapes only if its centre
@@ -21,8 +22,6 @@ STATES_BYTES: Final = 500_000  # of states in the buffer, which are decoded toge
 
 class PymunkEngine:
     """A scene in a `pymunk.Space`, which is public as `space`: body k is ball k."""
-
-    together = True
 
     def __init__(self, scene: Scene, initial: State) -> None:
         self.space = pymunk.Space()
@@ -40,18 +39,17 @@ class PymunkEngine:
         else:
             self._bodies = _add_balls(self.space, scene, initial)
             walls = _add_walls(self.space, scene)
-        a, b, radius = (np.array([getattr(wall, key) for wall in walls]) for key in ("a", "b", "radius"))
         carriers = {wall: body for wall in scene.wall_numbers if (body := walls[wall].body)}
         self._reader = SpaceReader(
             self.space,
             self._bodies,
             scene.bodies.radius,
             carriers,
-            Segments(a, b, radius),
+            walls_of(scene, WALL_HALF_THICKNESS),
             scene.rate,
             self._substeps,
         )
-        self.damping = self._reader.damping
+        self.traits = Traits(together=True, damping=self._reader.damping)
         self._substates: list[States] | None = None  # since the last call, if they are asked for
         self._steps_per_read = max(1, STATES_BYTES // (STATE_BYTES * self._reader.bodies * self._substeps))
 
@@ -79,14 +77,18 @@ class PymunkEngine:
             self._reader.calls // self._substeps / self._rate, *(part[0].copy() for part in self._reader.states())
         )
 
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        self._reader.log.recording = True
+
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""
         return self._reader.log.take()
 
     def substates(self) -> States:
         """Return the states after each substep since the last call, oldest first; the first call starts recording."""
-        found, self._substates = self._substates, []
-        return States(*map(np.concatenate, zip(*found, strict=True))) if found else States.empty(0, len(self._bodies))
+        parts, self._substates = self._substates, []
+        return States(*map(np.concatenate, zip(*parts, strict=True))) if parts else States.empty(0, len(self._bodies))
 
     def kick(self, ball: int, dv: Vector) -> None:
         """Add dv (px/s) to a ball's velocity."""
@@ -128,18 +130,9 @@ def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk
 
 def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
     """Add the walls that stand, each on a static body of its own; return the segments of all, see `wall_numbers`."""
-    (width, height), far = scene.arena.size, WALL_HALF_THICKNESS
-    arena = scene.arena
-    ends = [  # left, top, right, bottom
-        ((-far, -far), (-far, height + far)),
-        ((-far, -far), (width + far, -far)),
-        ((width + far, -far), (width + far, height + far)),
-        ((-far, height + far), (width + far, height + far)),
-    ]
-    walls = [(a, b, far, arena.elasticity, arena.friction) for a, b in ends]
-    walls += [(wall.start, wall.to, wall.thickness / 2, wall.elasticity, wall.friction) for wall in scene.walls]
+    walls = walls_of(scene, WALL_HALF_THICKNESS)
     segments = []
-    for number, (a, b, radius, elasticity, friction) in enumerate(walls):
+    for number, (a, b, radius, elasticity, friction) in enumerate(zip(*(part.tolist() for part in walls), strict=True)):
         body = pymunk.Body(body_type=pymunk.Body.STATIC)
         segment = pymunk.Segment(body, a, b, radius)
         segment.elasticity, segment.friction = elasticity, friction
@@ -147,7 +140,7 @@ def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
             space.add(body, segment)
         segments.append(segment)
     for chain in _chains(scene.walls):
-        _join([segments[len(ends) + wall] for wall in chain])
+        _join([segments[ARENA_COUNT + wall] for wall in chain])
     return segments
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sandbox.engines.engine import Traits
 from sandbox.scene.clock import Clock
 from sandbox.scene.fields import Vector
 from sandbox.state import Contacts, Damping, Floats, State, States
@@ -14,10 +15,9 @@ class RecordedEngine:
     step are all solved together.
     """
 
-    together = True
-
     def __init__(self, states: States, contacts: Contacts, clock: Clock, damping: Damping) -> None:
-        self._states, self._contacts, self._clock, self.damping = states, contacts, clock, damping
+        self._states, self._contacts, self._clock = states, contacts, clock
+        self.traits = Traits(together=True, damping=damping)
         ends = clock.times(np.arange(len(states.position)))
         self._until = np.searchsorted(contacts["time"], ends, side="right")  # contacts, after each step
         self._steps = 0
@@ -37,6 +37,10 @@ class RecordedEngine:
     def state(self) -> State:
         """Return a snapshot."""
         return self._states.state(self._steps, self._clock.time(self._steps)).copy()
+
+    def record_contacts(self) -> None:
+        """Start to return contacts, from this step on."""
+        self._returned = int(self._until[self._steps])
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

@@ -30,14 +30,18 @@ class RenumberedEngine:
 
     def advance(self, steps: int, position: Floats, velocity: Floats, angle: Floats, spin: Floats) -> None:
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
-        found = States.empty(steps, self._last + 1)
-        advance(self._engine, found)
-        for ours, theirs in zip((position, velocity, angle, spin), found, strict=True):
-            ours[:] = theirs[:, ::-1]
+        inside = States.empty(steps, self._last + 1)
+        advance(self._engine, inside)
+        for outside, part in zip((position, velocity, angle, spin), inside, strict=True):
+            outside[:] = part[:, ::-1]
 
     def state(self) -> State:
         """Return a snapshot."""
         return _reversed(self._engine.state())
+
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        self._engine.record_contacts()
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

@@ -8,8 +8,8 @@ import pymunk
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
 from sandbox.engines.contact_log import ContactLog
-from sandbox.engines.walls import Segments, separation
 from sandbox.quantity import dot, length, slips, tangent
+from sandbox.scene.walls import Walls, separation
 from sandbox.state import CONTACT, Damping, Floats, Integers, States
 
 _STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
@@ -29,7 +29,7 @@ class SpaceReader:
     """Reads the discs of a Space and their contacts: `begin`, then `read` after each call of `Space.step`, then `end`.
 
     balls: their bodies, in scene order; radius: (n,) px; carriers: the static body of each wall, by the wall's number;
-    segments: of all walls, by number; rate: steps per second; substeps: calls of `Space.step` in a step; dt: s, of a
+    walls: by number; rate: steps per second; substeps: calls of `Space.step` in a step; dt: s, of a
     call, which may change before `begin`; calls: of all steps so far; log: of the contacts.
     """
 
@@ -39,11 +39,11 @@ class SpaceReader:
         balls: Sequence[pymunk.Body],
         radius: Floats,
         carriers: dict[int, pymunk.Body],
-        segments: Segments,
+        walls: Walls,
         rate: int,
         substeps: int = 1,
     ) -> None:
-        self._space, self._radius, self._segments = space, radius, segments
+        self._space, self._radius, self._walls = space, radius, walls
         self._rate, self._substeps, self.dt = rate, substeps, 1 / rate / substeps
         self._dt_before = self.dt  # of the calls before `begin`
         self.damping = Damping(space.damping, substeps)
@@ -59,7 +59,7 @@ class SpaceReader:
         number_of |= {body: ~walls[0] for body, walls in on_body.items()}
         self._ids = np.array(sorted(number_of), np.uintp)
         self._numbers = np.array([number_of[body] for body in self._ids.tolist()])
-        self._count = len(balls) + len(segments.start)
+        self._count = len(balls) + len(walls.start)
         self._sharing = {walls[0]: np.array(walls) for walls in on_body.values() if len(walls) > 1}
         self._ends: list[int] = []  # of the arbiters in the buffer after each call of `Space.step`
         # The last total impulse of each pair: the pair's number, the impulse, and the call of `Space.step`, from 1.
@@ -95,12 +95,12 @@ class SpaceReader:
     def _collect(self, counts: Integers) -> None:
         """Log the contacts in the buffer, which the last calls of `Space.step` solved. counts: (calls,) of arbiters."""
         of_bodies = np.frombuffer(self._arbiters.int_buf(), np.uintp).reshape(-1, 3)
-        found = np.flatnonzero(of_bodies[:, 2])  # a contact that has ended is listed for some steps, without points
-        if not len(found):
+        touching = np.flatnonzero(of_bodies[:, 2])  # a contact that has ended is listed for some steps, without points
+        if not len(touching):
             return
-        call = np.repeat(np.arange(len(counts)), counts)[found]
-        values = np.frombuffer(self._arbiters.float_buf()).reshape(-1, 5)[found]
-        a, b = self._numbers[np.searchsorted(self._ids, of_bodies[found, :2])].T
+        call = np.repeat(np.arange(len(counts)), counts)[touching]
+        values = np.frombuffer(self._arbiters.float_buf()).reshape(-1, 5)[touching]
+        a, b = self._numbers[np.searchsorted(self._ids, of_bodies[touching, :2])].T
         swapped = (a < 0) | ((b >= 0) & (b < a))
         first, second = np.where(swapped, b, a), np.where(swapped, a, b)
         on_a, normal, depth = values[:, 0:2], values[:, 2:4], -values[:, 4]  # the normal is from A to B
@@ -108,7 +108,7 @@ class SpaceReader:
         normal = np.where(swapped[:, None], -1.0, 1.0) * normal
         states = self.states()
         if self._sharing:
-            second = self._walls(first, second, normal, depth, states.position[1 + call, first])
+            second = self._wall_numbers(first, second, normal, depth, states.position[1 + call, first])
         pair = first * self._count + second  # in the order of first, then second
         impulse -= self._stale_impulse(pair, impulse, self.calls - len(counts) + 1 + call)
         order = np.lexsort((pair, call))
@@ -125,7 +125,9 @@ class SpaceReader:
         contacts["slip"] = slips(contacts, call[order], velocity, left * states.spin, self._radius)
         self.log.add(contacts)
 
-    def _walls(self, first: Integers, second: Integers, normal: Floats, depth: Floats, position: Floats) -> Integers:
+    def _wall_numbers(
+        self, first: Integers, second: Integers, normal: Floats, depth: Floats, position: Floats
+    ) -> Integers:
         """Return the second of each contact, of the walls on one body the one that it is with: (k,).
 
         That is the wall at which the normal and the depth (px) lead to the nearest point of the centre line. position:
@@ -135,7 +137,7 @@ class SpaceReader:
         for k in np.flatnonzero(np.isin(second, [~wall for wall in self._sharing])).tolist():
             walls = self._sharing[~second[k]]
             ball = np.zeros(len(walls), np.int64)
-            away, reach = separation(position[[k]], self._radius[first[[k]]], self._segments, ball, ~walls)
+            away, reach = separation(position[[k]], self._radius[first[[k]]], self._walls, ball, ~walls)
             second[k] = ~walls[length(away - (reach - depth[k])[:, None] * normal[k]).argmin()]
         return second
 

@@ -28,8 +28,8 @@ def file_and_name(spec: str) -> tuple[Path, str] | None:
     >>> file.name, name, file_and_name("pymunk")
     ('mine.py', 'step', None)
     """
-    found = _IN_FILE.fullmatch(spec)
-    return (Path(found[1]), found[2]) if found else None
+    match = _IN_FILE.fullmatch(spec)
+    return (Path(match[1]), match[2]) if match else None
 
 
 def split_values(text: str) -> list[str]:

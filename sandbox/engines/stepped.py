@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import kernel
-from sandbox.engines.contact_log import ContactLog, write_row
+from sandbox.engines.contact_log import ContactLog, Log, empty_log
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, State, States
+from sandbox.state import Contacts, Floats, State, States
 
 LOG_ROWS: Final = 64  # of a new engine's log
 Snapshot = tuple[Floats, Floats, Floats, Floats]  # positions and velocities (n, 2), angles and spins (n,)
@@ -30,26 +30,6 @@ def begin_step(step: int, start: Snapshot, states: States) -> Snapshot:
     return position[step], velocity[step], angle[step], spin[step]
 
 
-@kernel
-def log_contact(
-    log: Contacts,
-    count: int,
-    time: float,
-    first: int,
-    second: int,
-    nx: float,
-    ny: float,
-    impulse: float,
-    depth: float,
-    tangential: float = 0.0,
-    slip: float = 0.0,
-) -> int:
-    """Write a contact into row `count` of a log if it has that row; return the number of contacts so far."""
-    if count < len(log):
-        write_row(log[count], time, first, second, nx, ny, impulse, depth, tangential, slip)
-    return count + 1
-
-
 class SteppedEngine(ABC):
     """An engine whose steps are calls of a kernel.
 
@@ -64,15 +44,15 @@ class SteppedEngine(ABC):
         self._impulse_unit = impulse_unit
         self._rate = scene.rate
         self._steps = 0
-        self._log = np.empty(LOG_ROWS, CONTACT)
+        self._log = empty_log(LOG_ROWS)
         self._contacts = ContactLog()
 
     @abstractmethod
-    def run(self, start: Snapshot, steps_before: int, states: States, log: Contacts) -> tuple[int, int]:
+    def run(self, start: Snapshot, steps_before: int, states: States, log: Log) -> tuple[int, int]:
         """Do as many steps as the states have rows, and write them there; stop if the log is full.
 
-        start: the state before the first of them; steps_before: steps done so far; log: (capacity,) CONTACT. Returns
-        the number of steps done, and of contacts logged in them.
+        start: the state before the first of them; steps_before: steps done so far. Returns the number of steps done,
+        and of contacts logged in them.
         """
 
     def step(self) -> None:
@@ -83,25 +63,31 @@ class SteppedEngine(ABC):
         """Do some steps, and write the state after each: (steps, n, 2) px, px/s; (steps, n) rad, rad/s."""
         rows, recording = States(position, velocity, angle, spin), self._contacts.recording
         while steps:
-            done, count = self.run(self._state, self._steps, rows, self._log)
+            log = self._log._replace(collects=recording)
+            log.filled[0] = 0
+            done, count = self.run(self._state, self._steps, rows, log)
             self._steps += done
             if done:
-                for ours, theirs in zip(self._state, rows, strict=True):
-                    ours[:] = theirs[done - 1]
-            if recording and count:
-                contacts = self._log[:count].copy()
+                for ours, rows_of_part in zip(self._state, rows, strict=True):
+                    ours[:] = rows_of_part[done - 1]
+            if count:
+                contacts = log.row[:count].copy()
                 contacts["impulse"] *= self._impulse_unit  # engines with a unit of their own have no friction
                 self._contacts.add(contacts)
             steps -= done
             if steps:
                 rows = rows.rows(slice(done, None))
-                self._log = np.empty(2 * len(self._log), CONTACT)
+                self._log = empty_log(2 * len(log.row))
         velocity *= self._unit
 
     def state(self) -> State:
         """Return a snapshot."""
         position, velocity, angle, spin = self._state
         return State(self._steps / self._rate, position.copy(), velocity * self._unit, angle.copy(), spin.copy())
+
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        self._contacts.recording = True
 
     def contacts(self) -> Contacts:
         """Return the contacts since the last call."""

@@ -29,6 +29,14 @@ class StoppingEngine:
         """Return a snapshot, the last one before the engine failed."""
         return self._state.copy()
 
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        if self.error is None:
+            try:
+                self._engine.record_contacts()
+            except EngineError as error:
+                self.error = error
+
     def contacts(self) -> Contacts:
         """Return the contacts since the last call, none once the engine has failed."""
         if self.error is None:
@@ -62,6 +70,9 @@ class StoppedEngine:
     def state(self) -> State:
         """Return a snapshot of where it stands."""
         return self._state.copy()
+
+    def record_contacts(self) -> None:
+        """Do nothing."""
 
     def contacts(self) -> Contacts:
         """Return no contacts."""

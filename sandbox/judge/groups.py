@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.impact import NEVER, time_to_touch
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.world import Motion
+from sandbox.engines.laws import NEVER, time_to_touch
 from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts

@@ -11,7 +11,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.walls import pieces_of
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.explain import (
     BY_FLIGHT,
@@ -29,7 +28,7 @@ from sandbox.judge.explain import (
     desk_for,
     explain,
 )
-from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
+from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of
 from sandbox.judge.flight import Habit, find_habit, flown, misses, ways_to_fall
 from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
 from sandbox.judge.law import LAW, Scope, When, law
@@ -43,7 +42,7 @@ from sandbox.judge.touching import Missed, Springs, StepError, Touches
 from sandbox.judge.words import of_depth, of_impulses, of_missed, of_outcome, of_push, of_turn
 from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
-from sandbox.scene.walls import wall_distance
+from sandbox.scene.walls import pieces_of, wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
@@ -138,7 +137,12 @@ class Judge:
         groups, member, elastic = self._screen(f)
         grouped = np.zeros(strange.shape, bool)
         errors = self._judge_groups(f, groups, member, elastic, grouped)
-        for error in self._flights(f, self._strays(after, exact, dt, floor) & ~grouped, strange):
+        off = self._strays(after, exact, dt, floor) & ~grouped
+        if self.habit.cause is None:  # those that fly as they should met nothing
+            for rows, flown_rows in zip(f.exact, f.after, strict=True):
+                rows[off & ~strange] = flown_rows[off & ~strange]
+            off &= strange
+        for error in self._flights(f, off, strange):
             row = error.step - self._steps - 1
             error.gained = self._gained(f, row, np.array(error.balls))
             errors.setdefault(row, []).append(error)
@@ -295,6 +299,13 @@ class Judge:
         return self._missed.undecided(self._steps)
 
     @property
+    def flight(self) -> Habit:
+        """How the engine flies, as far as it shows."""
+        if self._knows_flight or not self._falls:
+            return self.habit
+        return ways_to_fall(self._gravity, 1 / self._scene.rate)[self._falls.most_common(1)[0][0]]
+
+    @property
     def radius(self) -> float | None:
         """The radius of all balls, px, None if they have several."""
         radius = self._scene.bodies.radius
@@ -357,7 +368,7 @@ class Judge:
                 ends = _end(f.after, step, balls), _end(f.exact, step, balls)
                 errors += self._by_habit(f, step, balls, self.habit, ends, times=len(balls))
             alone = np.flatnonzero(off[step] & strange[step])
-            beside = self._beside(f, step, alone, strange[step])
+            beside = self._beside(f, step, alone)
             if beside.any():
                 because = "What the step did fits no single error."
                 errors.append(self._flight(f, step, alone[beside], Cause.UNKNOWN, because))
@@ -373,14 +384,16 @@ class Judge:
                 errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
         return errors
 
-    def _beside(self, f: Flown, step: int, balls: Integers, strange: Bools) -> Bools:
+    def _beside(self, f: Flown, step: int, balls: Integers) -> Bools:
         """Return which of some balls may have met another that is elsewhere than its flight leads: (k,)."""
-        off_x = length(f.after.position[step] - f.exact.position[step])
-        off = off_x + f.dt[step] * length(f.after.velocity[step] - f.exact.velocity[step])
-        others, radius = np.flatnonzero(strange), self._scene.bodies.radius
+        row, radius = slice(step, step + 1), self._scene.bodies.radius
+        flown = self._flown(f.before.rows(row), f.dt[row], self.habit.fields)
         x = f.after.position[step]
+        off = length(x - flown.position[0]) + f.dt[step] * length(f.after.velocity[step] - flown.velocity[0])
+        others = np.flatnonzero(off > f.floor)
         apart = length(x[others] - x[balls][:, None]) - radius[others] - radius[balls][:, None]
-        beside: Bools = ((apart <= off[others] + off[balls][:, None]) & (others != balls[:, None])).any(axis=1)
+        enough = off[others] + off[balls][:, None] + FAR * radius[balls][:, None]
+        beside: Bools = ((apart <= enough) & (others != balls[:, None])).any(axis=1)
         return beside
 
     def _time(self, step: int) -> float:
@@ -587,9 +600,13 @@ class Judge:
         self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
     ) -> None:
         """Take an outcome for what is right."""
-        elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
-        for rows, columns in ((f.exact.position, slice(2)), (f.exact.velocity, slice(2, 4)), (f.exact.spin, 4)):
-            rows[step, balls] = outcome.after[:, columns]
+        end = End(outcome.after[:, :2], outcome.after[:, 2:4], outcome.after[:, 4])
+        if max(len(outcome.met), len(problem.exact.met)) < MET_KEPT:
+            elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
+        else:
+            elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
+        for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
+            rows[step, balls] = values
 
     def _learn(self, fitting: Sequence[Outcome]) -> None:
         """Remember what explains a step, to be tried first in others."""
@@ -652,7 +669,10 @@ class Judge:
         if _is_exchange(problem, kicked):
             because = "Velocities changed as in a contact, though nothing touches, and as no single error explains."
             return [self._error(f, step, balls[kicked], None, Cause.UNKNOWN, because)]
-        if (changed := balls[kicked]).size:
+        beside = kicked & self._beside(f, step, balls)
+        if (met := balls[beside]).size:
+            errors.append(self._flight(f, step, met, Cause.UNKNOWN, "What the step did fits no single error."))
+        if (changed := balls[kicked & ~beside]).size:
             errors.append(self._flight(f, step, changed, Cause.UNTOLD, self._kicked(f, step, int(changed[0]))))
         if (put := balls[wrong & ~kicked]).size:
             errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.contact import CONTACT_TIME, HOP_TIME
-from sandbox.engines.exact.friction import friction_impulse, friction_on_face
-from sandbox.engines.exact.impact import NEVER, time_to_touch
+from sandbox.engines.exact.friction import friction_on_face
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
 from sandbox.engines.exact.world import Motion
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
 from sandbox.judge.together import Room, depth_in, find_touches, solve_together
+from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
 BALL: Final = np.dtype(

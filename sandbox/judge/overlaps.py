@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.engines.walls import ARENA_COUNT
 from sandbox.quantity import length
+from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats
 
 

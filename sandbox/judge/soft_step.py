@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.impact import NEVER, time_to_touch
 from sandbox.engines.exact.support import normal_to, unit
+from sandbox.engines.laws import NEVER, time_to_touch
 from sandbox.judge.law import Order
 from sandbox.judge.one_step import BALL, Group
 from sandbox.judge.thresholds import EVENTS_PER_BALL

@@ -9,13 +9,12 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines.walls import ARENA_COUNT
 from sandbox.judge.causes import Cause
 from sandbox.judge.touching import StepError, Touches
 from sandbox.quantity import length
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import depth_rounding
-from sandbox.scene.walls import wall_distance
+from sandbox.scene.walls import ARENA_COUNT, wall_distance
 from sandbox.state import Floats
 
 SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later

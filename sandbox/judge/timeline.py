@@ -45,7 +45,8 @@ class Timeline:
         self.sums = judge.rightful.copy()
         for error in self.errors:
             self.sums[:, error.cause] += error.energy, error.momentum, error.displacement, error.times
-        if judge.habit.is_integrated:
+        self.sums[0, Cause.ROUNDING] += sum(error.energy for error in judge.undecided)
+        if judge.flight.is_integrated:
             self._net(Cause.GRAVITY, Cause.LATE)
 
     def _net(self, first: Cause, second: Cause) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.support import normal_to, unit
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
 TOUCH: Final = np.dtype(

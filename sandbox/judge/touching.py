@@ -7,15 +7,15 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.engines.walls import ARENA_COUNT, pieces_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown
 from sandbox.judge.overlaps import in_each_other, in_walls
 from sandbox.judge.thresholds import SPRING_STEPS
-from sandbox.quantity import length, nearest_on_segment
+from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, pieces_of
 from sandbox.state import Floats, Integers
 
 UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed

@@ -16,12 +16,12 @@ from bokeh.themes import Theme
 from bokeh.transform import dodge
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.scales import MIN_GAP, BothSigns, Logarithmic, Scale
 from sandbox.analysis.series import contacts_by, energies, thinned
-from sandbox.engines.colours import colours_of
 from sandbox.judge.causes import Cause
 from sandbox.quantity import length
+from sandbox.report.colours import colours_of
 from sandbox.report.numbers import minus
+from sandbox.report.scales import MIN_GAP, BothSigns, Logarithmic, Scale
 from sandbox.state import Floats
 
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
@@ -40,7 +40,7 @@ GROUND: Final = "#fefefe"  # inside markers
 TRUST: Final = "#777777"  # where the reference's paths stop meaning anything
 EXACT, EXACT_ON_DARK = (colours_of(["exact"], dark=dark)["exact"] for dark in (False, True))
 DARK: Final = {INK: "#e8eaed", GRID: "#343a41", GROUND: "#0b0e11", TRUST: "#9aa0a6", EXACT: EXACT_ON_DARK}
-"""What replaces each colour of the charts where the reader prefers a dark page; the engines' others stay."""
+"""The replacement of each colour of the charts where the reader prefers a dark page; the engines' others stay."""
 FONT: Final = "system-ui, sans-serif"
 THEME: Final = Theme(
     json={
@@ -250,12 +250,12 @@ def _figure(comparison: Comparison, unit: str, **options: Any) -> figure:
 
 def scale_axis(plot: figure, scale: Scale, values: Iterable[Floats]) -> None:
     """Let a chart's vertical axis show positions on a scale, with numbers at the most important of its ticks."""
-    known = np.concatenate([one[np.isfinite(one)] for one in values])
+    known = np.concatenate([line[np.isfinite(line)] for line in values])
     low, high = scale.span(float(known.min(initial=np.inf)), float(known.max(initial=-np.inf)))
     ticks: dict[float | str, str | BaseText] = {}
     shown: list[float] = []
     for at, text in scale.ticks((low, high)):
-        if all(abs(at - other) >= (high - low) / MAX_TICKS for other in shown):
+        if all(abs(at - place) >= (high - low) / MAX_TICKS for place in shown):
             shown.append(at)
             ticks[at] = minus(text)
     plot.y_range = Range1d(start=low, end=high + 0.03 * (high - low))

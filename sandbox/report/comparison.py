@@ -17,11 +17,9 @@ from sandbox.analysis.verdict import key_figures, mark_words, reference_words, v
 from sandbox.engines import TUNED
 from sandbox.judge.causes import Cause
 from sandbox.report.charts import charts
-from sandbox.report.html import render
-from sandbox.report.impacts import impacts
+from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
+from sandbox.report.impacts import impacts, packed
 from sandbox.report.numbers import number
-from sandbox.report.packing import packed
-from sandbox.report.sources import equals_its_text, scene_file, seconds_text
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Floats
@@ -191,7 +189,7 @@ def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:
     for of_engines in zip(*theory.values(), strict=True):
         row = of_engines[0]
         label = f"{row.figure} ({row.because})"
-        yield [label, *(f"{number(one.measured)} ({number(one.expected)})" for one in of_engines)]
+        yield [label, *(f"{number(row.measured)} ({number(row.expected)})" for row in of_engines)]
 
 
 def _outcome(before: Velocities, after: Velocities) -> list[str]:

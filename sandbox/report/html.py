@@ -1,4 +1,4 @@
-"""What all pages share: one file of HTML with its style, its scripts and its charts, and nothing from a network."""
+"""The frame of all pages: one file of HTML with its style, its scripts and its charts, and nothing from a network."""
 
 import base64
 import hashlib
@@ -12,10 +12,11 @@ from typing import Any, Final
 from bokeh.resources import Resources
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from sandbox.analysis.glossary import words_in
-from sandbox.engines.about import About, about
 from sandbox.report.charts import DARK, Chart, as_document
+from sandbox.report.glossary import About, about, words_in
 from sandbox.report.numbers import minus, number, readable, share
+from sandbox.scene.files import parse
+from sandbox.scene.model import Scene
 
 PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
 
@@ -98,3 +99,22 @@ def _installed() -> Iterator[tuple[str, str]]:
             yield package, version(package)
         except PackageNotFoundError:  # an extra
             continue
+
+
+def scene_file(scene: Scene) -> str:
+    """Return the name of a scene's file as an argument of a command, which must not look like an option."""
+    file = f"{scene.name}.toml"
+    return f"./{file}" if file.startswith("-") else file
+
+
+def equals_its_text(scene: Scene) -> bool:
+    """Return whether a scene equals its text, apart from seed, rate and seconds, which commands set."""
+    if not scene.source:
+        return False
+    read = parse(scene.source, scene.name).changed(seed=scene.seed, rate=scene.rate, seconds=scene.seconds)
+    return read.model_dump() == scene.model_dump()
+
+
+def seconds_text(seconds: float) -> str:
+    """Return a time (s) as one writes it in a command: 2 and not 2.0."""
+    return repr(float(seconds)).removesuffix(".0")

@@ -1,12 +1,13 @@
 """The contacts of each engine with the motion of their balls before and after, for the page's table."""
 
+import base64
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.measurement import Run
-from sandbox.report.packing import packed
 
 
 def impacts(comparison: Comparison, most: int) -> dict[str, Any]:
@@ -31,3 +32,8 @@ def _of_run(run: Run, most: int) -> dict[str, Any]:
     numbers = np.column_stack([contacts["time"], contacts["first"], contacts["second"]])
     motion = np.stack([impacts["before"], impacts["after"]], axis=2)
     return {"all": len(run.contacts), "contacts": packed(numbers.astype("<f8")), "motion": packed(motion.astype("<f4"))}
+
+
+def packed(values: NDArray[Any]) -> str:
+    """Return an array's bytes in base64."""
+    return base64.b64encode(values.tobytes()).decode()

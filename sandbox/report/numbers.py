@@ -22,8 +22,8 @@ def readable(text: str) -> str:
     return EXPONENT.sub(_written, text)
 
 
-def _written(found: re.Match[str]) -> str:
-    value, (mantissa, exponent) = Decimal(found[0]), found.groups()
+def _written(match: re.Match[str]) -> str:
+    value, (mantissa, exponent) = Decimal(match[0]), match.groups()
     if not value:
         return "0"
     if SMALLEST <= abs(value) < LARGEST:
@@ -49,4 +49,4 @@ def share(value: float, whole: float) -> str:
 
 def minus(text: str) -> str:
     """Write a cell's numbers, with the sign for minus."""
-    return LONG.sub(lambda found: f"{int(found[0]):,}", readable(text)).replace("-", "\N{MINUS SIGN}")
+    return LONG.sub(lambda match: f"{int(match[0]):,}", readable(text)).replace("-", "\N{MINUS SIGN}")

@@ -11,10 +11,9 @@ from bokeh.models import ColumnDataSource, FixedTicker, NumeralTickFormatter, Ra
 from bokeh.models.annotations import TeeHead, Whisker
 from bokeh.plotting import figure
 
-from sandbox.analysis.scales import MIN_GAP, Logarithmic
 from sandbox.report.charts import GROUND, INK, Chart, Style, legend_of, scale_axis, styles_of
-from sandbox.report.html import render
-from sandbox.report.sources import equals_its_text, scene_file, seconds_text
+from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
+from sandbox.report.scales import MIN_GAP, Logarithmic
 from sandbox.state import Floats
 from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep, settings_of
 from sandbox.sweeps.summary import Group, engine_of, grouped, known, summary, summary_rows
@@ -115,7 +114,7 @@ def _by_rate(
     logarithmic: bool = False,
 ) -> Chart:
     """Draw each engine's median against the rate, with the range over the seeds. unit: of the values."""
-    values = {group: np.array(found) for group, of_group in grouped(rows).items() if (found := values_of(of_group))}
+    values = {group: np.array(data) for group, of_group in grouped(rows).items() if (data := values_of(of_group))}
     rates = sorted({group.rate for group in values})
     styles = {
         engine: style for engine, style in _styles(rows).items() if any(group.engine == engine for group in values)
@@ -134,11 +133,11 @@ def _by_rate(
     plot.axis.formatter = NumeralTickFormatter(format="0,0.[00000]")
     if logarithmic:
         scale_axis(plot, Logarithmic(), values.values())
-        values = {group: Logarithmic().position(found) for group, found in values.items()}
+        values = {group: Logarithmic().position(data) for group, data in values.items()}
     else:
-        plot.y_range = Range1d(start=0, end=1.08 * max(float(found.max()) for found in values.values()) or 1.0)
+        plot.y_range = Range1d(start=0, end=1.08 * max(float(data.max()) for data in values.values()) or 1.0)
     for index, (engine, style) in enumerate(styles.items()):
-        _draw(plot, {group: found for group, found in values.items() if group.engine == engine}, style, OFFSET**index)
+        _draw(plot, {group: data for group, data in values.items() if group.engine == engine}, style, OFFSET**index)
     what = f"{about} Median and range over the seeds."
     return Chart(name, title, what, f"{title} by rate, as in the table above.", legend_of(styles), plot)
 
@@ -146,11 +145,11 @@ def _by_rate(
 def _draw(plot: figure, values: dict[Group, Floats], style: Style, offset: float) -> None:
     """Draw one engine: its medians with a line, and a whisker at each."""
     at = [group.rate * offset for group in values]
-    middle = [median(found.tolist()) for found in values.values()]
+    middle = [median(data.tolist()) for data in values.values()]
     ends = {
         "at": at,
-        "low": [found.min() for found in values.values()],
-        "high": [found.max() for found in values.values()],
+        "low": [data.min() for data in values.values()],
+        "high": [data.max() for data in values.values()],
     }
     heads = [TeeHead(line_color=style.color, size=10) for _ in range(2)]
     plot.add_layout(

@@ -12,9 +12,9 @@ from rich.table import Table
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
 from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
-from sandbox.analysis.verify import Board, Outcome, Result, tally
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.scene.model import Scene
+from sandbox.scores.verify import Board, Outcome, Result, tally
 from sandbox.text import counted
 
 COLUMN_GAP: Final = 2  # columns
@@ -97,7 +97,7 @@ def _spins(scene: Scene, difference: Difference) -> str:
     """Return the same of the balls' spins; empty if none turns but by rounding."""
     spins = difference.spin_before, difference.spin_after, difference.should_spin_after
     velocities = difference.before, difference.after, difference.should_after
-    fastest = max(math.hypot(*one) for each in velocities for one in each)
+    fastest = max(math.hypot(*velocity) for each in velocities for velocity in each)
     if max(abs(spin) for each in spins for spin in each) * scene.bodies.radius.max() <= NEGLIGIBLE * fastest:
         return ""
     before, after, should = (" and ".join(f"{spin + 0.0:.4g}" for spin in each) for each in spins)
@@ -123,8 +123,8 @@ def comparison_rows(comparison: Comparison) -> Iterator[list[str]]:
             yield [f"energy: {cause.label}{ledger_mark(comparison)}", *values]
     for number, row in enumerate(next((run.theory for run in runs if run.theory), ())):
         of_runs = [run.theory[number] if run.theory else None for run in runs]
-        yield [row.figure, *(f"{one.measured:.4g}" if one else "-" for one in of_runs)]
-        yield [f"  expected ({row.because})", *(f"{one.expected:.4g}" if one else "-" for one in of_runs)]
+        yield [row.figure, *(f"{figure.measured:.4g}" if figure else "-" for figure in of_runs)]
+        yield [f"  expected ({row.because})", *(f"{figure.expected:.4g}" if figure else "-" for figure in of_runs)]
 
 
 def share_text(share: float) -> str:
@@ -189,7 +189,7 @@ def print_misses(board: Board, terminal: Console) -> None:
     for scene, row in board.items():
         for engine, result in row.items():
             if result.outcome in (Outcome.MET, Outcome.REFUSED, Outcome.NOT_RUN) and not any(
-                one.skipped for one in result.scores
+                score.skipped for score in result.scores
             ):
                 continue
             first, *others = result.lines

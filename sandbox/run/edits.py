@@ -133,14 +133,14 @@ class ChangeBall(_Changes):
         """Let the ball be a group of its own. The others keep their numbers and colours."""
         before, group, after = _split(scene, self.ball)
         width, height = scene.arena.size
-        one = BallGroup(
+        group = BallGroup(
             # Where the ball is belongs to the state; a coordinate that is not given is any in the arena.
             position=(width / 2 if self.x is None else self.x, height / 2 if self.y is None else self.y),
             spin=group.spin if self.spin is None else self.spin,
             colors=(self.color or scene.colors[self.ball],),
             **{key: self.changes.get(key, getattr(group, key)) for key in CONSTANTS},
         )
-        return _with_balls(scene, [*before, one, *after])
+        return _with_balls(scene, [*before, group, *after])
 
     def change_state(self, state: State) -> State:
         """Set what is given of the ball's position, velocity and spin."""
@@ -362,15 +362,15 @@ def _split(scene: Scene, ball: int) -> tuple[list[BallGroup], BallGroup, list[Ba
     Raises SandboxError if the scene has no such ball.
     """
     check_ball(ball, scene)
-    before, after, own, first = list[BallGroup](), list[BallGroup](), scene.balls[0], 0
+    before, after, group_of_ball, first = list[BallGroup](), list[BallGroup](), scene.balls[0], 0
     for group in scene.balls:
         end = first + group.ball_count
         if first <= ball < end:
-            own = group
+            group_of_ball = group
         before += _part(group, scene.colors[first : min(end, ball)])
         after += _part(group, scene.colors[max(first, ball + 1) : end])
         first = end
-    return before, own, after
+    return before, group_of_ball, after
 
 
 def _part(group: BallGroup, colors: tuple[str, ...]) -> list[BallGroup]:

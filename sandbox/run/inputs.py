@@ -87,7 +87,7 @@ class Kick(Model):
     do: Literal["kick"] = "kick"
     ball: Index
     velocity: Vector
-    """What is added, px/s."""
+    """The added velocity, px/s."""
 
 
 class End(Model):
@@ -125,14 +125,14 @@ def check_inputs(given: Iterable[object], scene: Scene) -> list[Input]:
 
     Raises SandboxError with every error: `inputs[3]: ...`.
     """
-    entries = ((f"inputs[{number}]", partial(_read, one)) for number, one in enumerate(given))
+    entries = ((f"inputs[{number}]", partial(_read, entry)) for number, entry in enumerate(given))
     return _checked(entries, scene, "inputs")
 
 
 def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, source: str) -> list[Input]:
     """Return the inputs that functions read, each with its place in messages. Raises SandboxError with every error."""
     inputs: list[Input] = []
-    found: list[str] = []
+    errors: list[str] = []
     edits = 0
     for place, read in entries:
         try:
@@ -145,17 +145,17 @@ def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, s
                 check_ball(given.ball, scene)
             edits += isinstance(given, Edit)
             if edits > MAX_EDITS:
-                found.append(f"{place}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
+                errors.append(f"{place}: is edit {edits:,}; at most {MAX_EDITS:,} are allowed")
                 break
             if isinstance(given, Start | Edit):
                 scene = given.change_scene(scene)
             inputs.append(given)
         except SandboxError as error:
-            found += [f"{place}: {what}" for what in str(error).split("\n")]
-            if len(found) > MAX_REPORTED_ERRORS:
+            errors += [f"{place}: {what}" for what in str(error).split("\n")]
+            if len(errors) > MAX_REPORTED_ERRORS:
                 break
-    if found:
-        raise first_errors(found, source)
+    if errors:
+        raise first_errors(errors, source)
     return inputs
 
 
@@ -194,4 +194,4 @@ def write_inputs(inputs: Iterable[Input], path: str | Path) -> None:
 def write_run(scene: Scene, given: Iterable[Input], steps: int, path: str | Path) -> None:
     """Write the inputs of a run that has made so many steps. Raises SandboxError if the file cannot be written."""
     start = Start(scene=scene.name, seed=scene.seed, rate=scene.rate)
-    write_inputs([start, *(one for one in given if not isinstance(one, Start | End)), End(step=steps)], path)
+    write_inputs([start, *(entry for entry in given if not isinstance(entry, Start | End)), End(step=steps)], path)

@@ -18,7 +18,7 @@ from sandbox.errors import LimitReached, Refused, SandboxError
 from sandbox.quantity import dot, energy
 from sandbox.run.edits import AddBall, AddWall, DeleteBall, DeleteWall, Edit, check_ball, edited
 from sandbox.run.inputs import Grab, Input, Kick
-from sandbox.run.mouse import Hand, Mouse, Push
+from sandbox.run.mouse import Applied, Mouse, Push
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.spawn import spawn
@@ -56,7 +56,7 @@ class Runner:
         """Continue with another engine."""
         if self._earlier is not None:
             self._earlier.append(self._latest())
-            engine.contacts()
+            engine.record_contacts()
         self.engine, self.start = engine, self._clock.time(self._steps)
 
     def stop_at(self, state: State, limit: LimitReached) -> None:
@@ -67,9 +67,9 @@ class Runner:
         """Advance by one step."""
         begun = perf_counter()
         self.engine.step()
-        taken = perf_counter() - begun
-        before = taken if self.step_seconds is None else self.step_seconds
-        self.step_seconds = before + (taken - before) / AVERAGED_STEPS
+        seconds = perf_counter() - begun
+        before = seconds if self.step_seconds is None else self.step_seconds
+        self.step_seconds = before + (seconds - before) / AVERAGED_STEPS
         self._steps += 1
 
     def advance(self, states: States) -> None:
@@ -77,13 +77,13 @@ class Runner:
         advance(self.engine, states)
         self._steps += len(states.position)
 
-    def follow(self, states: States, hands: Mapping[int, Hand]) -> None:
-        """Advance as `advance` does, with the pushes of a lockstep. hands: what pushes balls before some steps."""
+    def follow(self, states: States, applied: Mapping[int, Applied]) -> None:
+        """Advance as `advance` does, with the pushes of a lockstep. applied: what pushes balls before some steps."""
         first, end = self._steps, self._steps + len(states.position)
-        starts = [step for step in range(first, end) if step == first or step in hands]
+        starts = [step for step in range(first, end) if step == first or step in applied]
         for step, until in pairwise([*starts, end]):
-            if step in hands:
-                self.push(hands[step])
+            if step in applied:
+                self.push(applied[step])
             self.advance(states.rows(slice(step - first, until - first)))
 
     def state(self) -> State:
@@ -91,19 +91,24 @@ class Runner:
         state = self.engine.state()
         return replace(state, time=self._clock.time(self._steps))
 
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
+        self._earlier = []
+        self.engine.record_contacts()
+
     def contacts(self) -> Contacts:
-        """Return the contacts since the last call; the first call starts recording."""
-        found, self._earlier = [*(self._earlier or ()), self._latest()], []
-        return np.concatenate(found) if len(found) > 1 else found[0]
+        """Return the contacts since the last call."""
+        parts, self._earlier = [*(self._earlier or ()), self._latest()], []
+        return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
     def substates(self) -> States:
         """Return the states after each substep since the last call; the first call starts recording."""
         return cast("SubsteppingEngine", self.engine).substates()
 
-    def push(self, hand: Hand) -> tuple[State, list[Push]]:
+    def push(self, applied: Applied) -> tuple[State, list[Push]]:
         """Push the balls before a step. Return the state before, and the pushes."""
         state = self.state()
-        pushes = hand.pushes(state)
+        pushes = applied.pushes(state)
         for ball, dv in pushes:
             self.engine.kick(ball, dv)
         return state, pushes
@@ -146,7 +151,7 @@ class Lockstep:
         }
         self.engines = {name: self.new_runner(name, self.initial) for name in self.builds}
         self.mouse = Mouse(scene)
-        self.hands: dict[int, Hand] = {}  # what pushed balls before some of the steps so far
+        self.applied: dict[int, Applied] = {}  # what pushed balls before some of the steps so far
         self.pushes: dict[str, list[Push]] = {}  # before the last step, by engine
         self._kicks: list[Push] = []  # before the next step
         self.work = dict.fromkeys(self.engines, 0.0)  # kg px²/s², what mouse, kicks and edits have added to each energy
@@ -199,7 +204,7 @@ class Lockstep:
                 edited(self.scene, edit, beside)
             except SandboxError as error:
                 self._drop(str(error))
-        built = [(one, one.build(scene, edit.change_state(one.state()))) for one in self.engines.values()]
+        built = [(runner, runner.build(scene, edit.change_state(runner.state()))) for runner in self.engines.values()]
         before = self.energies(self.states())
         for runner, engine in built:
             runner.replace(engine)
@@ -274,10 +279,10 @@ class Lockstep:
         self.pushes, self.edited = {}, False
         if self.mouse.ball is None and not self._kicks:
             return
-        self.hands[self.steps] = hand = Hand(self._kicks, copy(self.mouse))
+        self.applied[self.steps] = applied = Applied(self._kicks, copy(self.mouse))
         self._kicks, self._states = [], None
         for name, runner in self.engines.items():
-            state, self.pushes[name] = runner.push(hand)
+            state, self.pushes[name] = runner.push(applied)
             self.work[name] += self._work_of(self.pushes[name], state)
 
     def _work_of(self, pushes: Sequence[Push], state: State) -> float:

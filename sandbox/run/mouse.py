@@ -6,11 +6,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.quantity import dot, length, nearest_on_segment
+from sandbox.quantity import dot, length
 from sandbox.run.edits import DeleteBall
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, walls_of
 from sandbox.state import Floats, State
 
 PULL_RATE: Final = 25.0  # 1/s, of the critically damped pull: a ball reaches the pointer in about a fifth of a second
@@ -75,8 +76,8 @@ class Mouse:
         return vx - velocity[0], vy - velocity[1]
 
 
-class Hand(NamedTuple):
-    """What pushes balls before a step, in every engine alike: kicks, and the mouse as it is then."""
+class Applied(NamedTuple):
+    """The pushes on balls before a step, the same for every engine: kicks, and the pull of the mouse as it is then."""
 
     kicks: Sequence[Push]
     mouse: Mouse
@@ -95,11 +96,11 @@ def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats
     """
     radius, here = scene.bodies.radius, position[ball]
     if scene.walls:
-        start, end = (np.array([getattr(wall, name) for wall in scene.walls]) for name in ("start", "to"))
+        start, end, half_thickness = (part[ARENA_COUNT:] for part in walls_of(scene)[:3])
         offset = nearest_on_segment(here, start, end) - here
         distance = np.maximum(length(offset), MIN_DISTANCE)
         normal = offset / distance[:, None]
-        gap = distance - radius[ball] - np.array([wall.thickness / 2 for wall in scene.walls])
+        gap = distance - radius[ball] - half_thickness
         room = np.maximum(gap + radius[ball] * MAX_DEPTH, radius[ball] * MIN_DEPTH)
         for touched in np.flatnonzero(gap < radius[ball] * MAX_DEPTH):
             way = way - max(float(dot(way, normal[touched]) - room[touched]), 0.0) * normal[touched]

@@ -11,7 +11,8 @@ import numpy as np
 from sandbox.errors import SandboxError
 from sandbox.quantity import length
 from sandbox.scene.model import ARENA_WALLS, Scene
-from sandbox.scene.overlaps import check_overlaps, depth_rounding, depths_in_wall
+from sandbox.scene.overlaps import check_overlaps, depth_rounding
+from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats
 
 
@@ -29,8 +30,8 @@ def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
     earlier[balls:] = np.maximum(earlier[balls:], after.scene.arena.overlap)
     into = _deepest(depth, earlier, after.scene)
     if into is not None:
-        other = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
-        raise SandboxError(f"ball {ball} would overlap {other} by {depth[into]:.3g} px")
+        body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
+        raise SandboxError(f"ball {ball} would overlap {body} by {depth[into]:.3g} px")
     check_overlaps(after.position, after.scene.bodies.radius)
 
 

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -17,8 +16,8 @@ from sandbox.run.edits import AddBall, ChangeBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, Integers, States
-from sandbox.text import CsvDialect, counted, csv_text
+from sandbox.state import Contacts, Floats, Integers, State, States, no_contacts
+from sandbox.text import counted, csv_text
 
 if TYPE_CHECKING:
     import pandas
@@ -100,6 +99,61 @@ def simulate(
             raise SandboxError(f"{name} must be at least 0 and finite, got {length:g}")
     clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds if seconds is None else seconds) if steps is None else steps
+    arrays = _empty_arrays(scene, steps, inputs)
+    lockstep = Lockstep(scene, engine, inputs)
+    if len(lockstep.engines) != 1:
+        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
+    [runner] = lockstep.engines.values()
+    runner.record_contacts()
+    contacts = [no_contacts()]
+    while True:
+        lockstep.apply_due()
+        first, edited, present = lockstep.steps + 1, lockstep.scene, np.array(lockstep.balls)
+        arrays.fill(edited, present, runner.state(), slice(first - 1, first))
+        if lockstep.edited or first == 1:
+            arrays.fill_sizes(edited, present, first - 1)
+        if lockstep.steps == steps:
+            break
+        block = States.empty(min(steps + 1 - first, MAX_BLOCK_STEPS), len(present))
+        done = lockstep.advance({runner: block}) - 1  # the last one may be edited first
+        arrays.fill(edited, present, block.rows(slice(done)), slice(first, first + done))
+        contacts.append(_among_all(runner.contacts(), present, np.array(lockstep.walls)))
+    states, (radius, mass) = arrays.states, arrays.sizes if arrays.resized else arrays.sizes[:, 0]
+    constants = radius, mass, scene.arena.size
+    turning = states.angle, states.spin
+    time = clock.times(np.arange(steps + 1))
+    return Trajectory(
+        time, states.position, states.velocity, *constants, *turning, np.concatenate(contacts), arrays.energy
+    )
+
+
+class _Arrays(NamedTuple):
+    """The parts of a trajectory of balls that may be added and deleted; NaN where a ball is not there.
+
+    states: (steps + 1, balls); sizes: (2, steps + 1, balls), radius and mass, or (2, 1, balls) if none is resized;
+    energy: (steps + 1,).
+    """
+
+    states: States
+    sizes: Floats
+    resized: bool
+    energy: Floats
+
+    def fill(self, scene: Scene, present: Integers, moving: State | States, rows: slice) -> None:
+        """Enter one state, or several, of the balls of a scene. present: their numbers among all."""
+        states = States.of(moving) if isinstance(moving, State) else moving
+        for part, more in zip(self.states, states, strict=True):
+            part[rows, present] = more
+        self.energy[rows] = energy(moving, scene.bodies, scene.gravity, scene.arena.size)
+
+    def fill_sizes(self, scene: Scene, present: Integers, first: int) -> None:
+        """Enter the sizes of the balls of a scene, from a step on."""
+        first = first if self.resized else 0
+        self.sizes[:, first:, present] = np.stack([scene.bodies.radius, scene.bodies.mass])[:, None]
+
+
+def _empty_arrays(scene: Scene, steps: int, inputs: Sequence[Input]) -> _Arrays:
+    """Return the arrays of a run of some steps, all NaN. Raises SandboxError if they need too much memory."""
     due = [given for given in inputs if given.step <= steps]
     balls = len(scene.bodies) + sum(isinstance(given, AddBall) for given in due)
     resized = any(isinstance(given, ChangeBall) and (given.radius or given.mass) for given in due)
@@ -107,47 +161,11 @@ def simulate(
     if needed_bytes > MAX_TRAJECTORY_BYTES:
         needed, most = f"{needed_bytes / 1e9:.3g} GB", f"{MAX_TRAJECTORY_BYTES / 1e9:g} GB"
         raise SandboxError(f"a trace of {steps:,} steps needs {needed} of memory; at most {most} are allowed")
-    lockstep = Lockstep(scene, engine, inputs)
-    if len(lockstep.engines) != 1:
-        raise SandboxError(f"one engine is simulated at a time, got {len(lockstep.engines)}")
-    [runner] = lockstep.engines.values()
     states = States.empty(steps + 1, balls)
     for part in states:
         part[:] = np.nan
-    sizes = np.full((2, steps + 1 if resized else 1, balls), np.nan)  # radius and mass
-    contacts, energies = [runner.contacts()], np.empty(steps + 1)
-    while True:
-        lockstep.apply_due()
-        step, present, state = lockstep.steps, np.array(lockstep.balls), runner.state()
-        bodies, gravity = lockstep.scene.bodies, lockstep.scene.gravity
-        for part, now in zip(states, States.of(state), strict=True):
-            part[step, present] = now[0]
-        energies[step] = energy(state, bodies, gravity, scene.arena.size)
-        if lockstep.edited or not step:
-            sizes[:, step if resized else 0 :, present] = np.stack([bodies.radius, bodies.mass])[:, None]
-        if step == steps:
-            break
-        block = States.empty(min(steps - step, MAX_BLOCK_STEPS), len(present))
-        done = slice(step + 1, step + lockstep.advance({runner: block}))  # the last one may be edited first
-        block = block.rows(slice(done.stop - done.start))
-        for part, more in zip(states, block, strict=True):
-            part[done, present] = more
-        energies[done] = energy(block, bodies, gravity, scene.arena.size)
-        contacts.append(_among_all(runner.contacts(), present, np.array(lockstep.walls)))
-    time = clock.times(np.arange(steps + 1))
-    radius, mass = sizes if resized else sizes[:, 0]
-    return Trajectory(
-        time,
-        states.position,
-        states.velocity,
-        radius,
-        mass,
-        scene.arena.size,
-        states.angle,
-        states.spin,
-        np.concatenate(contacts),
-        energies,
-    )
+    sizes = np.full((2, steps + 1 if resized else 1, balls), np.nan)
+    return _Arrays(states, sizes, resized, np.empty(steps + 1))
 
 
 def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts:
@@ -158,25 +176,22 @@ def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts
     return contacts
 
 
-def write_trace(trajectory: Trajectory, path: str | Path, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
-    """Write a trajectory as .npz, .csv or extended .xyz, by the path's ending; to standard output as CSV.
+def write_trace(trajectory: Trajectory, path: str | Path) -> None:
+    """Write a trajectory as .npz or .csv, by the path's ending; to standard output as CSV.
 
     Raises SandboxError for another ending, or if the file cannot be written.
     """
-    write = trace_writer(path, dialect)
+    write = trace_writer(path)
     with whole_file(path) as file:
         write(trajectory, file)
 
 
-def trace_writer(path: str | Path, dialect: CsvDialect) -> Callable[[Trajectory, IO[bytes]], None]:
-    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending.
-
-    dialect: of CSV.
-    """
+def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
+    """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending."""
     ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
-    return partial(_write_csv, dialect=dialect) if ending == ".csv" else _WRITERS[ending]
+    return _WRITERS[ending]
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
@@ -184,25 +199,10 @@ def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
     np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
 
 
-def _write_csv(trajectory: Trajectory, file: IO[bytes], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
-    file.write(csv_text([COLUMNS], dialect).encode())
+def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
+    file.write(csv_text([COLUMNS]).encode())
     for time, energy_then, balls in _frames(trajectory):
-        file.write(csv_text(([time, ball, *numbers, energy_then] for ball, numbers in balls), dialect).encode())
-
-
-def _write_xyz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    """Write extended XYZ, as OVITO and ASE read it: the arena is the cell, z is 0."""
-    width, height = trajectory.size
-    head = (
-        f'Lattice="{width!r} 0 0 0 {height!r} 0 0 0 1" pbc="F F F" '
-        "Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time="
-    )
-    for time, energy_then, balls in _frames(trajectory):
-        file.write(f"{len(balls)}\n{head}{time!r} energy={energy_then!r}\n".encode())
-        file.writelines(
-            f"X {x!r} {y!r} 0 {vx!r} {vy!r} 0 {' '.join(map(repr, others))}\n".encode()
-            for _, (x, y, vx, vy, *others) in balls
-        )
+        file.write(csv_text(([time, ball, *numbers, energy_then] for ball, numbers in balls)).encode())
 
 
 def _frames(trajectory: Trajectory) -> Iterator[tuple[float, float, list[tuple[int, list[float]]]]]:
@@ -221,4 +221,4 @@ def _frames(trajectory: Trajectory) -> Iterator[tuple[float, float, list[tuple[i
         yield time, energy_then, list(zip(existing.tolist(), rows, strict=True))
 
 
-_WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv, ".xyz": _write_xyz}
+_WRITERS: Final = {".npz": _write_npz, ".csv": _write_csv}

@@ -110,8 +110,8 @@ class BallGroup(Model):
 
     @model_validator(mode="after")
     def _check_keys_go_together(self) -> Self:
-        if found := [*self._errors()]:
-            raise invalid(*found)
+        if errors := [*self._errors()]:
+            raise invalid(*errors)
         return self
 
     def _errors(self) -> Iterator[Problem]:
@@ -123,9 +123,9 @@ class BallGroup(Model):
                 yield (key,), f"cannot be combined with {keys[0]}; keep one of them"
         if not placements:
             yield (), "needs a placement: position, positions, x and y, inside, or grid with spacing"
-        for one, other in (("x", "y"), ("y", "x"), ("grid", "spacing"), ("spacing", "grid")):
-            if one in given and other not in given:
-                yield (one,), f"must be given together with {other}"
+        for key, partner in (("x", "y"), ("y", "x"), ("grid", "spacing"), ("spacing", "grid")):
+            if key in given and partner not in given:
+                yield (key,), f"must be given together with {partner}"
         if placement := self._placement():
             yield from placement.errors(self.ball_count)
             if self.velocities is not None and self.ball_count != len(self.velocities):

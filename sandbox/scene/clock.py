@@ -105,8 +105,8 @@ class Clock:
         span = np.maximum(np.searchsorted(self._times, times, side="left") - 1, 0)
         since = np.ceil((times - self._times[span]) * self._rates[span] - ROUNDING).astype(np.int64)
         step = self._steps[span] + since
-        found: Integers = np.maximum(step + (times > self.times(step)), 1)
-        return found
+        steps: Integers = np.maximum(step + (times > self.times(step)), 1)
+        return steps
 
     def length(self, time: float) -> float:
         """Return how long the step is in which a time (s) lies, s."""

@@ -52,9 +52,9 @@ def _check_not_tiny(number: float) -> float:
 
 def _check_printable(line: str) -> str:
     """Reject letters that control a terminal, or make text look like other text."""
-    found = next(filter(unprintable, line), None)
-    if found is not None:
-        raise invalid(((), f"must not have control characters, got U+{ord(found):04X}"))
+    letter = next(filter(unprintable, line), None)
+    if letter is not None:
+        raise invalid(((), f"must not have control characters, got U+{ord(letter):04X}"))
     return line
 
 

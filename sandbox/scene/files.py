@@ -30,8 +30,8 @@ def bundled(folder: str = "") -> dict[str, Path]:
     package = Path(str(files("sandbox")))
     homes = (package / "scenes", package.parent / "scenes")  # in a wheel, in a checkout
     scenes = next(home for home in homes if home.is_dir())
-    found = sorted((scenes / folder).glob("*.toml"))
-    return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in found}
+    paths = sorted((scenes / folder).glob("*.toml"))
+    return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in paths}
 
 
 def load(scene: str | os.PathLike[str]) -> Scene:
@@ -60,11 +60,11 @@ def parse(text: str, file: str) -> Scene:
         return Scene.read(_document(text, name), Source(file, text))
     except ValidationError as error:
         lines = lines_of_keys(text)
-        found = sorted(
+        errors = sorted(
             (line_of(path, lines) or 0, f"{dotted(path)} {message}")
             for path, message in itertools.islice(problems_of(error, Scene), MAX_REPORTED_ERRORS + 1)
         )
-        messages = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in found)
+        messages = (f"{name}:{line}: {what}" if line else f"{name}: {what}" for line, what in errors)
         raise first_errors(messages, name) from None
 
 

@@ -26,7 +26,7 @@ MAX_LISTED: Final = 5  # moments in a warning
 
 
 class Unsupported(Enum):
-    """What a Space may have and a scene cannot: its name in messages, and the plural."""
+    """Things that a Space may have and a scene cannot: the name in messages, and the plural."""
 
     DYNAMIC_POLYGON = "dynamic polygon", "dynamic polygons"
     DYNAMIC_SEGMENT = "dynamic segment", "dynamic segments"
@@ -67,7 +67,7 @@ class WallOnBody(NamedTuple):
 
 
 class SpaceContents(NamedTuple):
-    """What a Space has, without the motion of its circles; equal if a scene of it is.
+    """The contents of a Space, without the motion of its circles; equal if a scene of it is.
 
     circles: the balls, in the order of their shapes; masses: and moments; kinds: radius, elasticity and friction;
     settings: those that are not Pymunk's defaults; left_out: what a scene cannot have, by its name, singular and
@@ -124,7 +124,7 @@ def refuse_unsupported(contents: SpaceContents, advice: str = "") -> None:
 
 def scene_of(contents: SpaceContents, motion: State, *, size: Vector | None, rate: int, title: str) -> Scene:
     """Return a scene of what a Space has, as `from_space` does, with its circles in motion."""
-    walls = [{key: getattr(one, key) for key in Wall.model_fields} for one in contents.walls]
+    walls = [{key: getattr(wall, key) for key in Wall.model_fields} for wall in contents.walls]
     scene = Scene(
         title=title,
         rate=rate,
@@ -199,7 +199,7 @@ def motion_of(circles: Iterable[pymunk.Circle]) -> State:
 
 def listed(counts: dict[tuple[str, str], int]) -> str:
     """Return numbers of things in words: "2 dynamic polygons, 1 PivotJoint"."""
-    return ", ".join(f"{count} {one if count == 1 else many}" for (one, many), count in counts.items())
+    return ", ".join(f"{count} {singular if count == 1 else plural}" for (singular, plural), count in counts.items())
 
 
 def _body(shape: pymunk.Shape) -> pymunk.Body:
@@ -256,7 +256,7 @@ def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
     body = _body(shape)
     circle, segment = isinstance(shape, pymunk.Circle), isinstance(shape, pymunk.Segment)
     moves = body.body_type == pymunk.Body.DYNAMIC
-    found = {
+    values = {
         Unsupported.SENSOR: shape.sensor,
         Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC,
         Unsupported.DYNAMIC_SEGMENT: moves and segment,
@@ -266,19 +266,19 @@ def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
         Unsupported.ELASTICITY: not 0 <= shape.elasticity <= 1,
         Unsupported.POINT: isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_WALL_LENGTH,
     }
-    return next((kind for kind, is_there in found.items() if is_there), None)
+    return next((kind for kind, is_there in values.items() if is_there), None)
 
 
 def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
     """Return the number of shapes that ignore another, which they could otherwise touch, by their filters."""
     kinds = Counter((shape.filter, _body(shape).body_type == pymunk.Body.DYNAMIC) for shape in shapes)
     ignoring: set[tuple[pymunk.ShapeFilter, bool]] = set()
-    for one, other in combinations_with_replacement(kinds, 2):
-        (a, one_moves), (b, other_moves) = one, other
-        meet = (one_moves or other_moves) and (one != other or kinds[one] > 1)
+    for kind, partner in combinations_with_replacement(kinds, 2):
+        (a, one_moves), (b, other_moves) = kind, partner
+        meet = (one_moves or other_moves) and (kind != partner or kinds[kind] > 1)
         if meet and ((a.group and a.group == b.group) or not a.categories & b.mask or not b.categories & a.mask):
-            ignoring |= {one, other}
-    return sum(kinds[one] for one in ignoring)
+            ignoring |= {kind, partner}
+    return sum(kinds[kind] for kind in ignoring)
 
 
 def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
@@ -298,8 +298,8 @@ def _view(contents: SpaceContents, position: Floats) -> Vector:
 
     What is not finite is left to the checks of a scene.
     """
-    ends = [(one.start, one.thickness / 2) for one in contents.walls]
-    ends += [(one.to, one.thickness / 2) for one in contents.walls]
+    ends = [(wall.start, wall.thickness / 2) for wall in contents.walls]
+    ends += [(wall.to, wall.thickness / 2) for wall in contents.walls]
     ends += zip(position.tolist(), contents.bodies.radius.tolist(), strict=True)
     reach = [[place[axis] + radius for place, radius in ends] for axis in (0, 1)]
     width, height = (max([1, *map(math.ceil, filter(math.isfinite, each))]) for each in reach)
@@ -326,8 +326,8 @@ def _warnings(space: pymunk.Space, contents: SpaceContents) -> Iterator[str]:
     buffer = Buffer()
     get_space_arbiters(space, ArbiterFields.CONTACT_COUNT, buffer)
     if begun := np.count_nonzero(np.frombuffer(buffer.int_buf(), np.uintp)):
-        found, their = ("contact has", "its impulse") if begun == 1 else ("contacts have", "their impulses")
+        what, their = ("contact has", "its impulse") if begun == 1 else ("contacts have", "their impulses")
         yield (
-            f"{begun} {found} begun, and Pymunk starts from {their} in its next step, which a scene does not have: "
+            f"{begun} {what} begun, and Pymunk starts from {their} in its next step, which a scene does not have: "
             "call from_space before the first step, or while nothing touches"
         )

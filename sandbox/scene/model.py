@@ -108,7 +108,7 @@ SPACE_SETTINGS: Final = tuple(name for name, field in PymunkSettings.model_field
 
 
 class Expect(Model):
-    """What a law of physics predicts for a time: for one ball, or for all together."""
+    """A prediction of a law of physics for a time: for one ball, or for all together."""
 
     at: NotNegative
     """Time, s; between two steps, the state of the nearer one is flown there."""
@@ -135,7 +135,7 @@ class Expect(Model):
 
     @model_validator(mode="after")
     def _check_something_is_expected(self) -> Self:
-        of_ball = any(one is not None for one in (self.position, self.velocity, self.spin))
+        of_ball = any(value is not None for value in (self.position, self.velocity, self.spin))
         keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap")
         of_all = [key for key in keys if getattr(self, key) is not None]
         if not of_ball and not of_all:
@@ -152,9 +152,9 @@ def _check_in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
     if (
         arena
         and (arena.walls or group.placement.is_random)
-        and (found := [*group.errors_in(arena.size, arena.overlap)])
+        and (problems := [*group.errors_in(arena.size, arena.overlap)])
     ):
-        raise invalid(*found)
+        raise invalid(*problems)
     return group
 
 
@@ -222,13 +222,13 @@ class Scene(Model):
     @classmethod
     def _check_expected_balls(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
         total = sum(group.ball_count for group in info.data.get("balls", ()))
-        found = [
-            ((index, "ball"), f"must be at most {total - 1}, got {one.ball}")
-            for index, one in enumerate(expect)
-            if total and one.ball is not None and one.ball >= total
+        problems = [
+            ((index, "ball"), f"must be at most {total - 1}, got {expected.ball}")
+            for index, expected in enumerate(expect)
+            if total and expected.ball is not None and expected.ball >= total
         ]
-        if found:
-            raise invalid(*found)
+        if problems:
+            raise invalid(*problems)
         return expect
 
     @model_validator(mode="after")
@@ -309,7 +309,7 @@ class Scene(Model):
 
     @property
     def surfaces(self) -> tuple[Arena | Wall, ...]:
-        """What has the elasticity and friction of walls: the arena, if its walls stand, and the scene's own walls."""
+        """The models with the elasticity and friction of walls: the arena, if its walls stand, and the scene's own."""
         return (self.arena, *self.walls) if self.arena.walls else self.walls
 
     @property
@@ -333,15 +333,15 @@ class Scene(Model):
         """Colour of each ball in scene order; groups without colours have the palette's in turn."""
         colors: list[str] = []
         for index, group in enumerate(self.balls):
-            own = group.colors or (PALETTE[index % len(PALETTE)],)
-            colors += itertools.islice(itertools.cycle(own), group.ball_count)
+            in_turn = group.colors or (PALETTE[index % len(PALETTE)],)
+            colors += itertools.islice(itertools.cycle(in_turn), group.ball_count)
         return tuple(colors)
 
     def wall_line(self, wall: int) -> tuple[Vector, Vector, float]:
         """Return the ends of a wall by its number, px, and its thickness, px: 0 of the arena's."""
         if wall >= len(ARENA_WALLS):
-            own = self.walls[wall - len(ARENA_WALLS)]
-            return own.start, own.to, own.thickness
+            inner = self.walls[wall - len(ARENA_WALLS)]
+            return inner.start, inner.to, inner.thickness
         width, height = self.arena.size
         top_left, top_right, bottom_left, bottom_right = (0.0, 0.0), (width, 0.0), (0.0, height), (width, height)
         starts = top_left, top_left, top_right, bottom_left

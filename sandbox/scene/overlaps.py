@@ -1,4 +1,4 @@
-"""What may overlap at the start and after an edit: balls each other, in so many pairs; a ball a wall, so deep."""
+"""Limits on overlaps at the start and after an edit: of balls with each other (pairs), of a ball with a wall (px)."""
 
 import math
 from typing import Final
@@ -6,9 +6,10 @@ from typing import Final
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import count_overlaps, segment_distance
+from sandbox.quantity import count_overlaps
 from sandbox.scene.balls import DECIMAL_ROUNDING
-from sandbox.scene.model import Scene, Wall
+from sandbox.scene.model import Scene
+from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats
 
 MAX_OVERLAPS: Final = 10_000  # pairs of balls
@@ -28,11 +29,6 @@ def check_overlaps(position: Floats, radius: Floats) -> int:
             f"{MAX_OVERLAPS_PER_BALL} per ball; place them further apart"
         )
     return count
-
-
-def depths_in_wall(wall: Wall, position: Floats, radius: Floats) -> Floats:
-    """Return how deep each ball is in a wall: (n,) px, negative if they are apart."""
-    return radius + wall.thickness / 2 - segment_distance(position, wall.start, wall.to)
 
 
 def depth_rounding(scene: Scene) -> float:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import kernel, portable_entry
-from sandbox.quantity import offset_to_segment
 from sandbox.scene.model import Scene
+from sandbox.scene.walls import ARENA_COUNT, Walls, offset_to_segment, walls_of
 from sandbox.state import Bools, Floats
 
 LEVELS: Final = 50  # up to a radius of 2**30 px
@@ -26,13 +26,13 @@ END_OF_LIST: Final = -1
 class Packing(NamedTuple):
     """The balls in the order in which they were placed, and the lists of the cells.
 
-    ball: (n, 3) x, y, radius, px; wall: (m, 5) both ends and half the thickness, px; random: (LEVELS,) whether balls of
-    a level are placed at random; population: (LEVELS,) balls in each; total: (2,) numbers of balls and of list entries;
+    ball: (n, 3) x, y, radius, px; walls: by number; random: (LEVELS,) whether balls of a level are placed at random;
+    population: (LEVELS,) balls in each; total: (2,) numbers of balls and of list entries;
     first: the index of each list's first entry; entry: (..., 2) its ball, and the index of the list's next entry.
     """
 
     ball: Floats
-    wall: Floats
+    walls: Walls
     random: NDArray[np.bool_]
     population: NDArray[np.int64]
     total: NDArray[np.int64]
@@ -61,16 +61,16 @@ def _list_of(packing: Packing, level: int, smaller: bool, column: float, row: fl
 
 @kernel
 def _place(packing: Packing, x: float, y: float, radius: float) -> None:
-    k, own = packing.total[0], _level(radius)
+    k, lowest = packing.total[0], _level(radius)
     packing.ball[k, 0], packing.ball[k, 1], packing.ball[k, 2] = x, y, radius
-    for level in range(own, LEVELS):
-        if level == own or packing.random[level]:
+    for level in range(lowest, LEVELS):
+        if level == lowest or packing.random[level]:
             e = packing.total[1]
-            number = _list_of(packing, level, level > own, x // _cell_width(level), y // _cell_width(level))
+            number = _list_of(packing, level, level > lowest, x // _cell_width(level), y // _cell_width(level))
             packing.entry[e, 0], packing.entry[e, 1] = k, packing.first[number]
             packing.first[number] = e
             packing.total[1] += 1
-    packing.population[own] += 1
+    packing.population[lowest] += 1
     packing.total[0] += 1
 
 
@@ -80,12 +80,12 @@ def keep_first(packing: Packing, count: int) -> None:
     while packing.total[0] > count:
         packing.total[0] -= 1
         x, y, radius = packing.ball[packing.total[0]]
-        own = _level(radius)
-        packing.population[own] -= 1
-        for level in range(LEVELS - 1, own - 1, -1):
-            if level == own or packing.random[level]:
+        lowest = _level(radius)
+        packing.population[lowest] -= 1
+        for level in range(LEVELS - 1, lowest - 1, -1):
+            if level == lowest or packing.random[level]:
                 packing.total[1] -= 1
-                number = _list_of(packing, level, level > own, x // _cell_width(level), y // _cell_width(level))
+                number = _list_of(packing, level, level > lowest, x // _cell_width(level), y // _cell_width(level))
                 packing.first[number] = packing.entry[packing.total[1], 1]
 
 
@@ -107,16 +107,16 @@ def _is_free(packing: Packing, level: int, smaller: bool, x: float, y: float, ra
 
 @kernel
 def _has_room(packing: Packing, x: float, y: float, radius: float) -> bool:
-    own = _level(radius)
-    for level in range(own, LEVELS):
+    lowest = _level(radius)
+    for level in range(lowest, LEVELS):
         if packing.population[level] > 0 and not _is_free(packing, level, False, x, y, radius):
             return False
-    if not _is_free(packing, own, True, x, y, radius):
+    if not _is_free(packing, lowest, True, x, y, radius):
         return False
-    for w in range(len(packing.wall)):
-        x0, y0, x1, y1, half_thickness = packing.wall[w]
-        dx, dy = offset_to_segment(x, y, x0, y0, x1, y1)
-        if np.hypot(dx, dy) < radius + half_thickness:
+    walls = packing.walls
+    for w in range(ARENA_COUNT, len(walls.start)):
+        dx, dy = offset_to_segment(x, y, walls.start[w], walls.end[w])
+        if np.hypot(dx, dy) < radius + walls.half_thickness[w]:
             return False
     return True
 
@@ -166,11 +166,10 @@ def empty_packing(scene: Scene) -> Packing:
     balls = len(scene.bodies)
     random = np.zeros(LEVELS, bool)
     random[[_level(group.radius) for group in scene.balls if group.inside]] = True
-    wall = np.array([(*wall.start, *wall.to, wall.thickness / 2) for wall in scene.walls], float).reshape(-1, 5)
     entries = balls * (1 + int(random.sum()))
     first = np.full(1 << entries.bit_length(), END_OF_LIST, np.int32)
     counts = np.zeros(LEVELS, np.int64), np.zeros(2, np.int64)
-    return Packing(np.empty((balls, 3)), wall, random, *counts, first, np.empty((entries, 2), np.int32))
+    return Packing(np.empty((balls, 3)), walls_of(scene), random, *counts, first, np.empty((entries, 2), np.int32))
 
 
 def placed(packing: Packing) -> int:

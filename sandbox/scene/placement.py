@@ -104,7 +104,7 @@ class Packed(Placement):
     radius: float
 
     def errors(self, count: int) -> Iterator[Problem]:
-        width, height = (abs(one - other) for one, other in zip(*self.corners, strict=True))
+        width, height = (abs(low - high) for low, high in zip(*self.corners, strict=True))
         if min(width, height) < 2 * self.radius:
             yield ("inside",), f"is smaller than one ball, which is {2 * self.radius:g} wide"
         elif count > _max_discs(width, height, self.radius):

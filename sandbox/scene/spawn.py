@@ -16,8 +16,9 @@ from sandbox.quantity import deepest_overlap, length
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.overlaps import check_overlaps, depth_rounding, depths_in_wall
+from sandbox.scene.overlaps import check_overlaps, depth_rounding
 from sandbox.scene.packing import Packing, empty_packing, have_room, keep_first, place_all, place_some, placed
+from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats, State
 
 MAX_TRIES: Final = 100  # random places in a row for one ball, before its group is put on a lattice instead
@@ -40,16 +41,16 @@ def spawn(scene: Scene) -> State:
     return state.copy()
 
 
-def _spawns_alike(scene: Scene, other: Scene) -> bool:
+def _spawns_alike(scene: Scene, changed: Scene) -> bool:
     """Return whether two scenes share the seed and the same arena, groups and walls, as copies by `changed` do.
 
     Equality is not enough, since 0.0 equals -0.0.
     """
     return (
-        (scene.seed, len(scene.balls), len(scene.walls)) == (other.seed, len(other.balls), len(other.walls))
-        and scene.arena is other.arena
-        and all(map(operator.is_, scene.balls, other.balls))
-        and all(map(operator.is_, scene.walls, other.walls))
+        (scene.seed, len(scene.balls), len(scene.walls)) == (changed.seed, len(changed.balls), len(changed.walls))
+        and scene.arena is changed.arena
+        and all(map(operator.is_, scene.balls, changed.balls))
+        and all(map(operator.is_, scene.walls, changed.walls))
     )
 
 
@@ -156,8 +157,8 @@ def _pack(scene: Scene, index: int, rng: random.Random, packing: Packing, low: V
             raise SandboxError(scene.at_key(("balls", index, "count"), f"is too large: there is no room for {count}"))
         places = free[rng.sample(range(len(free)), count)]
         place_all(packing, places, radius)
-    found: list[Vector] = places.tolist()
-    return found
+    drawn: list[Vector] = places.tolist()
+    return drawn
 
 
 def _one_by_one(packing: Packing, radius: float, count: int, low: Vector, high: Vector, rng: random.Random) -> Floats:

@@ -1,10 +1,89 @@
-"""Where a scene's walls are."""
+"""A scene's walls: a table of all, the nearest point of one, and the pieces of it that a disc can touch."""
+
+from collections.abc import Sequence
+from itertools import chain, pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sandbox.quantity import outside, segment_distance
-from sandbox.scene.model import Scene
-from sandbox.state import Floats
+from sandbox.compiled import kernel
+from sandbox.quantity import dot, length, outside
+from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS, Arena, Scene, Wall
+from sandbox.state import Floats, Integers
+
+ARENA_COUNT: Final = len(ARENA_WALLS)  # these walls come first, and are solid to any depth; others have two sides
+LEFT, TOP, RIGHT, BOTTOM = range(ARENA_COUNT)
+OUTWARD: Final = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])  # normals of the arena's walls
+
+PIECE: Final = np.dtype(
+    [
+        ("x", "f8"),  # start, px
+        ("y", "f8"),
+        ("tx", "f8"),  # unit vector along it, of a round end outward; its normal is (-ty, tx)
+        ("ty", "f8"),
+        ("length", "f8"),  # px; 0 for a round end
+        ("half_thickness", "f8"),  # of the wall, px
+        ("elasticity", "f8"),  # the wall's factor
+        ("friction", "f8"),  # the wall's factor
+        ("wall", "i8"),  # its number: the arena's from 0, then the scene's
+    ]
+)
+
+
+class Walls(NamedTuple):
+    """Walls by number. start, end: (m, 2) px, of the centre lines; the rest (m,): px and the walls' factors."""
+
+    start: Floats
+    end: Floats
+    half_thickness: Floats
+    elasticity: Floats
+    friction: Floats
+
+
+def walls_of(scene: Scene, depth: float = 0.0) -> Walls:
+    """Return the arena's walls, whether they stand or not, and then the scene's own.
+
+    depth: px, half the thickness of the arena's, which stand outside: their inner faces are on the arena's edge.
+    """
+    out = depth * OUTWARD
+    along = depth * np.abs(OUTWARD[:, ::-1])
+    lines = [scene.wall_line(wall) for wall in range(ARENA_COUNT + len(scene.walls))]
+    start, end, thickness = (np.array(part, float) for part in zip(*lines, strict=True))
+    start[:ARENA_COUNT] += out - along
+    end[:ARENA_COUNT] += out + along
+    thickness[:ARENA_COUNT] = 2 * depth
+    surfaces = (*[scene.arena] * ARENA_COUNT, *scene.walls)
+    factors = (np.array([getattr(each, key) for each in surfaces], float) for key in ("elasticity", "friction"))
+    return Walls(start, end, thickness / 2, *factors)
+
+
+def arena_faces(scene: Scene) -> Floats:
+    """Return the distance of each arena wall from the origin, along its normal: (4,) px, infinite if none stands."""
+    faces = np.maximum(OUTWARD @ scene.arena.size, 0.0)
+    return faces if scene.arena.walls else np.full(ARENA_COUNT, np.inf)
+
+
+def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
+    """Return the point of a segment nearest to each point: (..., 2) px each."""
+    along = end - start
+    fraction = np.clip(dot(along, point - start) / dot(along, along), 0.0, 1.0)
+    return start + along * fraction[..., None]
+
+
+def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]) -> Floats:
+    """Return the distance of each point (..., 2) px from a segment: (...) px."""
+    return length(nearest_on_segment(point, np.asarray(start, float), np.asarray(end, float)) - point)
+
+
+@kernel
+def offset_to_segment(x: float, y: float, start: Floats, end: Floats) -> tuple[float, float]:
+    """Return the vector from (x, y) to the nearest point of a segment, px: `nearest_on_segment` for kernels."""
+    along_x, along_y = end[0] - start[0], end[1] - start[1]
+    fraction = ((x - start[0]) * along_x + (y - start[1]) * along_y) / (along_x * along_x + along_y * along_y)
+    fraction = min(max(fraction, 0.0), 1.0)
+    return start[0] + fraction * along_x - x, start[1] + fraction * along_y - y
 
 
 def wall_distance(scene: Scene, position: Floats) -> Floats:
@@ -16,3 +95,49 @@ def wall_distance(scene: Scene, position: Floats) -> Floats:
     for wall in scene.walls:
         distance = np.minimum(distance, segment_distance(position, wall.start, wall.to) - wall.thickness / 2)
     return distance
+
+
+def depths_in_wall(wall: Wall, position: Floats, radius: Floats) -> Floats:
+    """Return how deep each ball is in a wall: (n,) px, negative if they are apart."""
+    return radius + wall.thickness / 2 - segment_distance(position, wall.start, wall.to)
+
+
+def separation(
+    position: Floats, radius: Floats, walls: Walls, first: Integers, second: Integers
+) -> tuple[Floats, Floats]:
+    """Return the vector from each first ball to its second ball or wall, and the length at which they touch, px.
+
+    position: (n, 2) px; radius: (n,) px; first, second: (k,) as in CONTACT. The vector, (k, 2), ends at the ball's
+    centre, or at the nearest point of the wall's centre line; the length is (k,).
+    """
+    of_wall, ball, wall = second < 0, np.maximum(second, 0), np.maximum(~second, 0)
+    on_wall = nearest_on_segment(position[first], walls.start[wall], walls.end[wall])
+    away = np.where(of_wall[:, None], on_wall, position[ball]) - position[first]
+    return away, radius[first] + np.where(of_wall, walls.half_thickness[wall], radius[ball])
+
+
+def pieces_of(scene: Scene) -> NDArray[np.void]:
+    """Return the faces of the arena if they stand (left, top, right, bottom), then a face and two ends of each wall."""
+    width, height = scene.arena.size
+    corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
+    arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
+    inner = (
+        (
+            _face(wall.start, wall.to, wall.thickness / 2, wall, number),
+            _end(wall.start, wall.to, wall.thickness / 2, wall, number),
+            _end(wall.to, wall.start, wall.thickness / 2, wall, number),
+        )
+        for number, wall in enumerate(scene.walls, len(arena))
+    )
+    return np.array([*(arena if scene.arena.walls else ()), *chain.from_iterable(inner)], PIECE)
+
+
+def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:
+    along = np.subtract(end, start)
+    length = float(np.hypot(*along))
+    return (*start, *(along / length), length, half_thickness, of.elasticity, of.friction, number)
+
+
+def _end(at: Vector, other_end: Vector, half_thickness: float, of: Wall, number: int) -> tuple[float, ...]:
+    outward = np.subtract(at, other_end)
+    return (*at, *(outward / np.hypot(*outward)), 0.0, half_thickness, of.elasticity, of.friction, number)

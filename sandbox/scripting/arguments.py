@@ -80,12 +80,12 @@ def number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise SandboxError(f"{name} must be a number, got {shown(value)}")
     try:
-        found = float(value)
+        result = float(value)
     except OverflowError:  # a whole number may be larger than any float
-        found = math.inf
-    if not math.isfinite(found):
+        result = math.inf
+    if not math.isfinite(result):
         raise SandboxError(f"{name} must be a finite number, got {shown(value)}")
-    return int(value) if isinstance(value, int | np.integer) else found
+    return int(value) if isinstance(value, int | np.integer) else result
 
 
 def whole_number(name: str, value: object, least: int = 0) -> int:
@@ -100,10 +100,10 @@ def whole_number(name: str, value: object, least: int = 0) -> int:
 
 def several(name: str, values: object) -> list[Any]:
     """Return one value or several as a list. Raises SandboxError if it is empty."""
-    found = list(values) if isinstance(values, Iterable) and not isinstance(values, str | bytes | Scene) else [values]
-    if not found:
+    items = list(values) if isinstance(values, Iterable) and not isinstance(values, str | bytes | Scene) else [values]
+    if not items:
         raise SandboxError(f"{name} must contain at least one, got an empty list")
-    return found
+    return items
 
 
 def output(what: str, path: str | os.PathLike[str], endings: Iterable[str]) -> str:

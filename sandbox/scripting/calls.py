@@ -1,11 +1,10 @@
-"""What a script can do: simulate, compare, verify, sweep. Every wrong argument raises SandboxError."""
+"""The functions of a script: simulate, compare, verify, sweep. Every wrong argument raises SandboxError."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import overload
 
 from sandbox.analysis import comparison
-from sandbox.analysis import verify as scoring
 from sandbox.engines import Engines, Source, default_engines, named, registry
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError, shown
@@ -14,6 +13,7 @@ from sandbox.run.inputs import Input
 from sandbox.run.trajectory import Trajectory
 from sandbox.scene.files import bundled
 from sandbox.scene.model import Scene
+from sandbox.scores import verify as scoring
 from sandbox.scripting.arguments import (
     AnyInputs,
     AnyScene,
@@ -26,8 +26,7 @@ from sandbox.scripting.arguments import (
     whole_number,
 )
 from sandbox.scripting.comparison import Comparison
-from sandbox.scripting.scores import Scores
-from sandbox.scripting.sweep_table import SweepTable
+from sandbox.scripting.results import Scores, SweepTable
 from sandbox.sweeps import in_order, plan
 from sandbox.sweeps.workers import run_here, run_locally
 
@@ -182,4 +181,4 @@ def _values_of(settings: Mapping[str, Value | Iterable[Value]] | None) -> dict[s
 
 
 def _value(key: str, value: object) -> Value:
-    return [number(key, one) for one in value] if isinstance(value, list | tuple) else number(key, value)
+    return [number(key, each) for each in value] if isinstance(value, list | tuple) else number(key, value)

@@ -10,11 +10,9 @@ import numpy as np
 import pymunk
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import Engine
+from sandbox.engines import REFERENCE, Engine
 from sandbox.engines.recorded import RecordedEngine
 from sandbox.engines.space_reader import SpaceReader
-from sandbox.engines.walls import ARENA_COUNT, Segments
 from sandbox.errors import SandboxError, SpaceWarning, shown
 from sandbox.run.inputs import Kick
 from sandbox.scene.clock import Clock
@@ -29,6 +27,7 @@ from sandbox.scene.from_pymunk import (
     scene_of,
 )
 from sandbox.scene.model import Scene
+from sandbox.scene.walls import ARENA_COUNT, walls_of
 from sandbox.scripting.comparison import Comparison
 from sandbox.state import Contacts, State, States
 
@@ -112,7 +111,7 @@ class Watched:
 
     @property
     def comparison(self) -> Comparison:
-        """What was recorded, as the engine `space`, compared with `exact`; of the longest part, if there are several.
+        """The recorded run, as the engine `space`, compared with `exact`; of the longest part, if there are several.
 
         Raises SandboxError if nothing was recorded.
         """
@@ -177,14 +176,10 @@ class _Part:
         self._states = [motion]
         self._contacts: list[Contacts] = []
         self._kicks: list[Kick] = []
-        walls = [((0.0, 0.0), (0.0, 0.0), 0.0)] * ARENA_COUNT  # which do not stand
-        walls += [(wall.start, wall.to, wall.thickness / 2) for wall in contents.walls]
-        start, to, half_thickness = (np.array(part, float) for part in zip(*walls, strict=True))
         carriers = {number: wall.body for number, wall in enumerate(contents.walls, ARENA_COUNT)}
         bodies = [circle.body for circle in contents.circles if circle.body]
-        segments = Segments(start, to, half_thickness)
-        self._reader = SpaceReader(space, bodies, self._scene.bodies.radius, carriers, segments, RATE)
-        self._reader.log.take()  # starts recording
+        self._reader = SpaceReader(space, bodies, self._scene.bodies.radius, carriers, walls_of(self._scene), RATE)
+        self._reader.log.recording = True
 
     @property
     def steps(self) -> int:
@@ -231,7 +226,9 @@ class _Part:
         """Compare what was recorded with the reference."""
         clock, states, contacts = self.clock, States.stack(self._states), np.concatenate(self._contacts)
         states = states._replace(angle=states.angle - states.angle[0])  # a scene's balls start without
-        contacts["time"] = np.repeat(clock.times(np.arange(1, self.steps + 1)), [len(one) for one in self._contacts])
+        contacts["time"] = np.repeat(
+            clock.times(np.arange(1, self.steps + 1)), [len(contacts_of_step) for contacts_of_step in self._contacts]
+        )
 
         def recorded(scene: Scene, initial: State) -> Engine:
             return RecordedEngine(states, contacts, clock, self._reader.damping)

@@ -42,7 +42,7 @@ class Moment:
     def size(self) -> int:
         """Its approximate size in bytes."""
         states = sum(state.nbytes for state in self.states.values())
-        contacts = sum(found.nbytes for found in self.contacts.values())
+        contacts = sum(array.nbytes for array in self.contacts.values())
         return states + contacts + 8 * len(self.balls) + MOMENT_BYTES * (1 + len(self.states))
 
 

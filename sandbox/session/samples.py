@@ -1,4 +1,4 @@
-"""What is sampled of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
+"""Samples of every engine after every step, for the charts: energy, gap to the reference, momentum and more."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -23,7 +23,7 @@ T = TypeVar("T", float, Floats)
 
 
 class Quantity(Enum):
-    """What is sampled of every engine. The value is its number among them.
+    """A quantity that is sampled of every engine. The value is its number among them.
 
     ENERGY: what the engine lost (negative) or made, minus what the reference did, see `share_of_energy`; GAP: the
     largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;

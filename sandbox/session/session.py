@@ -7,7 +7,6 @@ inputs: to continue from a step, the engines run again from the start with the s
 from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
 
-from sandbox.analysis.energy_scale import EnergyScale
 from sandbox.analysis.gas import wall_impulse
 from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
@@ -19,6 +18,7 @@ from sandbox.run.lockstep import Lockstep
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scores.energy_scale import EnergyScale
 from sandbox.session.history import History, Moment
 from sandbox.session.samples import Samples
 from sandbox.state import Contacts, State, States, no_contacts
@@ -107,13 +107,13 @@ class Session:
         """Go to a step that was reached before; `catch_up` brings the engines there."""
         self.step = min(max(step, 0), self.end)
 
-    def go_on_from(self, other: "Session") -> None:
+    def go_on_from(self, earlier: "Session") -> None:
         """Go to the latest step that another session has reached with the same inputs, with what can be redone there.
 
         `catch_up` brings the engines there.
         """
-        self.step = self.end = other.end
-        self._undone = [*other._undone]
+        self.step = self.end = earlier.end
+        self._undone = [*earlier._undone]
 
     def step_at(self, time: float) -> int:
         """Return the step nearest to a time (s)."""
@@ -215,16 +215,16 @@ class Session:
 
     def _start_of_last_action(self, count: int) -> int | None:
         """Return the first input of the last action among the first inputs; edits during a grab belong to the grab."""
-        found = None
+        action = None
         for k in reversed(range(count)):
             match self.inputs[k]:
                 case Grab():
                     return k
-                case Release() if found is not None:
-                    return found
+                case Release() if action is not None:
+                    return action
                 case Edit():
-                    found = k if found is None else found
-        return found
+                    action = k if action is None else action
+        return action
 
     def _branch(self) -> None:
         self.end = self.step
@@ -244,7 +244,7 @@ class Session:
         self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
         self._before = self.lockstep.states()  # of the last moment that was kept
         for runner in self.lockstep.engines.values():
-            runner.contacts()
+            runner.record_contacts()
         if self._observer:
             self._observer.begin(self.lockstep, self.reference)
 
@@ -255,7 +255,7 @@ class Session:
         try:
             with between_frames():
                 engine = create(self.reference, scene, spawn(scene))
-                engine.contacts()
+                engine.record_contacts()
                 engine.step()
                 engine.kick(0, (0.0, 0.0))
                 engine.state()
@@ -284,10 +284,10 @@ class Session:
     def _keep_moment(self) -> None:
         lockstep = self.lockstep
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
-        for name, found in contacts.items():
-            if len(found):
-                self._counts[name] += len(found)
-                self._wall_impulse[name] += wall_impulse(found, lockstep.scene.arena.size)
+        for name, resolved in contacts.items():
+            if len(resolved):
+                self._counts[name] += len(resolved)
+                self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
         states = lockstep.states()
         if self._observer:
             self._observer.observe(states, contacts)

@@ -9,7 +9,7 @@ from sandbox.files import is_replaceable, whole_file
 from sandbox.sweeps.jobs import COLUMNS, Job, Row, Sweep, in_order, job_of, plan
 from sandbox.sweeps.journal import Journal, journal_path, open_journal
 from sandbox.sweeps.workers import Outcome, run_locally, run_on_dask
-from sandbox.text import CsvDialect, csv_text
+from sandbox.text import csv_text
 
 __all__ = [
     "Job",
@@ -42,14 +42,14 @@ def run(sweep: Sweep, kept: Journal, *, workers: int = 1, scheduler: str | None 
         yield outcome
 
 
-def as_csv(rows: Sequence[Row], dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> str:
+def as_csv(rows: Sequence[Row]) -> str:
     """Return rows as a CSV table, whose columns are always the same."""
-    return csv_text([COLUMNS, *([row.get(column) for column in COLUMNS] for row in rows)], dialect)
+    return csv_text([COLUMNS, *([row.get(column) for column in COLUMNS] for row in rows)])
 
 
-def write(sweep: Sweep, rows: Sequence[Row], out: str, dialect: CsvDialect = CsvDialect.DECIMAL_POINT) -> None:
+def write(sweep: Sweep, rows: Sequence[Row], out: str) -> None:
     """Write the table, and delete its journal once every row is there."""
     with whole_file(out) as file:
-        file.write(as_csv(rows, dialect).encode())
+        file.write(as_csv(rows).encode())
     if is_replaceable(out) and len(rows) == len(sweep.jobs):
         journal_path(out).unlink(missing_ok=True)

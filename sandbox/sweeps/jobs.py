@@ -16,8 +16,7 @@ from sandbox.analysis.comparison import Comparison, Reference, compare, compare_
 from sandbox.analysis.documents import figure_columns
 from sandbox.analysis.gas import speed_law
 from sandbox.analysis.measurement import Run
-from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import TEXTBOOK_ENGINES, TUNED, create, settings_in
+from sandbox.engines import REFERENCE, TEXTBOOK_ENGINES, TUNED, create, settings_in
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import Value, format_settings, parse_settings
 from sandbox.errors import EngineError, SandboxError, suggestion
@@ -223,8 +222,8 @@ def count_speeds(comparison: Comparison, run: Run) -> list[int]:
 
 def in_order(sweep: Sweep, rows: Iterable[Row]) -> list[Row]:
     """Sort rows by the order of a sweep's jobs, without rows of other jobs."""
-    found = {job_of(row): row for row in rows}
-    return [found[job] for job in sweep.jobs if job in found]
+    by_job = {job_of(row): row for row in rows}
+    return [by_job[job] for job in sweep.jobs if job in by_job]
 
 
 def job_of(row: Row) -> Job:
@@ -232,9 +231,9 @@ def job_of(row: Row) -> Job:
     return Job(*(row[field] for field in Job._fields))
 
 
-def is_row(found: object) -> bool:
+def is_row(value: object) -> bool:
     """Return whether a value read from a file is a row as `run_job` makes them."""
-    if not isinstance(found, dict):
+    if not isinstance(value, dict):
         return False
     kinds = Job.__annotations__ | {"pow": str, "wall_s": float | int}
-    return all(isinstance(found.get(name), kind) for name, kind in kinds.items())
+    return all(isinstance(value.get(name), kind) for name, kind in kinds.items())

@@ -33,9 +33,9 @@ def engine_of(row: Row) -> str:
     """Return the name of a row's engine, with the settings of Pymunk as in a spec, and keys of the scene after it."""
     name, values = settings_in(row["engine"])
     chosen: dict[str, Any] = parse_settings(row["settings"], row["settings"]) if row["settings"] else {}
-    own = values | {key: value for key, value in chosen.items() if key in OF_PYMUNK}
+    own_settings = values | {key: value for key, value in chosen.items() if key in OF_PYMUNK}
     of_scene = {key: value for key, value in chosen.items() if key not in OF_PYMUNK}
-    return ", ".join([with_settings(name, own)] + ([format_settings(of_scene)] if of_scene else []))
+    return ", ".join([with_settings(name, own_settings)] + ([format_settings(of_scene)] if of_scene else []))
 
 
 def grouped(rows: Sequence[Row]) -> Groups:
@@ -123,8 +123,8 @@ def _escapes(sweep: Sweep, rows: Sequence[Row]) -> str:
     runs: dict[str, int] = defaultdict(int)
     for row in rows:
         runs[engine_of(row)] += bool(row.get("escaped"))
-    found = ", ".join(f"in {counted(count, 'run')} of {name}" for name, count in runs.items() if count)
-    return f"Balls left the arena {found}." if found else ""
+    where = ", ".join(f"in {counted(count, 'run')} of {name}" for name, count in runs.items() if count)
+    return f"Balls left the arena {where}." if where else ""
 
 
 def _rivals(sweep: Sweep, rows: Sequence[Row]) -> Iterator[tuple[Group, Sequence[Row]]]:

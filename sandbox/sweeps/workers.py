@@ -1,11 +1,9 @@
-"""What runs the jobs: local processes, or a Dask cluster. Each yields outcomes as they finish, in any order.
+"""The workers that run the jobs: local processes, or a Dask cluster. Each yields outcomes as they finish, in any order.
 
 Both are written without `concurrent.futures`. A ProcessPoolExecutor breaks as a whole when a worker dies, and waits for
 ever if one dies while it sends a result; so does a future of Dask's Executor if the connection breaks while it is sent.
 """
 
-import multiprocessing
-import os
 import socket
 import sys
 from collections import Counter, deque
@@ -20,17 +18,13 @@ from typing import Any, Final, cast
 from urllib.parse import urlsplit
 
 from sandbox.errors import EngineError, SandboxError
+from sandbox.processes import ChildProcess, serve
 from sandbox.scene.model import Scene
-from sandbox.signals import sigint_blocked, signals_deferred
+from sandbox.signals import signals_deferred
 from sandbox.sweeps.jobs import Job, Row, Shared, Sweep, reference_job, run_job, run_shared
 
 MAX_WORKER_DEATHS: Final = 3  # at one job
 CONNECT_TIMEOUT: Final = 3.0  # s, for a Dask scheduler to answer
-
-
-def core_count() -> int:
-    """Return how many processes can run at once."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -124,55 +118,39 @@ def run_locally(sweep: Sweep, jobs: Sequence[Job], count: int) -> Iterator[Outco
 def _next_job(worker: "Worker", workers: "list[Worker]", todo: deque[deque[Job]]) -> Job | None:
     """Return the next job of a worker's group; else of a group to do, else of the largest that others work on."""
     if not worker.group:
-        worker.group = todo.popleft() if todo else max((other.group for other in workers), key=len)
+        worker.group = todo.popleft() if todo else max((busy.group for busy in workers), key=len)
     return worker.group.popleft() if worker.group else None
 
 
-class Worker:
-    """A process that runs one job after another, until it is stopped or the sweep itself ends.
+class Worker(ChildProcess):
+    """A process that runs one job after another.
 
     group: the jobs to run next, which share a reference. Several workers may have the same group.
     """
 
     def __init__(self, sweep: Sweep, group: deque[Job]) -> None:
+        super().__init__(_serve, sweep.scene, sweep.against)
         self.group = group
-        context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
-        self.connection, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(theirs, sweep.scene, sweep.against), daemon=True)
-        with sigint_blocked():
-            self.process.start()
-        theirs.close()
         self.job: Job | None = None
 
     def start(self, job: Job) -> None:
         """Start a job. If the process has died, `outcome` notices."""
         self.job = job
-        with suppress(OSError):
-            self.connection.send(job)
+        self.send(job)
 
     def outcome(self) -> Outcome | None:
         """Receive the outcome of the job; None if the process has died."""
         self.job = None
         try:
-            outcome: Outcome = self.connection.recv()
-        except (EOFError, OSError):
-            self.stop()
+            return cast("Outcome", self.receive())
+        except EOFError:
             return None
-        return outcome
-
-    def stop(self) -> None:
-        """Terminate the process."""
-        self.connection.close()
-        self.process.terminate()
-        self.process.join()
 
 
 def _serve(connection: "Connection[Any, Any]", scene: Scene, against: str) -> None:
-    """Run jobs until the other end of the connection is closed. What engines print goes to standard error."""
-    runner = _JobRunner(scene, against)
-    with redirect_stdout(sys.stderr), suppress(EOFError, OSError):
-        while True:
-            connection.send(runner.run(connection.recv()))
+    """Run jobs. What engines print goes to standard error."""
+    with redirect_stdout(sys.stderr):
+        serve(connection, _JobRunner(scene, against).run)
 
 
 def check_scheduler(address: str) -> None:

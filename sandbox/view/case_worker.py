@@ -1,16 +1,14 @@
 """A process that compares the run so far, beside the window: no frame waits for it."""
 
-import multiprocessing
-from contextlib import suppress
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
 from typing import Any
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.errors import SandboxError
 from sandbox.files import whole_file
+from sandbox.processes import ChildProcess, serve
 from sandbox.report.case import Case, RunSoFar, case_of
-from sandbox.signals import sigint_blocked, signals_deferred
+from sandbox.signals import signals_deferred
 
 DIED = "the process that compares has died"
 
@@ -22,26 +20,26 @@ class CaseWorker:
     """
 
     def __init__(self) -> None:
-        self._process: BaseProcess | None = None
+        self._process: ChildProcess | None = None
         self.is_busy = False
 
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
         """Begin to compare a run so far; write its page into a file if that is named. It must not be busy."""
         if self._process is None:
-            self._start()
+            with signals_deferred():  # else a process that has just started might never be stopped
+                self._process = ChildProcess(_serve)
         self.is_busy = True
-        with suppress(OSError):  # it has died, which `poll` notices
-            self._connection.send((run, page))
+        self._process.send((run, page))
 
     def poll(self) -> Case | SandboxError | None:
         """Return what has become of the task if it is done. The task is then forgotten."""
-        if not self.is_busy or not self._connection.poll():
+        if not self.is_busy or self._process is None or not self._process.connection.poll():
             return None
         self.is_busy = False
         try:
-            answer: Case | SandboxError = self._connection.recv()
-        except (EOFError, OSError):  # a bug, of which it has printed the traceback, or too little memory
-            self.stop()
+            answer: Case | SandboxError = self._process.receive()
+        except EOFError:  # a bug, of which it has printed the traceback, or too little memory
+            self._process = None
             return SandboxError(DIED)
         return answer
 
@@ -49,29 +47,16 @@ class CaseWorker:
         """End the process, and what it does."""
         self.is_busy = False
         if self._process is not None:
-            self._connection.close()
-            self._process.terminate()
-            self._process.join()
+            self._process.stop()
             self._process = None
-
-    def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
-        self._connection, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs,), daemon=True)
-        with signals_deferred(), sigint_blocked():  # else a process that has just started might never be stopped
-            process.start()
-            self._process = process
-        theirs.close()
 
 
 def _serve(connection: "Connection[Any, Any]") -> None:
-    """Do tasks until the other end of the connection is closed."""
-    with suppress(EOFError, OSError):
-        while True:
-            connection.send(_answer(*connection.recv()))
+    serve(connection, _answer)
 
 
-def _answer(run: RunSoFar, file: str | None) -> Case | SandboxError:
+def _answer(task: tuple[RunSoFar, str | None]) -> Case | SandboxError:
+    run, file = task
     try:
         comparison = run.compare()
         if file is not None:

@@ -10,7 +10,7 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.analysis.scales import Span, round_up
+from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks

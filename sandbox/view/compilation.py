@@ -1,22 +1,21 @@
 """Compiling all kernels, which happens once, in processes of their own, while the program goes on."""
 
-import multiprocessing
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from multiprocessing import connection
-from multiprocessing.process import BaseProcess
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sandbox.engines import create
 from sandbox.judge.judge import Judge
+from sandbox.processes import ChildProcess
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.signals import sigint_blocked, signals_deferred
+from sandbox.signals import signals_deferred
 from sandbox.state import PUSH, States
 
 POLL_INTERVAL: Final = 1 / 30  # s, between two pictures of the progress
@@ -55,7 +54,7 @@ def _compile_exact() -> None:
     balls = BallGroup(radius=10, positions=((10.0, 90.0), (30.0, 90.0), (20.0, 70.0)))
     scene = Scene(arena={"size": (40.0, 100.0)}, balls=[balls], gravity=(0.0, 900.0))
     engine = create("exact", scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for kick in (0.0, 0.01, 1.0):
         engine.kick(2, (0.0, kick))
         engine.step()
@@ -94,6 +93,10 @@ COMPUTATION: Final = (
 DRAWING: Final = Part("drawing", ("sandbox.view",), _compile_drawing)
 
 
+def _compile(_: "connection.Connection[Any, Any]", part: Part) -> None:
+    part.compile()
+
+
 class Compilation:
     """Compiles parts, so many at once.
 
@@ -104,7 +107,7 @@ class Compilation:
         self._parts = parts
         self._at_once = at_once
         self._todo = list(parts)
-        self._running: dict[Part, BaseProcess] = {}
+        self._running: dict[Part, ChildProcess] = {}
 
     def until_compiled(self, module: str) -> Iterator["Compilation"]:
         """Compile the part that a module belongs to next; yield the progress every POLL_INTERVAL until it is done."""
@@ -113,7 +116,7 @@ class Compilation:
         self.poll()
         while part in self._todo or part in self._running:
             yield self
-            connection.wait([process.sentinel for process in self._running.values()], POLL_INTERVAL)
+            connection.wait([process.connection for process in self._running.values()], POLL_INTERVAL)
             self._note_ended()
             if part in self._todo or part in self._running:  # if not, another one may be waited for next
                 self._start()
@@ -124,23 +127,19 @@ class Compilation:
         self._start()
 
     def _note_ended(self) -> None:
-        self._running = {part: process for part, process in self._running.items() if process.is_alive()}
+        self._running = {part: process for part, process in self._running.items() if process.is_alive}
 
     def _start(self) -> None:
         while self._todo and len(self._running) < self._at_once:
             part = self._todo.pop(0)
-            # A forked process would share the locks of running threads.
-            process = multiprocessing.get_context("spawn").Process(target=part.compile, daemon=True)
-            with signals_deferred(), sigint_blocked():  # else a process that has just started might never be stopped
-                process.start()
-                self._running[part] = process
+            with signals_deferred():  # else a process that has just started might never be stopped
+                self._running[part] = ChildProcess(_compile, part)
 
     def stop(self) -> None:
         """Stop compiling; what is compiled stays in the cache."""
         self._todo.clear()
         for process in self._running.values():
-            process.terminate()
-            process.join()
+            process.stop()
         self._running.clear()
 
     @property

@@ -8,9 +8,9 @@ import pygame
 from pygame import Rect, Surface
 
 from sandbox.compiled import compile_by
+from sandbox.processes import core_count
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
-from sandbox.sweeps.workers import core_count
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.layout import GAP, natural_size
 from sandbox.view.palette import FAINT, FRAME, INK, RAISED

@@ -7,7 +7,7 @@ import numpy as np
 
 from sandbox.engines import refusal
 from sandbox.errors import SandboxError
-from sandbox.quantity import length, segment_distance
+from sandbox.quantity import length
 from sandbox.run.edits import (
     CONSTANTS,
     AddBall,
@@ -23,6 +23,7 @@ from sandbox.run.edits import (
 )
 from sandbox.scene.fields import PALETTE, Vector
 from sandbox.scene.model import ARENA_WALLS, Scene
+from sandbox.scene.walls import segment_distance
 from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback

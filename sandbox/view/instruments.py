@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.gas import why_no_gas
-from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale
+from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale
 from sandbox.scene.model import Scene
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats

@@ -9,10 +9,11 @@ import pygame
 from pygame import Color, Surface
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import length, segment_distance
+from sandbox.quantity import length
 from sandbox.run.edits import AddWall, ChangeBall, ChangeWall, Edit, edited
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import ARENA_WALLS, Scene, Wall
+from sandbox.scene.walls import segment_distance
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
 from sandbox.view.palette import ACCENT, palette

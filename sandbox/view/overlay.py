@@ -8,7 +8,7 @@ import numpy as np
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.analysis.scales import round_up
+from sandbox.report.scales import round_up
 from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State

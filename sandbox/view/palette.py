@@ -7,7 +7,7 @@ from typing import Final
 
 from pygame import Color
 
-from sandbox.engines.colours import colours_of
+from sandbox.report.colours import colours_of
 from sandbox.scene.fields import PALETTE, rgb
 
 FRAME: Final = Color("#22262b")  # around the panes

@@ -5,8 +5,7 @@ from typing import Final
 
 from pygame import Surface
 
-from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import default_engines
+from sandbox.engines import REFERENCE, default_engines
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene

@@ -9,8 +9,8 @@ import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.analysis.gas import expected_counts, speed_law, why_lawless
-from sandbox.analysis.scales import round_up
 from sandbox.quantity import length
+from sandbox.report.scales import round_up
 from sandbox.session.history import Moment
 from sandbox.state import Floats
 from sandbox.view.instruments import LAW

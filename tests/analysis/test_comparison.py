@@ -5,7 +5,6 @@ import io
 import math
 from dataclasses import replace
 from importlib.metadata import EntryPoint
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from conftest import scene_of
 
 import sandbox.engines
 from sandbox.analysis.comparison import Comparison, compare, compare_with, run_reference
-from sandbox.analysis.junit import limits_as_junit
 from sandbox.analysis.verdict import verdict
 from sandbox.engines import Engine, advance, can_run, registry
 from sandbox.engines.impulse import ImpulseEngine
@@ -25,7 +23,6 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, States
-from sandbox.text import CsvDialect
 
 FIGURES = {
     "energy_ratio", "energy_drift", "energy_error", "momentum_drift", "angular_momentum_drift", "gap_rms", "gap_max",
@@ -391,24 +388,6 @@ def test_a_limit_on_an_engine_that_is_measured_against_nothing_is_an_error(engin
     assert exceeded(comparison, max_drift=0.1) == []
 
 
-def test_junit_has_a_test_case_for_each_engine_and_limit() -> None:
-    comparison = compare(load("head-on").changed(seconds=2.0), ["pymunk", "article", "exact"])
-    checks = list(comparison.check_limits(max_gap=1000.0, max_energy_error=0.1))
-    suite = ElementTree.fromstring(limits_as_junit(comparison.scene.name, checks))[0]
-    cases = {(case.get("classname"), case.get("name")): [kind.tag for kind in case] for case in suite}
-    assert cases == {
-        ("pymunk", "head-on: gap"): [],
-        ("pymunk", "head-on: energy error"): [],
-        ("article", "head-on: gap"): [],
-        ("article", "head-on: energy error"): ["failure"],
-        ("exact", "head-on: gap"): [],
-        ("exact", "head-on: energy error"): [],
-    }
-    assert [suite.get(count) for count in ("tests", "failures", "errors", "skipped")] == ["6", "1", "0", "0"]
-    [failure] = suite.iter("failure")
-    assert failure.get("message", "").startswith("article: energy error 0.499928 exceeds the limit of 0.1, first at ")
-
-
 def test_losses_that_the_scene_asks_for_are_no_energy_error() -> None:
     """Both balls bounce with an elasticity of 0.5; the energy drifts by most of it, the error does not."""
     scene = scene_of("radius = 20\nelasticity = 0.5\nposition = [100, 300]\nvelocity = [300, 0]", more="seconds = 3")
@@ -453,17 +432,6 @@ def test_the_columns_of_csv_are_the_same_for_all_scenes_and_engines(scene: str, 
         theory = {key.split(".")[1] for key in filled if key.startswith("theory.")}
         assert theory == set(figures.get("theory", ()))
         assert bool(theory) == (scene == "gas-100")
-
-
-def test_a_decimal_comma_comes_with_semicolons() -> None:
-    comparison = compare(load("oblique").changed(seconds=1.5), ["pymunk", "exact"])
-    point = list(csv.reader(io.StringIO(comparison.as_csv())))
-    comma = list(csv.reader(io.StringIO(comparison.as_csv(CsvDialect.DECIMAL_COMMA)), delimiter=";"))
-    assert comma[0] == point[0]
-    numbers = [point[0].index(key) for key in ("energy_ratio", "gap_max", "first_difference.time")]
-    assert [comma[1][place] for place in numbers] == [point[1][place].replace(".", ",") for place in numbers]
-    because = point[0].index("first_difference.because")
-    assert comma[1][because] == point[1][because] != ""
 
 
 def test_a_limit_on_a_fraction_of_no_energy_is_an_error() -> None:

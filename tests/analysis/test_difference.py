@@ -73,6 +73,9 @@ class Faulty:
     def state(self) -> State:
         return State(self.steps * self.dt, self.x.copy(), self.v.copy())
 
+    def record_contacts(self) -> None:
+        """They are recorded from the start."""
+
     def contacts(self) -> Contacts:
         found, self.found = self.found, []
         return np.array([(*one, 0.0, 0.0) for one in found], CONTACT) if found else no_contacts()

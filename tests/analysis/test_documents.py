@@ -11,9 +11,9 @@ from sandbox.analysis.advice import as_json as advice_as_json
 from sandbox.analysis.advice import try_settings
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.documents import comparison_schema, json_schema
-from sandbox.analysis.verify import Board, Outcome, Result, Scores, as_json, verify
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
+from sandbox.scores.verify import Board, Outcome, Result, Scores, as_json, verify
 
 TYPES = {"object": dict, "array": list, "string": str, "integer": int, "boolean": bool, "null": type(None)}
 NOTES = {"title", "description", "$schema", "$defs"}

@@ -10,7 +10,6 @@ import pytest
 from conftest import scene_of
 
 from sandbox.analysis.comparison import compare, compare_with, flatten, run_reference
-from sandbox.analysis.verify import Outcome, verify
 from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
@@ -18,6 +17,7 @@ from sandbox.scene.files import load
 from sandbox.scene.from_pymunk import from_space
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scores.verify import Outcome, verify
 from sandbox.scripting.watch import watch
 from sandbox.session.samples import Quantity
 from sandbox.session.session import Session

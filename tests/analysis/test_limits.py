@@ -12,11 +12,11 @@ from conftest import Command, scene_of
 from sandbox.analysis.advice import try_settings
 from sandbox.analysis.comparison import compare, compare_with, run_reference
 from sandbox.analysis.verdict import verdict
-from sandbox.analysis.verify import Outcome, all_passed, verify
 from sandbox.errors import LimitReached
 from sandbox.report.comparison import page
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.model import Scene
+from sandbox.scores.verify import Outcome, all_passed, verify
 from sandbox.scripting.watch import watch
 from sandbox.sweeps import plan
 from sandbox.sweeps.workers import run_here

@@ -223,7 +223,7 @@ def test_a_renumbered_engine_has_the_scene_s_numbers_outside() -> None:
         RenumberedEngine(partial(create, "impulse"), scene, spawn(scene)),
     ]
     for engine in engines:
-        engine.contacts()
+        engine.record_contacts()
         engine.kick(0, (60.0, 0.0))
         for _ in range(end):
             engine.step()

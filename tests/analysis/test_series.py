@@ -12,7 +12,6 @@ from sandbox.analysis import series
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.series import write_series
 from sandbox.run.trajectory import simulate
-from sandbox.text import CsvDialect
 
 COLUMNS = [
     *("time", "engine", "energy", "gap_rms", "gap_max", "momentum_x", "momentum_y", "angular_momentum"),
@@ -58,13 +57,6 @@ def test_each_row_is_the_state_of_an_engine_after_a_step(monkeypatch: pytest.Mon
         assert before[-1] > 3
         assert found["gap_max"] == pytest.approx(away.max(axis=1) if name == "pymunk" else 0)
         assert found["gap_rms"] == pytest.approx(np.sqrt((away**2).mean(axis=1)) if name == "pymunk" else 0)
-
-
-def test_series_have_a_dialect(working_folder: Path) -> None:
-    write_series(compare(SCENE.changed(seconds=0.1), ["exact"]), "f.csv", CsvDialect.DECIMAL_COMMA)
-    lines = (working_folder / "f.csv").read_text().splitlines()
-    assert lines[0] == ";".join(COLUMNS)
-    assert lines[1].startswith("0,0;exact;")
 
 
 def test_series_on_standard_output_are_all_there_is(command: Command) -> None:

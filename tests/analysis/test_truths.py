@@ -14,15 +14,16 @@ import numpy as np
 import pytest
 
 import sandbox.engines
-from sandbox.analysis.expectations import steps_around
-from sandbox.analysis.verify import Outcome, verify
 from sandbox.engines.exact import ExactEngine
-from sandbox.quantity import angular_momentum, energy, momentum, segment_distance
+from sandbox.quantity import angular_momentum, energy, momentum
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn, warnings
+from sandbox.scene.walls import segment_distance
+from sandbox.scores.expectations import steps_around
+from sandbox.scores.verify import Outcome, verify
 from sandbox.state import Contacts, Floats, State, States, no_contacts
 
 NAMES = list(bundled(TRUTHS))
@@ -333,7 +334,7 @@ def test_forces_within_the_cones_of_friction_hold_the_heap() -> None:
 def test_the_floor_carries_the_weight_of_the_heap() -> None:
     scene = load("truths/floor-under-a-heap")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(scene.steps):
         engine.step()
     found = engine.contacts()
@@ -356,6 +357,9 @@ class Through:
         time, start = self._steps / self._rate, self._start
         flown = start.position + start.velocity * time + self._gravity * time**2 / 2
         return State(time, flown, start.velocity + self._gravity * time, start.angle + start.spin * time, start.spin)
+
+    def record_contacts(self) -> None:
+        """They are recorded from the start."""
 
     def contacts(self) -> Contacts:
         return no_contacts()
@@ -438,7 +442,7 @@ def fails(engine: type, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> bool:
 def touched(scene: Scene) -> tuple[bool, bool]:
     """Return whether two balls touch, and whether a ball and a wall do, before the last expectation."""
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(max(steps_around(one.at, scene.rate)[1] for one in scene.expect)):
         engine.step()
     second = engine.contacts()["second"]

@@ -9,16 +9,15 @@ import pytest
 from conftest import Command
 
 from sandbox.bench import parts
-from sandbox.bench.against import read_figures, worse
-from sandbox.bench.figure import Figure, figure
-from sandbox.bench.parts import Part
+from sandbox.bench.figure import Figure, figure, read_figures, worse
+from sandbox.bench.parts import Benchmark
 
 pytestmark = pytest.mark.usefixtures("working_folder")
 
 
 def measured(monkeypatch: pytest.MonkeyPatch, *figures: Figure) -> None:
     """Replace the benchmarks by one part that yields these figures."""
-    monkeypatch.setattr(parts, "PARTS", {"made-up": Part("Made up", 1, lambda _rounds: iter(figures))})
+    monkeypatch.setattr(parts, "PARTS", {"made-up": Benchmark("Made up", 1, lambda _rounds: iter(figures))})
 
 
 def write_earlier(*figures: Figure) -> None:
@@ -139,7 +138,7 @@ def test_a_file_that_is_no_benchmark_is_refused_before_anything_runs(
     def measure(_rounds: int) -> Iterator[Figure]:
         raise AssertionError
 
-    monkeypatch.setattr(parts, "PARTS", {"made-up": Part("Made up", 1, measure)})
+    monkeypatch.setattr(parts, "PARTS", {"made-up": Benchmark("Made up", 1, measure)})
     Path("before.json").write_text(text)
     outcome = command("bench", "--against", "before.json")
     assert outcome == (2, "", "before.json: is not a file of sandbox bench --json\n")

@@ -213,25 +213,13 @@ def test_mouse_input_is_saved_when_a_signal_ends_the_window(monkeypatch: pytest.
     assert (given, end.step) == (grab, 3)
 
 
-def test_a_signal_in_a_destructor_or_a_kernel_ends_the_program() -> None:
-    """Python cannot raise there: it prints a traceback and goes on, or raises SystemError."""
-
-    class Last:
-        def __del__(self) -> None:
-            signal.raise_signal(signal.SIGINT)
-
-    def callback() -> None:
-        with exit_codes():
-            Last()
-            deadline = time.monotonic() + 30
-            while time.monotonic() < deadline:
-                pass
+def test_a_signal_in_a_kernel_ends_the_program() -> None:
+    """Numba raises SystemError from it."""
 
     def kernel() -> None:
         with exit_codes():
             raise SystemError("returned a result with an exception set") from Terminated(signal.SIGINT)
 
     with Path("stderr").open("wb") as error:
-        for act in (callback, kernel):
-            assert exit_code_of(forked(act, error=error.fileno())) == -signal.SIGINT
+        assert exit_code_of(forked(kernel, error=error.fileno())) == -signal.SIGINT
     assert Path("stderr").read_bytes() == b""

@@ -23,7 +23,7 @@ def play(name: str, scene: str, blocks: list[int], kick: int) -> list[Floats | C
     """Run an engine in blocks of steps, with a kick before the block of that number."""
     loaded = load(scene)
     engine = create(name, loaded, spawn(loaded))
-    engine.contacts()
+    engine.record_contacts()
     parts = []
     for number, steps in enumerate(blocks):
         if number == kick:
@@ -60,6 +60,7 @@ def test_contacts_are_not_collected_before_they_are_asked_for() -> None:
     engine = create("article", scene, spawn(scene))
     assert isinstance(engine, SteppedEngine)
     engine.advance(60, *States.empty(60, 100))
+    engine.record_contacts()
     assert len(engine.contacts()) == 0
     engine.advance(60, *States.empty(60, 100))
     time = engine.contacts()["time"]

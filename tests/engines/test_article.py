@@ -7,9 +7,9 @@ import pytest
 from conftest import scene_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from plain_article import PlainArticle
 
 from sandbox.analysis.comparison import compare
-from sandbox.bench.plain import PlainArticle
 from sandbox.engines import create
 from sandbox.engines.article import pow_variant
 from sandbox.errors import Refused
@@ -82,7 +82,7 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
         f"radius = {radius}\nposition = [{300 + apart}, 300]",
     )
     engine = create("article", scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.step()
     before, after = 60.0, np.diff(engine.state().velocity[:, 0])[0]
     assert after / before == pytest.approx(restitution, abs=1e-12)
@@ -96,7 +96,7 @@ def test_a_contact_has_restitution_2_over_r_less_1(radius: float, restitution: f
 def test_a_wall_discards_the_overshoot_and_reverses_a_ball_that_already_leaves() -> None:
     scene = scene_of("radius = 20\nposition = [22, 300]\nvelocity = [-300, 0]")  # 5 px a frame, 2 px from the wall
     engine = create("article", scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.step()
     assert engine.state().position.tolist() == [[20, 300]]
     assert engine.state().velocity.tolist() == [[300, 0]]
@@ -147,7 +147,7 @@ def test_the_log_of_contacts_grows() -> None:
     scene = scene_of(f"count = {n}\nradius = 20\nx = {{ from = 300, to = 300 }}\ny = {{ from = 300, to = 300 }}")
     position = np.full((n, 2), 300.0)
     engine = create("article", scene, State(0.0, position, np.zeros((n, 2))))
-    engine.contacts()
+    engine.record_contacts()
     engine.step()
     contacts = engine.contacts()
     assert len(contacts) > 64

@@ -24,7 +24,7 @@ FLOAT32 = 2e-7  # relative: two units in the last place
 
 def run(scene: Scene, steps: int) -> tuple[Box2DEngine, Contacts]:
     engine = Box2DEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(steps):
         engine.step()
     return engine, engine.contacts()
@@ -150,7 +150,7 @@ def test_impulses_along_the_tangent_are_those_that_turned_the_balls() -> None:
 def test_contacts_account_for_every_change_of_momentum() -> None:
     scene = load("gas-100")
     engine = Box2DEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     mass, counted = scene.bodies.mass, 0
     for _ in range(120):
         before = engine.state()

@@ -43,7 +43,7 @@ def column_of(masses: list[float], e: float, friction: float = 0, velocity: tupl
 
 def after_a_step(scene: Scene) -> tuple[State, Contacts]:
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.step()
     return engine.state(), engine.contacts()
 
@@ -122,7 +122,7 @@ def two_discs_at_an_edge(seed: int) -> Numbers:
 def after_steps(numbers: Numbers, steps: int) -> tuple[State, Contacts]:
     scene = parse(numbers.toml(), "rattling")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(steps):
         engine.step()
     return engine.state(), engine.contacts()
@@ -172,7 +172,7 @@ def test_the_walls_of_a_full_row_carry_its_weight(wider: float, elasticity: floa
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(240):
         engine.step()
-    engine.contacts()
+    engine.record_contacts()
     before = scene.bodies.mass @ engine.state().velocity
     for _ in range(60):
         engine.step()

@@ -45,7 +45,7 @@ def box_of(*parts: str, head: str = "", friction: float = 0.0, elasticity: float
 
 def engine_of(scene: Scene) -> ExactEngine:
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     return engine
 
 
@@ -463,7 +463,7 @@ def test_disc_that_turns_between_floor_and_wall(mu: float) -> None:
     rate = 2 * mu * (floor + side) / 10
     engine = engine_of(scene)
     play(engine, scene, 0.1)
-    engine.contacts()
+    engine.record_contacts()
     state = play(engine, scene, 0.1)
     assert state.position[0].tolist() == [3990, 590]
     assert state.spin[0] == pytest.approx(50 - rate * 0.2, abs=EXACT)

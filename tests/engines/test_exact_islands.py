@@ -28,7 +28,7 @@ def heap(rate: int = 60) -> Scene:
 
 def at_rest(scene: Scene) -> ExactEngine:
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.advance(SECONDS * scene.rate, *States.empty(SECONDS * scene.rate, len(scene.bodies)))
     engine.contacts()
     return engine
@@ -137,7 +137,7 @@ def test_a_push_along_a_row_at_rest_reaches_the_wall_ahead_and_pulls_at_nothing(
     row = "[[balls]]\nradius = 10\nelasticity = 0.5\ngrid = [3, 1]\nspacing = 20\nposition = [10, 190]\n"
     scene = parse(f"gravity = [0, {G}]\n[arena]\nsize = [60, 200]\n{row}", "test")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.kick(1, (0.01, 0.0))
     engine.step()
     found = engine.contacts()
@@ -154,6 +154,6 @@ def test_balls_that_touch_and_overlap_by_rounding_do_not_stop_the_clock() -> Non
         squeezed = start.position.copy()
         squeezed[:2, 0] += [units * np.spacing(start.position[0, 0]), -units * np.spacing(start.position[1, 0])]
         engine = ExactEngine(scene, replace(start, position=squeezed))
-        engine.contacts()
+        engine.record_contacts()
         engine.step()
         assert len(engine.contacts()) < 10_000

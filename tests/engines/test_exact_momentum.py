@@ -104,7 +104,7 @@ def test_touching_cradle_of_elasticity_half_keeps_the_energy_of_the_limit_of_sma
 def unexplained(scene: Scene, steps: int) -> Floats:
     """Return the momentum that gravity and the reported contacts with walls leave unexplained until each step."""
     engine, mass = ExactEngine(scene, spawn(scene)), scene.bodies.mass
-    engine.contacts()
+    engine.record_contacts()
     states = States.empty(steps, len(mass))
     engine.advance(steps, *states)
     found = engine.contacts()
@@ -170,7 +170,7 @@ def test_floor_gets_the_weight_of_a_resting_heap(name: str) -> None:
     scene = scene_of(place, [(0, 0)] * len(place), [1] * len(place), 0.25, "gravity = [0, 900]")
     assert unexplained(scene, 60).max() < KEPT * len(place) * 900
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(60):
         engine.step()
     found = engine.contacts()
@@ -208,7 +208,7 @@ def test_a_fast_ball_of_the_funnel_stops_only_by_impacts() -> None:
     scene = load("funnel")
     engine = ExactEngine(scene.changed(rate=2_000), spawn(scene))
     states = States.empty(6_000, len(scene.bodies))
-    engine.contacts()
+    engine.record_contacts()
     engine.advance(6_000, *states)
     contacts = engine.contacts()
     speed = np.hypot(states.velocity[..., 0], states.velocity[..., 1])
@@ -224,6 +224,6 @@ def test_too_many_contacts_of_a_heap_end_its_run(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("sandbox.engines.exact.engine.MAX_LOGGED_CONTACTS", 1_000)
     scene = scene_of([(800, 1990), (800, 1970)], [(0, 0)] * 2, [1, 1], 0.5, "gravity = [0, 900]")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     with pytest.raises(SandboxError, match=r"^exact ends at .* s: the next step exceeds the limit of 1,000 contacts$"):
         engine.advance(60, *States.empty(60, 2))

@@ -32,7 +32,7 @@ def scene_of_walls(*walls: dict[str, object], gravity: Vector = (0, 0), **ball: 
 
 def run(scene: Scene, steps: int) -> tuple[ExactEngine, Contacts]:
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(steps):
         engine.step()
     return engine, engine.contacts()

@@ -11,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox.engines import article, impulse, neighbours
-from sandbox.engines.neighbours import Grid, new_grid
-from sandbox.state import CONTACT, Floats, States
+from sandbox.engines.contact_log import empty_log
+from sandbox.engines.neighbours import NeighbourGrid, new_grid
+from sandbox.scene.walls import OUTWARD, Walls
+from sandbox.state import Floats, States
 
 Kernel = Callable[..., Any]
 
@@ -45,28 +47,28 @@ CASES = {
 }
 
 
-def assert_equal_to_the_bit(steps: Kernel, state: list[Floats], frames: int, grid: Grid | None) -> Floats:
+def assert_equal_to_the_bit(steps: Kernel, state: list[Floats], frames: int, grid: NeighbourGrid | None) -> Floats:
     """Assert that steps(grid, ...) does the same with a grid as without one; return the positions after each step."""
     n = len(state[0])
     expected, found = States.empty(frames, n), States.empty(frames, n)
     start, room = (*state, np.zeros(n), np.linspace(-9, 9, n)), (n + 5) ** 2 * frames
-    plain, quick = np.zeros(room, CONTACT), np.zeros(room, CONTACT)
+    plain, quick = (empty_log(room)._replace(collects=True) for _ in range(2))
     done, count = steps(None, start, expected, plain)
     assert steps(grid, start, found, quick) == (done, count) == (frames, count)
     for part, by_brute_force in zip(found, expected, strict=True):
         assert part.tobytes() == by_brute_force.tobytes()
-    assert quick[:count].tobytes() == plain[:count].tobytes()
+    assert quick.row[:count].tobytes() == plain.row[:count].tobytes()
     return found.position
 
 
 def article_frames(size: Sequence[float]) -> Kernel:
-    def steps(grid: Grid | None, start: Any, states: States, log: Any) -> Any:
+    def steps(grid: NeighbourGrid | None, start: Any, states: States, log: Any) -> Any:
         return article.frames(start, 0, 60, states, 5.0, *map(float, size), article.SQUARE, grid, log)
 
     return steps
 
 
-def article_grid(n: int, size: Sequence[float]) -> Grid | None:
+def article_grid(n: int, size: Sequence[float]) -> NeighbourGrid | None:
     return new_grid(n, 10 * article.MAX_TOUCHING, size)
 
 
@@ -83,13 +85,16 @@ def impulse_equals_brute_force(
     rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
-    arena = [(-1, 0, 0, 0, 0, 1, 0), (0, -1, 0, 0, 0, 1, 0.5), (1, 0, w, 0, 0, 0.9, 0), (0, 1, h, 0, 0, 1, 1)]
-    walls = np.array([*arena, (0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h, 2, 0.8, 0.3)], float)
+    lines = np.zeros((5, 4))  # the arena's are not read
+    lines[4] = 0.1 * w, 0.4 * h, 0.7 * w, 0.6 * h
+    factors = np.array([(1, 0), (1, 0.5), (0.9, 0), (1, 1), (0.8, 0.3)]).T.copy()
+    walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), np.array([0, 0, 0, 0, 2.0]), *factors)
+    face = np.array([0, 0, w, h])
     gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
-    constants = impulse.Constants(radius, mass, elasticity, friction, gravity, walls, 1 / 60, 60)
+    constants = impulse.Constants(radius, mass, elasticity, friction, gravity, walls, OUTWARD, face, 1 / 60, 60)
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
 
-    def steps(grid: Grid | None, start: Any, states: States, log: Any) -> Any:
+    def steps(grid: NeighbourGrid | None, start: Any, states: States, log: Any) -> Any:
         return impulse.steps(start, 0, states, constants, grid, log)
 
     assert_equal_to_the_bit(steps, state, frames, new_grid(n, 2 * float(radius.max()), size.tolist()))

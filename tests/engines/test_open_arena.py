@@ -20,7 +20,7 @@ PX: Final = {"exact": 1e-6, "impulse": 1e-6, "pymunk": 1e-6, "box2d": 0.1}  # bo
 
 def run(name: str, scene: Scene) -> tuple[State, Contacts]:
     engine = create(name, scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(scene.steps):
         engine.step()
     return engine.state(), engine.contacts()

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from textwrap import dedent
 from typing import Any, Final
@@ -14,6 +15,7 @@ from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Kind
 from sandbox.analysis.measurement import Run
 from sandbox.engines import named
+from sandbox.engines.engine import Traits
 from sandbox.engines.specs import file_and_name, settings_in
 from sandbox.errors import EngineError, Refused, SandboxError
 from sandbox.judge.causes import Cause
@@ -355,7 +357,7 @@ def test_a_contact_by_a_clock_that_is_ahead_is_not_after_its_step() -> None:
 
     lockstep = Lockstep(load("head-on"), {"mine": Ahead})
     runner = lockstep.engines["mine"]
-    runner.contacts()
+    runner.record_contacts()
     for _ in range(3):
         lockstep.step()
     assert runner.contacts()["time"] == runner.state().time == 3 / 60
@@ -517,13 +519,38 @@ def test_a_function_can_be_dragged(loop: str) -> None:
     assert simulate(scene, loop, steps=60, inputs=[Grab(step=0, ball=0, at=(400, 300))]).position[60, 0, 0] > 390
 
 
+# Traits
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [
+        ({"together": True}, "Mine: together = True has no effect; write traits = sandbox.Traits(together=True)"),
+        ({"togther": True}, "Mine: togther = True has no effect; write traits = sandbox.Traits(together=True)"),
+        ({"trait": Traits()}, "Mine: its traits must be in the attribute traits, got them in trait"),
+        ({"traits": {"soft": True}}, "Mine: its traits must be sandbox.Traits(...), got {'soft': True}"),
+    ],
+    ids=["an attribute", "a misspelt attribute", "a misspelt name", "a dictionary"],
+)
+def test_traits_that_would_have_no_effect_are_an_error(declared: dict[str, object], message: str) -> None:
+    with pytest.raises(EngineError, match=f"^{re.escape(message)}"):
+        simulate(load("head-on"), type("Mine", (Flying,), declared), steps=1)
+
+
+def test_traits_have_types() -> None:
+    with pytest.raises(SandboxError, match=r"^Traits: soft must be True or False, got 1$"):
+        Traits(soft=1)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="togther"):
+        Traits(togther=True)  # type: ignore[call-arg]
+
+
 # Contacts that last several steps
 
 
 class Spring(Flying):
     """Balls as springs, in walls of springs; each reports a contact every step, or one when a touch ends."""
 
-    soft = True
+    traits = Traits(soft=True)
     whole = False
     normals = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
 

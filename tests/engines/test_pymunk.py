@@ -79,7 +79,7 @@ def test_positions_and_contacts_equal_a_plain_loop_s(name: str, substeps: int) -
     scene = load(name)
     scene = scene.model_copy(update={"pymunk": scene.pymunk.model_copy(update={"substeps": substeps})})
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     steps = 180
     positions, contacts = plain_pymunk(scene, steps)
     for step in range(1, steps + 1):
@@ -99,7 +99,7 @@ def test_a_contact_has_the_normal_the_impulse_and_the_depth() -> None:
         "radius = 20\nposition = [400, 579]\nvelocity = [0, 120]",  # the bottom wall, 1 px deep
     )
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.step()
     pair, wall = engine.contacts()
     assert (pair["first"], pair["second"], ~wall["second"]) == (0, 1, 3)
@@ -116,7 +116,7 @@ def test_a_resting_contact_that_ended_is_no_longer_listed() -> None:
     """Pymunk keeps the impulse of a contact for some steps after it: a ball at rest on the floor is thrown up."""
     scene = scene_of("radius = 20\nposition = [400, 580]\nelasticity = 0", more="gravity = [0, 900]")
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(10):
         engine.step()
     assert len(engine.contacts()) > 5
@@ -164,7 +164,7 @@ ROUGH = scene_of(
 def run_in_blocks(scene: Scene, blocks: list[int], kicked: int) -> tuple[Floats, Floats, Contacts]:
     """Run a scene in blocks of steps, with a kick before the block of a number: all states and contacts."""
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     states, contacts = [], []
     for number, steps in enumerate(blocks):
         if number == kicked:
@@ -181,7 +181,7 @@ def run_in_blocks(scene: Scene, blocks: list[int], kicked: int) -> tuple[Floats,
 def run_in_steps(scene: Scene, steps: int, kicked: int) -> tuple[Floats, Floats, Contacts]:
     """Run a scene step by step, with a kick before the step of a number: all states and contacts."""
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     states, contacts = [], []
     for step in range(steps):
         if step == kicked:
@@ -222,7 +222,7 @@ def test_a_ball_that_rolls_over_a_joint_hits_no_crack(joined: bool, turned: bool
     ball = {"radius": 10, "position": (80, 190.5), "velocity": (60, 0), "elasticity": 0}
     scene = Scene(arena={"size": (400, 300), "overlap": 1}, balls=[ball], walls=walls, gravity=(0, 900))
     engine = PymunkEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(30):
         engine.step()
     normals = engine.contacts()["normal"]

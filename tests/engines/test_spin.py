@@ -30,7 +30,7 @@ def bounce(friction: float, spin: float = 0.0, elasticity: float = 1.0) -> Scene
 
 def after(engine_name: str, scene: Scene, steps: int = 40) -> tuple[State, Contacts]:
     engine = create(engine_name, scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(steps):
         engine.step()
     return engine.state(), engine.contacts()
@@ -158,7 +158,7 @@ def test_a_trajectory_has_all_contacts_with_the_numbers_of_its_balls() -> None:
     scene = load("head-on")
     ran = simulate(scene, "exact", seconds=5.0)
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     engine.advance(300, *States.empty(300, 2))
     assert ran.contacts.tobytes() == engine.contacts().tobytes()
     hit = math.ceil(ran.contacts["time"][0] * 60)

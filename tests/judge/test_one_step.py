@@ -7,12 +7,12 @@ import pytest
 from conftest import scene_of
 
 from sandbox.engines.exact.engine import ExactEngine
-from sandbox.engines.walls import pieces_of
 from sandbox.judge.groups import balls_of, scratch_for
 from sandbox.judge.law import LAW, Exchange, Masses, Place, When, law
 from sandbox.judge.one_step import MET, Group, run_laws
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scene.walls import pieces_of
 from sandbox.state import Floats, State
 
 TWO: Final = (
@@ -43,7 +43,7 @@ def test_it_is_the_exact_engine_s_step(more: str) -> None:
     )
     scene = scene_of(balls, size="[400, 300]\nfriction = 0.4", more=f"seed = 1\n{more}")
     engine, contacts = ExactEngine(scene, spawn(scene)), 0
-    engine.contacts()
+    engine.record_contacts()
     for _ in range(40):
         before = engine.state()
         engine.step()

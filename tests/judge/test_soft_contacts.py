@@ -10,7 +10,6 @@ from conftest import scene_of
 
 import sandbox
 from sandbox.engines import create
-from sandbox.engines.walls import pieces_of
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Problem, Trial
 from sandbox.judge.groups import balls_of
@@ -22,6 +21,7 @@ from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scene.walls import pieces_of
 from sandbox.state import PUSH, Floats, State, States
 
 SCENES: Final = Path(sandbox.__file__).parent.parent / "scenes"

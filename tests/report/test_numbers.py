@@ -7,10 +7,9 @@ import pytest
 
 import sandbox
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.glossary import GLOSSARY, words_in
 from sandbox.engines import registry
-from sandbox.engines.about import BUILT_IN, about
 from sandbox.report.comparison import page
+from sandbox.report.glossary import BUILT_IN, GLOSSARY, about, words_in
 from sandbox.report.numbers import minus, readable, share
 from sandbox.scene.files import load
 

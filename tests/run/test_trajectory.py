@@ -20,7 +20,7 @@ from sandbox.state import Floats, no_contacts
 
 AWKWARD = [0.1, -0.0, 5e-324, 1 / 3, 1e8, -1.7976931348623157e308, 123456789.12345679, 2.0**-1074 * 3]
 ARRAYS = ("time", "position", "velocity", "radius", "mass", "angle", "spin", "energy")
-ENDINGS = ["npz", "csv", "xyz"]
+ENDINGS = ["npz", "csv"]
 
 
 def awkward() -> Trajectory:
@@ -60,27 +60,7 @@ def read_csv(path: Path) -> list[Floats]:
     return table([[float(row[key]) for key in keys] for row in rows], 4)
 
 
-def read_xyz(path: Path) -> list[Floats]:
-    lines = path.read_text().splitlines()
-    assert len(lines) == 4 * (2 + 3)
-    rows = []
-    for frame in range(4):
-        count, comment, *atoms = lines[frame * 5 : frame * 5 + 5]
-        assert count == "3"
-        match = re.fullmatch(
-            r'Lattice="800\.0 0 0 0 600\.5 0 0 0 1" pbc="F F F" '
-            r"Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:mass:R:1:angle:R:1:spin:R:1 Time=(\S+) energy=(\S+)",
-            comment,
-        )
-        assert match
-        for atom in atoms:
-            species, x, y, z, vx, vy, vz, *others = atom.split()
-            assert (species, z, vz) == ("X", "0", "0")
-            rows.append([float(number) for number in (match[1], x, y, vx, vy, *others, match[2])])
-    return table(rows, 4)
-
-
-READ = {"npz": read_npz, "csv": read_csv, "xyz": read_xyz}
+READ = {"npz": read_npz, "csv": read_csv}
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -117,7 +97,7 @@ def test_standard_output_is_csv(tmp_path: Path, capsysbinary: pytest.CaptureFixt
 @pytest.mark.parametrize("name", ["trace.txt", "trace", "trace.NPZ", "trace.npz.gz", ".npz"])
 def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
-    message = f"{path}: a trace must end in one of .npz, .csv, .xyz"
+    message = f"{path}: a trace must end in one of .npz, .csv"
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
         write_trace(awkward(), path)
     assert list(tmp_path.iterdir()) == []

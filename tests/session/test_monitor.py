@@ -224,7 +224,7 @@ def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
     scene = scene_of("radius = 20\nposition = [400, 300]", "radius = 20\nposition = [100, 100]")
     lockstep = Lockstep(scene, ["impulse", "exact"])
     for runner in lockstep.engines.values():
-        runner.contacts()
+        runner.record_contacts()
     monitor = Monitor()
     monitor.begin(lockstep, "exact")
     sizes = []

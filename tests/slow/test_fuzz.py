@@ -24,7 +24,7 @@ from conftest import sizes, without_notice
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from sandbox.cli.inputs import scene_and_inputs
+from sandbox.cli.options import scene_and_inputs
 from sandbox.engines import registry
 from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES

@@ -36,7 +36,7 @@ def heap_at_random(seed: int, room: float = 0.0) -> Scene:
 def contacts_of(scene: Scene) -> int:
     """Run a heap, check in each step that walls and gravity give it what it gains; return its number of contacts."""
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     weight = scene.bodies.mass.sum() * GRAVITY
     before, count = scene.bodies.mass @ engine.state().velocity, 0
     for _ in range(round(SECONDS * scene.rate)):

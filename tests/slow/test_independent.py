@@ -242,7 +242,7 @@ def by_exact(numbers: Numbers, steps: int) -> tuple[list[Floats], Contacts]:
     """Run a scene in exact: the states after each step, and what walls have given over the masses; the contacts."""
     scene = parse(numbers.toml(), "random.toml")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     states = States.empty(steps, len(numbers.balls))
     advance(engine, states)
     contacts = engine.contacts()

@@ -36,7 +36,7 @@ def test_four_discs_have_the_pressure_of_the_virial_theorem() -> None:
     initial = spawn(scene)
     initial.velocity[:] *= math.sqrt(8 / np.sum(initial.velocity**2))  # four discs of mass 1 with 2 kT each
     engine = ExactEngine(scene, initial)
-    engine.contacts()
+    engine.record_contacts()
     contacts: list[Contacts] = []
     velocities: list[Floats] = []
     steps = 0
@@ -60,7 +60,7 @@ def test_ten_thousand_discs_have_the_pressure_and_contact_rate_of_theory() -> No
     engine = ExactEngine(scene, spawn(scene))
     for _ in range(30):  # about ten contacts per disc, to reach equilibrium
         engine.step()
-    engine.contacts()
+    engine.record_contacts()
     steps = 120
     for _ in range(steps):
         engine.step()
@@ -98,7 +98,7 @@ def test_the_order_of_events_does_not_depend_on_the_rate() -> None:
     orders = []
     for rate in (7, 60, 960):
         engine = ExactEngine(scene := gas(200, 0.5, rate=rate), spawn(scene))
-        engine.contacts()
+        engine.record_contacts()
         for _ in range(2 * rate):
             engine.step()
         orders.append(engine.contacts().tobytes())
@@ -123,7 +123,7 @@ def test_no_ball_leaks_through_thin_walls_at_10_000_px_a_second(shape: str, leas
     tables = "\n".join(f"[[walls]]\nfrom = [{a[0]}, {a[1]}]\nto = [{b[0]}, {b[1]}]\nthickness = 1" for a, b in walls)
     scene = scene_of(f"count = 10\nradius = 3\nspeed = 10000\ninside = [[350, 150], [450, 300]]\n{tables}")
     engine = ExactEngine(scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     impacts = 0
     while impacts < least:
         for _ in range(600):

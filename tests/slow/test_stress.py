@@ -196,7 +196,7 @@ def test_a_gas_stays_in_its_box_and_memory_does_not_grow(name: str, steps: int) 
     scene = load("gas-100")
     bodies, size = scene.bodies, np.array(scene.arena.size)
     engine = create(name, scene, spawn(scene))
-    engine.contacts()
+    engine.record_contacts()
     before = kinetic_energy(spawn(scene).velocity, bodies.mass)
     deepest, outside, contacts = 0.0, -np.inf, 0
     memory = []

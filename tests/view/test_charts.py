@@ -11,8 +11,8 @@ from pygame import Color, Rect, Surface
 from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
-from sandbox.analysis.scales import BothSigns, Linear, Logarithmic, Scale, Span
-from sandbox.engines.colours import colours_of
+from sandbox.report.colours import colours_of
+from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks

@@ -7,7 +7,7 @@ from conftest import scene_of
 from pygame import Color, Rect
 from window_driver import THREE_BALLS, button, click, colours, mouse, press, run
 
-from sandbox.engines.colours import colours_of
+from sandbox.report.colours import colours_of
 from sandbox.view.controls import Panel
 from sandbox.view.line_up import FULL
 from sandbox.view.widgets.field import Field

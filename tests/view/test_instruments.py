@@ -10,7 +10,7 @@ from pygame import Color, Rect, Surface
 from window_driver import click, hover, mouse, press, run, step
 
 from sandbox.analysis.gas import expected_counts
-from sandbox.engines.colours import colours_of
+from sandbox.report.colours import colours_of
 from sandbox.scene.files import load
 from sandbox.session.session import Session
 from sandbox.view.instruments import Instrument

@@ -10,7 +10,7 @@ from conftest import scene_of
 from pygame import Color
 
 from sandbox.engines import registry
-from sandbox.engines.colours import colours_of
+from sandbox.report.colours import colours_of
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
 from sandbox.view.palette import chart_background, palette

@@ -7,7 +7,7 @@ import pytest
 from pygame import Surface
 from window_driver import pixels
 
-from sandbox.analysis.scales import round_up
+from sandbox.report.scales import round_up
 from sandbox.state import Bools, Floats
 from sandbox.view.primitives import capsule, text_width, wrapped
 

@@ -62,7 +62,7 @@ def test_contacts_are_dropped_after_a_step_back_and_bounded_in_number() -> None:
 def test_the_contact_of_a_head_on_collision_is_between_the_balls(engine: str) -> None:
     scene = load("head-on")
     lockstep = Lockstep(scene, [engine])
-    lockstep.engines[engine].contacts()
+    lockstep.engines[engine].record_contacts()
     contacts = RecentContacts()
     while not len(contacts.latest()):
         lockstep.step()

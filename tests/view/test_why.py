@@ -319,8 +319,8 @@ def test_a_process_finds_the_same_and_a_new_one_follows_when_it_dies() -> None:
         worker.ask(so_far)
         assert answer_of(worker) == expected
         assert worker._process is not None
-        worker._process.kill()
-        worker._process.join()
+        worker._process._process.kill()
+        worker._process._process.join()
         worker.ask(so_far)
         assert str(answer_of(worker)) == DIED
         worker.ask(RunSoFar(so_far.scene, ("pymunk", "none"), "none", (), 60))

@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
+from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.contact import (
     CONTACT_TIME,
     MIN_APPROACH,
@@ -42,13 +43,13 @@ from sandbox.engines.exact.contact import (
     hop_round_end,
     lean_until,
 )
-from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
 from sandbox.engines.exact.touching import gap_to_piece
 from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release
+from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers
 
 GAP_ROUNDING: Final = 1e-14  # relative, of coordinates: gaps within it are closed
@@ -173,7 +174,7 @@ def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_ro
         impulse, tangential = (closing + max(c.elasticity * closing, c.hop)) / per_mass, 0.0
         slip = _slip(member, c)
         if is_rough:
-            tangential = max(-c.friction * impulse, min(c.friction * impulse, slip / (3 * per_mass)))
+            tangential = friction_impulse(slip, c.friction * impulse, per_mass)
         if c.impulse == 0:
             c.slip = slip
         c.impulse += impulse
@@ -432,7 +433,7 @@ def _write_back(
         else:
             partner = ~world.piece[~c.second].wall
         ball = np.int64(world.event[first.disc].ball)
-        write(log, now, ball, partner, c.nx, c.ny, c.impulse, c.depth, c.tangential, c.slip)
+        log_contact(log, now, ball, partner, c.nx, c.ny, c.impulse, c.depth, c.tangential, c.slip)
     for k in range(len(member)):
         if member[k].is_hit and member[k].per_mass > 0:
             predict(world, np.int64(member[k].disc), now)

@@ -26,12 +26,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from sandbox.compiled import Record, kernel
-from sandbox.engines.exact.friction import rub_discs, rub_wall
-from sandbox.engines.exact.impact import NEVER
-from sandbox.engines.exact.log import Log, write
+from sandbox.engines.contact_log import Log, log_contact
+from sandbox.engines.exact.friction import friction_at_wall, friction_of_discs
 from sandbox.engines.exact.records import STATIC
 from sandbox.engines.exact.support import carry, normal_to, report_support, stop_slipping, unit
 from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release, rotation
+from sandbox.engines.laws import NEVER, mixed
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
@@ -85,7 +85,7 @@ def _hop_speed(world: World, i: int, now: float) -> float:
 def _pair_parting(world: World, i: int, j: int, closing: float, pull: float, now: float) -> Parting:
     """Return how discs i and j part. closing: px/s; pull: px/s², which presses them together if positive."""
     of_a, of_b = world.body[i], world.body[j]
-    speed = of_a.elasticity * of_b.elasticity * closing
+    speed = mixed(of_a.elasticity, of_b.elasticity) * closing
     leans = pull > world.min_pull or now < of_a.leans_until or now < of_b.leans_until
     if world.has_gravity and (leans or (closing == 0 and is_jammed(world, i, now) and is_jammed(world, j, now))):
         hop = world.hop_speed
@@ -133,7 +133,7 @@ def hop_round_end(world: World, pull: Any) -> Any:
 def _wall_parting(world: World, i: int, p: int, closing: float, pull: float, now: float) -> Parting:
     """Return how disc i parts from a piece of wall. closing: px/s; pull: px/s², towards the wall if positive."""
     body, piece = world.body[i], world.piece[p]
-    speed = body.elasticity * piece.elasticity * closing
+    speed = mixed(body.elasticity, piece.elasticity) * closing
     leans, is_face = now < body.leans_until, piece.length > 0
     if is_face and speed <= pull * _shortest_flight(world, body, now) / 2:
         return Parting(0.0, 0.0, True)
@@ -204,11 +204,11 @@ def is_jammed(world: World, i: int, now: float) -> bool:
 
 
 @kernel
-def wakes(world: World, i: int, other: int, now: float) -> bool:
-    """Return whether disc i is part of a static island, and the other disc hits it so fast that it wakes it."""
+def wakes(world: World, i: int, striker: int, now: float) -> bool:
+    """Return whether disc i is part of a static island, and another disc hits it so fast that it wakes it."""
     if world.event[i].carrier != STATIC:
         return False
-    disc, m = world.disc[i], motion(world, other, now)
+    disc, m = world.disc[i], motion(world, striker, now)
     nx, ny, _ = unit(disc.x - m.x, disc.y - m.y)
     return m.vx * nx + m.vy * ny >= SLOW_HOPS * world.hop_speed
 
@@ -241,10 +241,10 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
     b.vy += impulse * per_b * ny
     tangential, slip = 0.0, 0.0
     if world.is_rough or log.collects:
-        tangential, slip = rub_discs(world, i, j, nx, ny, impulse, per_a, per_b)
+        tangential, slip = friction_of_discs(world, i, j, nx, ny, impulse, per_a, per_b)
     depth = a.radius + b.radius - distance
     of_i, of_j = np.int64(world.event[i].ball), np.int64(world.event[j].ball)
-    write(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
+    log_contact(log, now, of_i, of_j, nx, ny, impulse, depth, tangential, slip)
 
     of_a.last_disc_contact = of_b.last_disc_contact = now
     if course.hop_time > 0:
@@ -263,12 +263,12 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
 @kernel
 def give(world: World, i: int, x: float, y: float) -> None:
     """Give momentum (kg px/s) to disc i of a static island."""
-    taken = world.rest.taken[i]
-    taken.x += x
-    taken.y += y
-    taken.load_x += x
-    taken.load_y += y
-    world.rest.plan[0].owes = 1
+    momentum = world.rest.absorbed[i]
+    momentum.x += x
+    momentum.y += y
+    momentum.load_x += x
+    momentum.load_y += y
+    world.rest.plan[0].pending_momentum = 1
 
 
 @kernel
@@ -297,9 +297,9 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     disc.vy -= change * ny
     impulse = body.mass * change
     if impulse > 0:
-        tangential, slip = rub_wall(world, i, p, nx, ny, impulse)
+        tangential, slip = friction_at_wall(world, i, p, nx, ny, impulse)
         depth = disc.radius + piece.half_thickness - distance
-        write(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
+        log_contact(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
     _count_contact(world, i, now)
     if course.rests:

@@ -5,21 +5,20 @@ from typing import Final
 
 import numpy as np
 
-from sandbox.engines.contact_log import ContactLog
+from sandbox.engines.contact_log import ContactLog, empty_log
 from sandbox.engines.exact.collapse import Collapses
 from sandbox.engines.exact.contact import HOP_TIME
 from sandbox.engines.exact.event_loop import kick, run, snapshot, start
 from sandbox.engines.exact.event_queue import empty_queue
 from sandbox.engines.exact.grid import cell_at, empty_grid, morton_order
 from sandbox.engines.exact.islands import Islands, max_reports, no_islands
-from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.records import BODY, DISC, EVENT, NONE, TURN, aligned
 from sandbox.engines.exact.world import World
-from sandbox.engines.walls import pieces_of
 from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.state import CONTACT, Contacts, Floats, State, States
+from sandbox.scene.walls import pieces_of
+from sandbox.state import Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
 LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`
@@ -42,7 +41,7 @@ class ExactEngine:
         self._islands = Islands(self._world)
         self._collapses = Collapses(self._world)
         self._max_reports = max_reports(self._world)
-        self._log = _log(LOG_ROWS + self._max_reports)
+        self._log = empty_log(LOG_ROWS + self._max_reports)
         self._contacts = ContactLog()
         self.collisions = 0
         start(self._world)
@@ -73,7 +72,7 @@ class ExactEngine:
             if self._contacts.count > MAX_LOGGED_CONTACTS:
                 raise self._limit_reached()
             if len(log.row) - count < self._max_reports:
-                self._log = _log(2 * len(log.row))
+                self._log = empty_log(2 * len(log.row))
 
     def _limit_reached(self) -> LimitReached:
         """Return the error of too many contacts. Its time does not depend on when they are counted."""
@@ -99,10 +98,14 @@ class ExactEngine:
         snapshot(self._world, self._now, states)
         return states.state(0, self._now)
 
-    def contacts(self) -> Contacts:
-        """Return the contacts since the last call."""
+    def record_contacts(self) -> None:
+        """Start to record contacts."""
         if not self._contacts.recording:
             self._islands.begin_reports()
+            self._contacts.recording = True
+
+    def contacts(self) -> Contacts:
+        """Return the contacts since the last call."""
         return self._contacts.take()
 
     def kick(self, ball: int, dv: Vector) -> None:
@@ -115,11 +118,6 @@ class ExactEngine:
     def _report(self, contacts: Contacts) -> None:
         if len(contacts) and self._contacts.recording:
             self._contacts.add(contacts)
-
-
-def _log(rows: int) -> Log:
-    """Return an empty log, for `run` to fill."""
-    return Log(np.zeros(rows, CONTACT), np.zeros(1, np.int64), collects=False)
 
 
 def _world(scene: Scene, initial: State, hop_time: float) -> World:

@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 
 from sandbox.compiled import entry, kernel, prefetch
+from sandbox.engines.contact_log import Log
 from sandbox.engines.exact.contact import bounce, collapses, collide, wakes
 from sandbox.engines.exact.event_queue import runner_up
 from sandbox.engines.exact.grid import enter, leave, prefetch_around
 from sandbox.engines.exact.islands import max_reports, plan_next_check, report_islands
-from sandbox.engines.exact.log import Log
 from sandbox.engines.exact.prediction import predict, update_prediction
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import MAX_SUPPORTS, report_support
@@ -78,7 +78,7 @@ def _process_events(world: World, since: float, until: float, log: Log, max_even
             bounce(world, i, ~partner, since, now, log)
         elif is_due:
             if world.has_gravity and (wakes(world, i, partner, now) or wakes(world, partner, i, now)):
-                plan.struck, plan.time = i if event[i].carrier == STATIC else partner, now
+                plan.wake_request, plan.time = i if event[i].carrier == STATIC else partner, now
                 break
             _prefetch_contact(world, i)
             _prefetch_contact(world, partner)
@@ -136,7 +136,7 @@ def run(world: World, times: Floats, states: States, log: Log) -> tuple[int, int
                 plan.is_due, plan.time = 1, until
                 return step, collisions
         if world.has_gravity and log.collects:
-            if plan.owes:
+            if plan.pending_momentum:
                 return step, collisions
             for i in range(len(world.disc)):
                 report_support(world, i, since, now, log)

@@ -15,8 +15,8 @@ g_t - mu g_n s, until u, which changes by g_t - 3 mu g_n s a second, is 0. From 
 import math
 
 from sandbox.compiled import kernel
-from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.world import World
+from sandbox.engines.laws import NEVER, friction_impulse, mixed
 
 
 @kernel
@@ -28,7 +28,7 @@ def slip_on(world: World, i: int, nx: float, ny: float) -> float:
 
 
 @kernel
-def _rub(world: World, i: int, nx: float, ny: float, tangential: float, per_mass: float) -> None:
+def _apply_tangential(world: World, i: int, nx: float, ny: float, tangential: float, per_mass: float) -> None:
     """Take an impulse along the tangent (kg px/s) from disc i. per_mass: 1/kg, 0 if it is part of a static island."""
     disc = world.disc[i]
     disc.vx += tangential * per_mass * ny
@@ -37,14 +37,7 @@ def _rub(world: World, i: int, nx: float, ny: float, tangential: float, per_mass
 
 
 @kernel
-def friction_impulse(slip: float, limit: float, per_mass: float) -> float:
-    """Return the impulse along the tangent, kg px/s, up to a limit. slip: px/s; per_mass: of both bodies, 1/kg."""
-    largest = max(0.0, limit)
-    return max(-largest, min(largest, slip / (3 * per_mass)))
-
-
-@kernel
-def rub_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float) -> tuple[float, float]:
+def friction_at_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float) -> tuple[float, float]:
     """Apply the friction of disc i's impact on a piece of wall. impulse: kg px/s, along the normal.
 
     Returns the impulse along the tangent (kg px/s), and the slip before (px/s).
@@ -52,22 +45,22 @@ def rub_wall(world: World, i: int, p: int, nx: float, ny: float, impulse: float)
     slip, per_mass = slip_on(world, i, nx, ny), 1 / world.body[i].mass
     if not world.is_rough:
         return 0.0, slip
-    tangential = friction_impulse(slip, world.turn[i].friction * world.piece[p].friction * impulse, per_mass)
-    _rub(world, i, nx, ny, tangential, per_mass)
+    tangential = friction_impulse(slip, mixed(world.turn[i].friction, world.piece[p].friction) * impulse, per_mass)
+    _apply_tangential(world, i, nx, ny, tangential, per_mass)
     return tangential, slip
 
 
 @kernel
-def rub_discs(
+def friction_of_discs(
     world: World, i: int, j: int, nx: float, ny: float, impulse: float, per_i: float, per_j: float
 ) -> tuple[float, float]:
-    """Apply the friction of an impact of discs i and j. per_i, per_j: 1/kg; the rest as `rub_wall`."""
+    """Apply the friction of an impact of discs i and j. per_i, per_j: 1/kg; the rest as `friction_at_wall`."""
     slip = slip_on(world, i, nx, ny) + slip_on(world, j, -nx, -ny)
     if not world.is_rough:
         return 0.0, slip
-    tangential = friction_impulse(slip, world.turn[i].friction * world.turn[j].friction * impulse, per_i + per_j)
-    _rub(world, i, nx, ny, tangential, per_i)
-    _rub(world, j, -nx, -ny, tangential, per_j)
+    tangential = friction_impulse(slip, mixed(world.turn[i].friction, world.turn[j].friction) * impulse, per_i + per_j)
+    _apply_tangential(world, i, nx, ny, tangential, per_i)
+    _apply_tangential(world, j, -nx, -ny, tangential, per_j)
     return tangential, slip
 
 
@@ -85,12 +78,12 @@ def friction_on_face(g_t: float, largest: float, slip: float) -> tuple[float, fl
 
 
 @kernel
-def rub_face(world: World, i: int, p: int, nx: float, ny: float, slip: float, now: float) -> None:
+def apply_face_friction(world: World, i: int, p: int, nx: float, ny: float, slip: float, now: float) -> None:
     """Apply the friction of face p to the acceleration and the spin of disc i, which it carries. slip: px/s."""
     body, turn = world.body[i], world.turn[i]
     gx, gy = world.gravity
     g_n, g_t = gx * nx + gy * ny, gy * nx - gx * ny
-    largest = turn.friction * world.piece[p].friction * g_n
+    largest = mixed(turn.friction, world.piece[p].friction) * g_n
     if largest <= 0 or g_n <= world.min_pull:
         return
     friction, slips_for = friction_on_face(g_t, largest, slip)

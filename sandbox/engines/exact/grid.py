@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, kernel, prefetch
 from sandbox.engines.exact.records import NONE
-from sandbox.quantity import segment_distance
+from sandbox.scene.walls import segment_distance
 from sandbox.state import Floats
 
 # Discs and wall pieces per cell, on average, if the discs are small enough to leave the choice. Fewer means crossing

@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import entry, kernel
+from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.contact import JAMMED_CONTACTS
-from sandbox.engines.exact.impact import NEVER
-from sandbox.engines.exact.log import Log, write
 from sandbox.engines.exact.prediction import predict
-from sandbox.engines.exact.records import NONE, PLAN, STATIC, SUPPORT, TAKEN
+from sandbox.engines.exact.records import ABSORBED, NONE, PLAN, STATIC, SUPPORT
 from sandbox.engines.exact.statics import Columns, columns_of, equilibrium, loose, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS
 from sandbox.engines.exact.touching import MAX_TOUCHING, Touching, find_restless, groups
 from sandbox.engines.exact.world import Rest, World, move_to_now, release
+from sandbox.engines.laws import NEVER
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
 
 CHECK_RATE: Final = 30  # examinations a second of the scene
@@ -73,8 +73,8 @@ def no_islands(count: int, has_gravity: bool) -> Rest:
     """Return the data of no islands yet. count: of discs."""
     plan = np.zeros(1, PLAN)
     plan["next_check"], plan["jams_from"] = (1 / CHECK_RATE if has_gravity else np.inf), -np.inf
-    plan["collapsing"] = plan["struck"] = NONE
-    return Rest(plan, np.zeros(count, TAKEN), np.zeros(MAX_TOUCHING * count if has_gravity else 0, SUPPORT))
+    plan["collapsing"] = plan["wake_request"] = NONE
+    return Rest(plan, np.zeros(count, ABSORBED), np.zeros(MAX_TOUCHING * count if has_gravity else 0, SUPPORT))
 
 
 @kernel
@@ -99,7 +99,7 @@ def report_islands(world: World, since: float, now: float, log: Log) -> None:
         support.impulse = support.tangential = 0.0
         if impulse != 0 or tangential != 0:
             first, second = np.int64(support.first), np.int64(support.second)
-            write(log, now, first, second, support.nx, support.ny, impulse, 0.0, tangential, 0.0)
+            log_contact(log, now, first, second, support.nx, support.ny, impulse, 0.0, tangential, 0.0)
 
 
 # What Python calls
@@ -112,13 +112,13 @@ def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
     Their spin is lost: a couple that no contact without area has.
     """
     for i in disc:
-        d, body, event, taken = world.disc[i], world.body[i], world.event[i], world.rest.taken[i]
+        d, body, event, absorbed = world.disc[i], world.body[i], world.event[i], world.rest.absorbed[i]
         move_to_now(world, i, now)
         start = max(since, body.last_contact, world.turn[i].reported_until if world.is_rough else since)
         carried_for = now - start if event.carrier != NONE else 0.0
-        taken.x = body.mass * (d.vx + carried_for * (world.gravity[0] - body.ax))
-        taken.y = body.mass * (d.vy + carried_for * (world.gravity[1] - body.ay))
-        world.rest.plan[0].owes = 1
+        absorbed.x = body.mass * (d.vx + carried_for * (world.gravity[0] - body.ax))
+        absorbed.y = body.mass * (d.vy + carried_for * (world.gravity[1] - body.ay))
+        world.rest.plan[0].pending_momentum = 1
         d.vx = d.vy = body.ax = body.ay = 0.0
         d.serial += 1
         event.carrier, body.corner = STATIC, NONE
@@ -131,8 +131,8 @@ def _freeze(world: World, disc: Integers, since: float, now: float) -> None:
 def _thaw(world: World, disc: Integers, now: float) -> None:
     """Let discs of an island fly freely."""
     for i in disc:
-        taken = world.rest.taken[i]
-        taken.x = taken.y = taken.load_x = taken.load_y = 0.0
+        absorbed = world.rest.absorbed[i]
+        absorbed.x = absorbed.y = absorbed.load_x = absorbed.load_y = 0.0
         move_to_now(world, i, now)
         release(world, i)
 
@@ -165,8 +165,8 @@ class Islands:
     def begin_reports(self) -> None:
         """Forget what islands were given while nothing was reported."""
         self._world.rest.support["impulse"] = self._world.rest.support["tangential"] = 0.0
-        self._world.rest.taken["x"] = self._world.rest.taken["y"] = 0.0
-        self._world.rest.plan["owes"] = 0
+        self._world.rest.absorbed["x"] = self._world.rest.absorbed["y"] = 0.0
+        self._world.rest.plan["pending_momentum"] = 0
 
     def do_planned(self, since: float) -> Contacts:
         """Do what the event loop has planned, and return what must be reported first. since: s, start of the step."""
@@ -174,32 +174,32 @@ class Islands:
         now = float(plan["time"])
         if plan["is_due"]:
             return self._examine(since, now)
-        if plan["struck"] != NONE:
-            return self.wake(int(plan["struck"]), since, now)
-        if plan["owes"]:
+        if plan["wake_request"] != NONE:
+            return self.wake(int(plan["wake_request"]), since, now)
+        if plan["pending_momentum"]:
             self._read_supports()
             for island in self._islands:
                 self._pass_on(island)
             self._write_supports()
-            plan["owes"] = 0
+            plan["pending_momentum"] = 0
         return no_contacts()
 
     def absorb(self, disc: int, x: float, y: float) -> bool:
         """Give a kick (px/s) to a disc of an island and return True, unless it is not part of one, or wakes it."""
-        taken, mass = self._world.rest.taken[disc], self._world.body["mass"][disc]
-        load = math.hypot(taken["load_x"] + mass * x, taken["load_y"] + mass * y)
+        absorbed, mass = self._world.rest.absorbed[disc], self._world.body["mass"][disc]
+        load = math.hypot(absorbed["load_x"] + mass * x, absorbed["load_y"] + mass * y)
         if self._world.event["carrier"][disc] != STATIC or load > SMALL_KICK * mass * self._world.hop_speed:
             return False
         for key, momentum in (("x", mass * x), ("y", mass * y)):
-            taken[key] += momentum
-            taken[f"load_{key}"] += momentum
-        self._world.rest.plan["owes"] = 1
+            absorbed[key] += momentum
+            absorbed[f"load_{key}"] += momentum
+        self._world.rest.plan["pending_momentum"] = 1
         return True
 
     def wake(self, disc: int, since: float, now: float) -> Contacts:
         """Wake the island of a disc, if it is part of one, and return what must be reported."""
         plan = self._world.rest.plan[0]
-        plan["struck"] = NONE
+        plan["wake_request"] = NONE
         woken = [island for island in self._islands if disc in island.heap.disc]
         if not woken:
             return no_contacts()
@@ -221,8 +221,8 @@ class Islands:
         resting, touching = find_restless(world, now, is_start=is_start)
         concerned = [island for island in self._islands if resting[island.heap.disc[0]]]
         report = self._close(concerned, since, now)
-        taken = world.rest.taken
-        load = np.stack([taken["load_x"], taken["load_y"]], axis=1) * CHECK_RATE
+        absorbed = world.rest.absorbed
+        load = np.stack([absorbed["load_x"], absorbed["load_y"]], axis=1) * CHECK_RATE
         carried, force = self._carried(resting, touching, load)
         if np.any(load[carried]):
             carried, force = self._carried(carried, touching, np.zeros_like(load))
@@ -231,7 +231,7 @@ class Islands:
         _freeze(world, np.flatnonzero(frozen & ~was_frozen), since, now)
         _thaw(world, np.flatnonzero(was_frozen & ~frozen), now)
         _predict_each(world, np.flatnonzero(frozen != was_frozen), now)
-        taken["load_x"][resting] = taken["load_y"][resting] = 0.0
+        absorbed["load_x"][resting] = absorbed["load_y"][resting] = 0.0
         self._wakes = max(0, self._wakes - (now >= world.rest.plan[0]["next_check"]))
         _note_examination(world, now)
         return report
@@ -313,14 +313,14 @@ class Islands:
         self._read_supports()
         for island in closed:
             self._pass_on(island)
-        self._islands = [island for island in self._islands if not any(island is one for one in closed)]
+        self._islands = [island for island in self._islands if not any(island is gone for gone in closed)]
         self._write_supports()
         return np.concatenate([no_contacts(), *(_report(island.support, since, now) for island in closed)])
 
     def _pass_on(self, island: Island) -> None:
         """Pass on what an island was given, through its contacts to the walls: pulling only as far as pushing fails."""
-        taken, heap = self._world.rest.taken, island.heap
-        given = np.stack([taken["x"][heap.disc], taken["y"][heap.disc]], axis=1)
+        absorbed, heap = self._world.rest.absorbed, island.heap
+        given = np.stack([absorbed["x"][heap.disc], absorbed["y"][heap.disc]], axis=1)
         nothing = np.zeros(len(heap.columns.x))
         for pulls in (nothing > 0, nothing == 0):
             if given.any():
@@ -329,7 +329,7 @@ class Islands:
                 island.support["impulse"] += along_normal
                 island.support["tangential"] += along_tangent
                 given += pushed(heap.columns, impulse, len(given))
-        taken["x"][heap.disc] = taken["y"][heap.disc] = 0.0
+        absorbed["x"][heap.disc] = absorbed["y"][heap.disc] = 0.0
 
     def _supports(self, touching: Touching, force: Floats, now: float) -> NDArray[np.void]:
         """Return contacts, (c,) SUPPORT, with forces, (c, 2), that they carry from now on."""

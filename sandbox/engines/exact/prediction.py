@@ -15,10 +15,10 @@ from sandbox.engines.exact.contact import (
 )
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.grid import extent
-from sandbox.engines.exact.impact import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
+from sandbox.scene.walls import ARENA_COUNT
 
 # How far past its ends a face carries a disc: above rounding, or it would carry it again.
 FACE_MARGIN: Final = 1e-14  # relative, of the face's coordinates

@@ -68,7 +68,7 @@ TURN: Final = np.dtype(
     ]
 )
 
-TAKEN: Final = np.dtype(  # what a disc of a static island was given: momentum, kg px/s
+ABSORBED: Final = np.dtype(  # momentum that a disc of a static island has absorbed, kg px/s
     [
         ("x", "f8"),  # since it was last passed on to the walls
         ("y", "f8"),
@@ -98,8 +98,8 @@ PLAN: Final = np.dtype(  # one record: what Python must do before the event loop
         ("jams_from", "f8"),  # s, before which a jam is not examined again
         ("is_due", "i4"),  # whether discs are to be examined
         ("collapsing", "i4"),  # a disc whose sequence of impacts may have no end, or NONE
-        ("struck", "i4"),  # a disc whose island is to be woken, or NONE
-        ("owes", "i4"),  # whether an island was given momentum that its walls have not reported
+        ("wake_request", "i4"),  # a disc whose island is to be woken, or NONE
+        ("pending_momentum", "i4"),  # whether an island was given momentum that its walls have not reported
         ("supports", "i4"),  # rows of SUPPORT in use
     ]
 )

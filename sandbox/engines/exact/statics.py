@@ -75,8 +75,8 @@ def _envelope(columns: Columns, count: int, dimensions: int) -> Envelope:
     """Return a matrix that has an entry for any two discs that touch."""
     lowest = np.arange(count)
     pairs = columns.second != NONE
-    one, other = columns.first[pairs], columns.second[pairs]
-    np.minimum.at(lowest, np.maximum(one, other), np.minimum(one, other))
+    first, second = columns.first[pairs], columns.second[pairs]
+    np.minimum.at(lowest, np.maximum(first, second), np.minimum(first, second))
     low = np.repeat(lowest * dimensions, dimensions)
     start = np.concatenate([[0], np.cumsum(np.arange(count * dimensions) - low + 1)])
     return Envelope(low, start, np.empty(start[-1]))

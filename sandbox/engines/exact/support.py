@@ -6,12 +6,12 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.compiled import Record, kernel
-from sandbox.engines.exact.friction import rub_face, slip_on
-from sandbox.engines.exact.impact import NEVER
-from sandbox.engines.exact.log import Log, write
+from sandbox.engines.contact_log import Log, log_contact
+from sandbox.engines.exact.friction import apply_face_friction, slip_on
 from sandbox.engines.exact.records import NONE
 from sandbox.engines.exact.world import COINCIDENT, World, motion, rotation
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.engines.laws import NEVER
+from sandbox.scene.walls import ARENA_COUNT
 
 MAX_SUPPORTS: Final = 2  # walls that carry a disc
 
@@ -76,7 +76,7 @@ def _put_on(world: World, i: int, p: int, nx: float, ny: float, slip: float, now
     event.carrier, body.corner = p, NONE
     if world.is_rough:
         world.turn[i].spin_rate, world.turn[i].slips_until = 0.0, NEVER
-        rub_face(world, i, p, nx, ny, slip, now)
+        apply_face_friction(world, i, p, nx, ny, slip, now)
 
 
 class Corner(NamedTuple):
@@ -174,7 +174,7 @@ def _write_support(
 ) -> None:
     if impulse != 0 or tangential != 0:
         ball, wall = np.int64(world.event[i].ball), ~world.piece[p].wall
-        write(log, now, ball, wall, nx, ny, impulse, 0.0, tangential, slip)
+        log_contact(log, now, ball, wall, nx, ny, impulse, 0.0, tangential, slip)
 
 
 @kernel

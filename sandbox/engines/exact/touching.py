@@ -10,7 +10,7 @@ from sandbox.engines.exact.contact import is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import normal_to
 from sandbox.engines.exact.world import World, motion
-from sandbox.engines.walls import ARENA_COUNT
+from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
 TOUCHING_HOPS: Final = 256  # heights of a hop, between discs that count as touching
@@ -46,16 +46,16 @@ def find_restless(world: World, now: float, *, is_start: bool) -> tuple[Bools, T
     first, second, normal = np.empty(capacity, np.int64), np.empty(capacity, np.int64), np.empty((capacity, 2))
     gap = TOUCHING_HOPS * math.hypot(*world.gravity) * world.hop_time**2 / 8
     count = _find_touching(world, now, resting, gap, first, second, normal)
-    found = Touching(first[:count], second[:count], normal[:count])
-    group = groups(found, n)
+    touching = Touching(first[:count], second[:count], normal[:count])
+    group = groups(touching, n)
     wanted = np.zeros(n, bool)
     wanted[group[restless]] = True
     resting &= wanted[group]
     if is_start:
         touches = np.zeros(n, bool)
-        touches[found.first] = touches[found.second[found.second >= 0]] = True
+        touches[touching.first] = touches[touching.second[touching.second >= 0]] = True
         resting &= touches
-    return resting, found.within(resting)
+    return resting, touching.within(resting)
 
 
 def groups(touching: Touching, count: int) -> Integers:
@@ -76,7 +76,7 @@ def _is_still(world: World, i: int, now: float) -> bool:
 def is_restless(world: World, i: int, now: float) -> bool:
     """Return whether disc i must be examined: it hops though it is slow, is jammed, or carries more than its weight."""
     if world.event[i].carrier == STATIC:
-        return world.rest.taken[i].load_x != 0 or world.rest.taken[i].load_y != 0
+        return world.rest.absorbed[i].load_x != 0 or world.rest.absorbed[i].load_y != 0
     return is_slow(world, i, now) and (is_jammed(world, i, now) or now < world.body[i].leans_until)
 
 

@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 from sandbox.compiled import kernel
 from sandbox.engines.exact.event_queue import EventQueue
 from sandbox.engines.exact.grid import Grid
-from sandbox.engines.exact.impact import NEVER
 from sandbox.engines.exact.records import NONE
+from sandbox.engines.laws import NEVER
 
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
 
 class Rest(NamedTuple):
-    """Static islands: their part of the data. plan: (1,) PLAN; taken: (n,) TAKEN; support: SUPPORT."""
+    """Static islands: their part of the data. plan: (1,) PLAN; absorbed: (n,) ABSORBED; support: SUPPORT."""
 
     plan: NDArray[np.void]
-    taken: NDArray[np.void]
+    absorbed: NDArray[np.void]
     support: NDArray[np.void]
 
 

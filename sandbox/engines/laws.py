@@ -1,4 +1,4 @@
-"""Times of impact: in closed form, or as a bracketed root.
+"""Laws that engines share: how two factors mix, Coulomb's limit, and times of impact (in closed form, or bracketed).
 
 Throughout: r, v, a are position (px), velocity (px/s) and acceleration (px/s²) of one body relative to another; a gap
 is the distance between their surfaces (px, negative if they overlap); times are seconds from now, `inf` for never.
@@ -14,6 +14,28 @@ from typing import Final
 from sandbox.compiled import kernel
 
 NEVER: Final = math.inf
+
+
+@kernel
+def mixed(factor: float, other_factor: float) -> float:
+    """Return the elasticity or the friction of two bodies: the product of their factors, as in Pymunk."""
+    return factor * other_factor
+
+
+@kernel
+def coulomb(stopping: float, largest: float) -> float:
+    """Return the impulse along the tangent (kg px/s): what stops the slip, or the largest that friction can be."""
+    return max(-largest, min(largest, stopping))
+
+
+@kernel
+def friction_impulse(slip: float, limit: float, per_mass: float) -> float:
+    """Return the impulse along the tangent, kg px/s, up to a limit. slip: px/s; per_mass: of both bodies, 1/kg.
+
+    Uniform discs turn too, so that a third of the mass resists along the tangent (O. R. Walton and R. L. Braun, J.
+    Rheol. 30 (1986) 949, with beta_0 = 0).
+    """
+    return coulomb(slip / (3 * per_mass), max(0.0, limit))
 
 
 @kernel

@@ -8,15 +8,14 @@ from enum import Enum
 from itertools import chain, count
 from typing import Any, Final
 
-from sandbox.analysis.energy_scale import EnergyScale
-from sandbox.analysis.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
-from sandbox.analysis.junit import Ending, TestCase, junit_xml
-from sandbox.analysis.reference import REFERENCE
-from sandbox.engines import check_name
+from sandbox.engines import REFERENCE, check_name
 from sandbox.errors import EngineError, LimitReached, Refused, SandboxError
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scores.energy_scale import EnergyScale
+from sandbox.scores.expectations import Miss, Score, finite, relative_error, score, steps_around, worst
+from sandbox.scores.junit import Ending, TestCase, junit_xml
 from sandbox.state import State, States
 from sandbox.text import printable
 
@@ -24,7 +23,7 @@ MAX_ROWS: Final = 256  # states of an engine that are computed in one call, and 
 
 
 class Outcome(Enum):
-    """What became of an engine in a scene; the values are the words of the table."""
+    """The outcome of an engine in a scene; the values are the words of the table."""
 
     MET = "ok"
     MISSED = "MISSED"
@@ -52,7 +51,7 @@ class Result:
     @property
     def judged(self) -> list[Score]:
         """The scores of the expectations that could be judged."""
-        return [one for one in self.scores if not one.skipped]
+        return [score for score in self.scores if not score.skipped]
 
     @property
     def worst(self) -> Score:
@@ -61,12 +60,12 @@ class Result:
 
     @property
     def lines(self) -> list[str]:
-        """What to print: a line for each quantity that was missed, the largest error first, and for each skipped one.
+        """The lines to print: of each quantity that was missed, the largest error first, and of each skipped one.
 
         If nothing was missed or skipped, the message alone.
         """
         by_error = sorted(self.scores, key=relative_error, reverse=True)
-        return [line for one in by_error for line in one.lines()] or [self.message]
+        return [line for score in by_error for line in score.lines()] or [self.message]
 
     def document(self) -> "Judged | Unjudged | Refusal | Breakage | NotRun":
         """Return what `--json` writes."""
@@ -77,7 +76,7 @@ class Result:
                 return Breakage(broke=self.message)
             case Outcome.NOT_RUN:
                 return NotRun(not_run=self.message)
-        skipped = [Skip(at=one.expect.at, because=one.skipped) for one in self.scores if one.skipped]
+        skipped = [Skip(at=score.expect.at, because=score.skipped) for score in self.scores if score.skipped]
         if self.outcome is Outcome.SKIPPED:
             return Unjudged(skipped=skipped)
         return Judged(
@@ -138,7 +137,7 @@ class NotRun:
 
 @dataclass(frozen=True)
 class Scores:
-    """What `sandbox verify --json` writes; docs/formats.md explains the keys.
+    """The document that `sandbox verify --json` writes; docs/formats.md explains the keys.
 
     scenes: scene -> engine -> result; tally: engine -> outcome -> number of scenes.
     """
@@ -147,11 +146,11 @@ class Scores:
     tally: dict[str, dict[str, int]]
 
 
-Row = dict[str, Result]  # by engine
-Board = dict[str, Row]  # by scene
+SceneResults = dict[str, Result]  # by engine
+Board = dict[str, SceneResults]  # by scene
 
 
-def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Iterator[tuple[str, Row]]:
+def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Iterator[tuple[str, SceneResults]]:
     """Score engines on scenes by all of their expectations; yield each scene's name and row when it is done.
 
     Scenes without expectations are left out. An engine that raises an exception is not run any more.
@@ -165,11 +164,12 @@ def verify(scenes: Iterable[Scene], engines: Sequence[str]) -> Iterator[tuple[st
 
 def _named(scenes: Iterable[Scene]) -> Iterator[tuple[str, Scene]]:
     """Yield each scene with its name, with its file if another one has the same name, or else with a number too."""
-    taken = set()
+    names = set()
     for scene in scenes:
         file = printable(str(scene.file))
-        name = next(one for one in chain((scene.name, file), (f"{file} ({n})" for n in count(2))) if one not in taken)
-        taken.add(name)
+        candidates = chain((scene.name, file), (f"{file} ({n})" for n in count(2)))
+        name = next(each for each in candidates if each not in names)
+        names.add(name)
         yield name, scene
 
 
@@ -187,7 +187,7 @@ def _checked(scene: Scene) -> Scene:
     return scene.changed(seconds=max(1, last) / scene.rate)
 
 
-def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple[str, Row]]:
+def _rows(scored: Mapping[str, Scene], engines: Sequence[str]) -> Iterator[tuple[str, SceneResults]]:
     broken: dict[str, str] = {}  # engine -> the scene that it broke in
     for name, scene in scored.items():
         row = {}
@@ -214,9 +214,9 @@ def _result(scene: Scene, engine: str) -> Result:
         said = printable(f"{engine}: {type(error).__name__}: {error}")
         details = "".join(f"{printable(line)}\n" for line in traceback.format_exc().split("\n")[:-1])
         return Result(Outcome.BROKE, message=said, details=details)
-    if all(one.skipped for one in scores):
+    if all(score.skipped for score in scores):
         return Result(Outcome.SKIPPED, scores)
-    return Result(Outcome.MET if all(one.passed for one in scores) else Outcome.MISSED, scores)
+    return Result(Outcome.MET if all(score.passed for score in scores) else Outcome.MISSED, scores)
 
 
 def _scores(scene: Scene, engine: str) -> Iterator[Score]:
@@ -241,7 +241,7 @@ def _states(lockstep: Lockstep, engine: str, steps: Sequence[int], scale: Energy
     runner, scene = lockstep.engines[engine], lockstep.scene
     rows = States.empty(MAX_ROWS + 1, len(scene.bodies))
     rows.fill(0, runner.state())
-    runner.contacts()  # starts recording
+    runner.record_contacts()
     for step in steps:
         while lockstep.steps < step:
             before, block = lockstep.steps, min(MAX_ROWS, step - lockstep.steps)

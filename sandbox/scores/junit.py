@@ -4,13 +4,9 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
-if TYPE_CHECKING:  # `verify` does without it
-    from sandbox.analysis.comparison import LimitCheck
-
-NOT_IN_XML: Final = {0xFFFE: 0xFFFD, 0xFFFF: 0xFFFD}  # printable text may have them
+from sandbox.text import xml_text
 
 
 class Ending(StrEnum):
@@ -24,7 +20,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class TestCase:
-    """What is shown of one test case. message: one line; details: the whole text."""
+    """One test case, as it is shown. message: one line; details: the whole text."""
 
     __test__ = False  # for pytest, which collects classes of this name
 
@@ -50,20 +46,4 @@ def junit_xml(suite: str, cases: Iterable[TestCase]) -> str:
     element.set("tests", str(count.total()))
     ElementTree.indent(root)
     xml: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
-    return xml.decode().translate(NOT_IN_XML) + "\n"
-
-
-def limits_as_junit(scene: str, checks: "Iterable[LimitCheck]") -> str:
-    """Return what `--junit` writes: XML with a test case for each engine and limit."""
-    return junit_xml(
-        "sandbox compare",
-        (
-            TestCase(
-                check.engine,
-                f"{scene}: {check.figure}",
-                Ending.FAILURE if check.exceeded else Ending.PASSED,
-                check.exceeded,
-            )
-            for check in checks
-        ),
-    )
+    return xml_text(xml.decode()) + "\n"

@@ -20,8 +20,8 @@ SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is r
 T = TypeVar("T", bound=float | Vector)
 
 
-class Quantity(Enum):
-    """What is expected; the values are the keys of `[[expect]]`."""
+class ExpectedQuantity(Enum):
+    """A quantity that can be expected; the values are the keys of `[[expect]]`."""
 
     POSITION = "position"
     VELOCITY = "velocity"
@@ -40,24 +40,24 @@ class Quantity(Enum):
     def unit(self) -> str:
         """The unit; empty for a ratio."""
         units = {
-            Quantity.VELOCITY: "px/s",
-            Quantity.SPIN: "rad/s",
-            Quantity.MOMENTUM: "kg px/s",
-            Quantity.ENERGY_RATIO: "",
+            ExpectedQuantity.VELOCITY: "px/s",
+            ExpectedQuantity.SPIN: "rad/s",
+            ExpectedQuantity.MOMENTUM: "kg px/s",
+            ExpectedQuantity.ENERGY_RATIO: "",
         }
         return units.get(self, "px")
 
     @property
     def of_ball(self) -> bool:
         """Whether it is of one ball, not of all together."""
-        return self in (Quantity.POSITION, Quantity.VELOCITY, Quantity.SPIN)
+        return self in (ExpectedQuantity.POSITION, ExpectedQuantity.VELOCITY, ExpectedQuantity.SPIN)
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """What was expected of one quantity, what was found, and how far apart the two are, in the quantity's unit."""
+    """The expected and the actual value of one quantity, and their distance in its unit."""
 
-    quantity: Quantity
+    quantity: ExpectedQuantity
     expected: float | Vector
     found: float | Vector
 
@@ -79,7 +79,7 @@ class Score:
     @property
     def error(self) -> float:
         """The largest error, in the unit of what is expected, as is the tolerance."""
-        return max((one.error for one in self.deviations), default=0.0)
+        return max((deviation.error for deviation in self.deviations), default=0.0)
 
     @property
     def passed(self) -> bool:
@@ -88,9 +88,9 @@ class Score:
 
     @property
     def missed(self) -> tuple[Deviation, ...]:
-        """What is further off than the tolerance, the furthest first."""
-        found = [one for one in self.deviations if one.error > self.expect.tolerance]
-        return tuple(sorted(found, key=lambda one: -one.error))
+        """The deviations beyond the tolerance, the furthest first."""
+        beyond = [deviation for deviation in self.deviations if deviation.error > self.expect.tolerance]
+        return tuple(sorted(beyond, key=lambda deviation: -deviation.error))
 
     def lines(self) -> Iterator[str]:
         """Yield a line for each quantity that is missed, or one that says why none was judged."""
@@ -98,24 +98,25 @@ class Score:
         of_ball = f"ball {self.expect.ball} {at}"
         if self.skipped:
             yield f"{at if self.expect.ball is None else of_ball}: skipped, since {self.skipped}"
-        for one in self.missed:
+        for deviation in self.missed:
+            quantity, off = deviation.quantity, f"{deviation.error:.2g} {deviation.quantity.unit}".strip()
             yield (
-                f"{of_ball if one.quantity.of_ball else at}: {one.quantity.label} {_words(one.found)} instead of "
-                f"{_words(one.expected)}, off by {f'{one.error:.2g} {one.quantity.unit}'.strip()} (tolerance "
+                f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(deviation.found)} instead of "
+                f"{_words(deviation.expected)}, off by {off} (tolerance "
                 f"{self.expect.tolerance:g}): {' '.join(self.expect.because.split())}"
             )
 
     def misses(self) -> Iterator["Miss"]:
         """Yield what `--json` writes for each quantity that is missed; an infinite number is None."""
-        for one in self.missed:
+        for deviation in self.missed:
             yield Miss(
                 at=self.expect.at,
-                ball=self.expect.ball if one.quantity.of_ball else None,
-                quantity=one.quantity.value,
-                unit=one.quantity.unit,
-                expected=one.expected,
-                found=finite(one.found),
-                error=finite(one.error),
+                ball=self.expect.ball if deviation.quantity.of_ball else None,
+                quantity=deviation.quantity.value,
+                unit=deviation.quantity.unit,
+                expected=deviation.expected,
+                found=finite(deviation.found),
+                error=finite(deviation.error),
                 tolerance=self.expect.tolerance,
                 because=self.expect.because,
             )
@@ -177,7 +178,7 @@ def _first_touched(scene: Scene, expect: Expect, before: State, after: State) ->
     fall = np.multiply(scene.gravity, after.time - before.time)
     change = length(after.velocity - before.velocity - fall)
     touched = change > SAME_VELOCITY * (length(before.velocity) + length(after.velocity) + math.hypot(*fall))
-    of_all = any(getattr(expect, one.value) is not None for one in Quantity if not one.of_ball)
+    of_all = any(getattr(expect, quantity.value) is not None for quantity in ExpectedQuantity if not quantity.of_ball)
     balls = range(len(touched)) if of_all or expect.ball is None else [expect.ball]
     return next((ball for ball in balls if touched[ball]), None)
 
@@ -195,23 +196,23 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State, ener
     mass = scene.bodies.mass
     if expect.ball is not None:
         for quantity, expected, found in (
-            (Quantity.POSITION, expect.position, state.position),
-            (Quantity.VELOCITY, expect.velocity, state.velocity),
+            (ExpectedQuantity.POSITION, expect.position, state.position),
+            (ExpectedQuantity.VELOCITY, expect.velocity, state.velocity),
         ):
             if expected is not None:
                 yield Deviation(quantity, expected, _vector(found[expect.ball]))
         if expect.spin is not None:
-            yield Deviation(Quantity.SPIN, expect.spin, float(state.spin[expect.ball]))
+            yield Deviation(ExpectedQuantity.SPIN, expect.spin, float(state.spin[expect.ball]))
     if expect.energy_ratio is not None:
         ratio = 1 + (_energy(scene, state) - _energy(scene, initial)) / energy_scale
-        yield Deviation(Quantity.ENERGY_RATIO, expect.energy_ratio, ratio)
+        yield Deviation(ExpectedQuantity.ENERGY_RATIO, expect.energy_ratio, ratio)
     if expect.momentum is not None:
-        yield Deviation(Quantity.MOMENTUM, expect.momentum, _vector(momentum(state.velocity, mass)))
+        yield Deviation(ExpectedQuantity.MOMENTUM, expect.momentum, _vector(momentum(state.velocity, mass)))
     if expect.centre_of_mass is not None:
         centre = np.average(state.position, axis=0, weights=mass)
-        yield Deviation(Quantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
+        yield Deviation(ExpectedQuantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
     if expect.overlap is not None:
-        yield Deviation(Quantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
+        yield Deviation(ExpectedQuantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
 
 
 def _vector(values: Floats) -> Vector:

@@ -31,9 +31,9 @@ def colours_of(names: Iterable[str], *, dark: bool = False) -> dict[str, str]:
     {'pymunk': '#0072b2', 'pymunk(substeps=4)': '#735c2e', 'pymunk(substeps=8, damping=0.9)': '#f200ca'}
     """
     names = list(dict.fromkeys(names))
-    own = {name: ink[dark] for name, ink in _INK.items()} | _BUILT_IN
-    further = _further([name for name in names if name not in own])
-    return {name: own[name] if name in own else further[name] for name in names}
+    fixed = {name: ink[dark] for name, ink in _INK.items()} | _BUILT_IN
+    further = _further([name for name in names if name not in fixed])
+    return {name: fixed[name] if name in fixed else further[name] for name in names}
 
 
 def _further(names: Sequence[str]) -> dict[str, str]:
@@ -48,7 +48,7 @@ def _further(names: Sequence[str]) -> dict[str, str]:
     for name, slot in wanted.items():
         from_there = ((slot + k) % len(_OTHERS) for k in range(len(_OTHERS)))
         if name not in slots:
-            slots[name] = next((one for one in from_there if one not in slots.values()), slot)
+            slots[name] = next((free for free in from_there if free not in slots.values()), slot)
     return {name: _OTHERS[slot] for name, slot in slots.items()}
 
 

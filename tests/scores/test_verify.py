@@ -12,15 +12,15 @@ from conftest import Command, scene_of
 
 import sandbox.engines
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.expectations import Quantity, Score, score
 from sandbox.analysis.verdict import key_figures
-from sandbox.analysis.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.scene.files import bundled, load
 from sandbox.scene.model import Scene
+from sandbox.scores.expectations import ExpectedQuantity, Score, score
+from sandbox.scores.verify import Board, Outcome, Result, all_passed, as_json, as_junit, verify
 from sandbox.state import Floats, State
 
 TRUTHS = list(bundled("truths"))
@@ -150,7 +150,7 @@ def test_the_deepest_overlap_is_of_two_balls_or_of_a_ball_and_a_wall(balls: str,
         size="[800, 600]\noverlap = 5",
     )
     [deviation] = score_of(scene).deviations
-    assert deviation.quantity is Quantity.OVERLAP
+    assert deviation.quantity is ExpectedQuantity.OVERLAP
     assert deviation.found == pytest.approx(deep)
 
 

@@ -1,0 +1,61 @@
+"""Processes of our own: how many can run at once, and one that answers through a pipe."""
+
+import multiprocessing
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+from sandbox.signals import sigint_blocked
+
+
+def core_count() -> int:
+    """Return how many processes can run at once."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class ChildProcess:
+    """A process that answers one message after another, until it is stopped or this process ends.
+
+    target: what it calls, with the other end of the connection and the arguments; see `serve`.
+    """
+
+    def __init__(self, target: Callable[..., None], *arguments: object) -> None:
+        context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
+        self.connection, remote = context.Pipe()
+        self._process = context.Process(target=target, args=(remote, *arguments), daemon=True)
+        with sigint_blocked():
+            self._process.start()
+        remote.close()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it still runs."""
+        return self._process.is_alive()
+
+    def send(self, message: object) -> None:
+        """Send a message. If the process has died, `receive` notices."""
+        with suppress(OSError):
+            self.connection.send(message)
+
+    def receive(self) -> Any:
+        """Return its next answer. Raises EOFError if it has died, and stops it."""
+        try:
+            return self.connection.recv()
+        except (EOFError, OSError) as error:
+            self.stop()
+            raise EOFError from error
+
+    def stop(self) -> None:
+        """Terminate it."""
+        self.connection.close()
+        self._process.terminate()
+        self._process.join()
+
+
+def serve(connection: "Connection[Any, Any]", answer: Callable[[Any], object]) -> None:
+    """Answer each message, until the other end of the connection is closed."""
+    with suppress(EOFError, OSError):
+        while True:
+            connection.send(answer(connection.recv()))

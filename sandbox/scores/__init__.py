@@ -1,0 +1,1 @@
+"""Scores of engines against the expectations of scenes."""
