@@ -117,8 +117,19 @@ def all_objects_to_collect(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_objects_to_collect: None) -> None:
-    """Let windows open on a screen that is only in memory, in an empty folder."""
+    """Let windows open on a screen that is only in memory, in an empty folder, without outlines and numbers.
+
+    What fails in the drawing fails the test.
+    """
+    from sandbox.view.guard import Guard
+    from sandbox.view.layers import Layer
+
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setenv("SANDBOX_THEME", "light")
+    monkeypatch.setattr(Guard, "strict", True)
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
+    monkeypatch.setattr("sandbox.view.window.OPENS_WITH", (Layer.CHARTS,))
+    monkeypatch.setattr("sandbox.view.window.MAX_NUMBERED", 0)
 
 
 @pytest.fixture

@@ -19,9 +19,8 @@ from sandbox.report.case import OtherContact
 from sandbox.run.inputs import End, Input, load_inputs
 from sandbox.scene.model import Scene
 from sandbox.view.case_so_far import CaseSoFar
-from sandbox.view.controls import CONTROLS, Group, Panel
-from sandbox.view.layout import Layout
-from sandbox.view.widgets.group_header import GroupHeader
+from sandbox.view.controls import CONTROLS, Panel
+from sandbox.view.layout import WIDE, Layout
 from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
@@ -50,6 +49,7 @@ class Desktop:
     folder: Path
     scene: Scene
     window: str = ""
+    has_column: bool = True  # as wide windows open with it
     _model: Window | None = None  # of the same scene, in this process
 
     def xdo(self, *arguments: object) -> str:
@@ -122,7 +122,10 @@ class Desktop:
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("SDL_VIDEODRIVER", "dummy")
                 self._model = Window(self.scene, None)
-        return self._model.layout_in(self.size)
+        size = self.size
+        is_wide = size[0] >= WIDE * self._model.text_height
+        self._model.panel.open = Panel.SCENE if is_wide and self.has_column else None
+        return self._model.layout_in(size)
 
     def point(self, x: float, y: float, pane: int = 0) -> tuple[int, int]:
         """Turn a place of the scene into a point of the window."""
@@ -151,17 +154,14 @@ class Desktop:
         return file
 
     def slide(self, name: str, share: float) -> None:
-        """Drag a slider of the toolbar to a share of its track; unfold its group if it is folded away."""
-        layout, model = self.layout, self._model
+        """Drag a slider of the page of the scene, which is open, to a share of its track."""
+        assert self.layout
+        model = self._model
         assert model
-        widgets = model.toolbar.widgets
-        number = next(k for k, widget in enumerate(widgets) if isinstance(widget, Slider) and widget.name == name)
-        if not layout.toolbar[number].width:
-            headers = [(k, each) for k, each in enumerate(widgets[:number]) if isinstance(each, GroupHeader)]
-            at, header = headers[-1]
-            self.xdo("mousemove", "--window", self.window, *layout.toolbar[at].center, "click", 1)
-            model.toolbar.by_hand[Group[header.name.upper()]] = True
-        place = self.layout.toolbar[number]
+        model.screen = pygame.Surface(self.size)
+        model.panel.show(Panel.SCENE)
+        widgets = [(widget, place) for widget, place in model._placed if isinstance(widget, Slider)]
+        place = next(place for widget, place in widgets if widget.name == name)
         pad = place.height // 3
         x = place.x + pad + round(share * (place.width - 2 * pad))
         self.xdo("mousemove", "--window", self.window, place.centerx, place.centery, "mousedown", 1)
@@ -170,7 +170,7 @@ class Desktop:
     def quit(self) -> list[Input]:
         """Close the window; return the inputs it recorded."""
         self.xdo("windowfocus", "--sync", self.window)
-        self.xdo("key", "--delay", 30, "Escape", "Escape")
+        self.xdo("key", "--delay", 30, "Escape", "Escape", "Escape")  # the tool, the hint, the window
         assert self.process.wait(30) == 0
         return load_inputs(self.folder / "inputs.jsonl", self.scene)
 
@@ -178,8 +178,8 @@ class Desktop:
 class Mirror:
     """The window's copy in this process: it knows where the widgets are."""
 
-    def __init__(self, desktop: Desktop, engines: list[str]) -> None:
-        """Let the sandbox save what was done, and do the same here."""
+    def __init__(self, desktop: Desktop, engines: list[str], *, has_column: bool = True) -> None:
+        """Let the sandbox save what was done, and do the same here. has_column: whether its column is open."""
         before = set(desktop.folder.glob("*.jsonl"))
         desktop.key("j")
         desktop.wait_for(lambda: set(desktop.folder.glob("*.jsonl")) > before)
@@ -189,6 +189,7 @@ class Mirror:
             patch.setenv("SDL_VIDEODRIVER", "dummy")
             self.window = Window(desktop.scene, engines, self.inputs)
             self.window.screen = pygame.display.set_mode(desktop.size)
+        self.window.panel.open = Panel.SCENE if has_column else None
         self.window.why.case = CaseSoFar(self.window.notice, WorkerHere())
         self.window.playback.paused = True
         for _ in range(steps_of(self.inputs)):
@@ -261,7 +262,8 @@ class Mirror:
         hover(self.window, corner)
         self.window.frame(1 / 60)
         layout, pictures = self.window.layout, (self._desktop.picture(), self.window.screen)
-        shown, drawn = (pixels(one)[:, layout.top : layout.status.y] for one in pictures)
+        bottom = min(layout.status.y - 100, layout.arenas[-1].bottom)  # above messages
+        shown, drawn = (pixels(one)[:, layout.top : bottom] for one in pictures)
         return np.array_equal(shown, drawn)
 
     def check_picture(self) -> None:

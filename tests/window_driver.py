@@ -12,8 +12,8 @@ from sandbox.report.case import Case, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.view import case_worker
 from sandbox.view.controls import Action, Panel
+from sandbox.view.header import tip_of
 from sandbox.view.layers import Layer
-from sandbox.view.widgets.button import Button
 from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window
 
@@ -93,28 +93,21 @@ def point(window: Window, x: float, y: float, pane: int = 0) -> tuple[int, int]:
 
 
 def button(window: Window, action: Action | Layer | Panel) -> tuple[int, int]:
-    """Return the middle of a control's button."""
-    unfold(window)
-    for widget, place in window.toolbar.placed(window.layout.toolbar):
-        if isinstance(widget, Button) and widget.control.action == action:
-            return place.center
-    raise AssertionError(action)
+    """Return the middle of a control's button; of a layer's after opening its page."""
+    if isinstance(action, Layer):
+        window.panel.show(Panel.SHOW)
+    return next(place.center for widget, place in window._placed if widget.tip == tip_of(action))
 
 
-def unfold(window: Window) -> None:
-    """Unfold all groups of the toolbar."""
-    window.toolbar.by_hand = dict.fromkeys(window.toolbar.by_hand, True)
+def tool(window: Window, name: str) -> tuple[int, int]:
+    """Return the middle of a button by its text."""
+    return next(place.center for widget, place in window._placed if getattr(widget, "label", "") == name)
 
 
 def slider(window: Window, name: str) -> tuple[Slider, Rect]:
-    """Return a slider and its place."""
-    unfold(window)
-    [found] = [
-        (widget, place)
-        for widget, place in window.toolbar.placed(window.layout.toolbar)
-        if isinstance(widget, Slider) and widget.name == name
-    ]
-    return found
+    """Return a slider of the page of the scene, and its place."""
+    window.panel.show(Panel.SCENE)
+    return next((widget, at) for widget, at in window._placed if isinstance(widget, Slider) and widget.name == name)
 
 
 def run(window: Window, steps: int) -> None:

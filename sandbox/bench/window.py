@@ -48,7 +48,6 @@ def _frame(scene: Scene, rounds: int) -> Iterator[Figure]:
     n, space = len(scene.bodies), plain_space(scene)
     window = Window(scene, ["pymunk", "article"])
     window.screen = pygame.display.set_mode(WINDOW_SIZE)
-    window.about.close()  # it is shown for the first seconds only
     surface = pygame.Surface([int(side) for side in scene.arena.size])
     options = DrawOptions(surface)
 

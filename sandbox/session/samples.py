@@ -223,6 +223,24 @@ class Samples:
             values = np.maximum(values - high, 0.0) + np.minimum(values - low, 0.0)
         return share_of_energy(values, self.energy_scale)
 
+    def energies(self, since: int = 0) -> Floats:
+        """Return the energy of each engine in the samples from one on, as shares (%) of the scale: 100 at the start.
+
+        What mouse and edits have added is left out; kg px²/s² from the start if nothing has moved.
+        """
+        first = self._first_column(Quantity.ENERGY)
+        change = share_of_energy(self.series.rows[since:, first : first + len(self.engines)], self.energy_scale)
+        return 100 + change if self.energy_scale else change
+
+    def energy_error(self, step: int) -> dict[str, float]:
+        """Return by how much each engine's energy is off at a step, or the nearest sample before it: see `of`.
+
+        At the latest step, it is that of the step before: the next one can change how it compares with the reference.
+        """
+        settled = max(0, len(self) - 2)
+        row = min(max(0, int(np.searchsorted(self.series.steps, step, side="right")) - 1), settled)
+        return dict(zip(self.engines, self.of(Quantity.ENERGY, row)[0].tolist(), strict=True))
+
     def rate(self, quantity: Quantity, seconds: float, since: int = 0) -> Floats:
         """Return by how much a quantity grew in a second, averaged over some seconds before each sample from one on.
 

@@ -191,6 +191,11 @@ class Session:
         self.return_to(self.inputs[first].step, self.inputs[:first])
         return True
 
+    @property
+    def next_redo(self) -> Input | None:
+        """The input with which what `redo` does begins."""
+        return self._undone[-1][0] if self._undone else None
+
     def redo(self) -> bool:
         """Redo the action undone last, and go to where it ended. Return whether there was one."""
         if not self._undone:

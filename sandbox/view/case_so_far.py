@@ -1,5 +1,7 @@
 """Follows a run and keeps what is to be said of it, as far as it has been compared."""
 
+import webbrowser
+from pathlib import Path
 from time import monotonic
 from typing import Final
 
@@ -73,6 +75,7 @@ class CaseSoFar:
                 self._notice.show(self.error, Kind.ERROR)
             else:
                 self._notice.show_saved(self._page)
+                webbrowser.open(Path(self._page).absolute().as_uri())
             self._page = ""
 
     def _ask(self, run: RunSoFar) -> None:

@@ -12,10 +12,10 @@ from sandbox.processes import core_count
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
+from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size
-from sandbox.view.palette import FAINT, FRAME, INK, RAISED
-from sandbox.view.pending import PRESSES
 from sandbox.view.primitives import panel, text_width, write
+from sandbox.view.theme import theme
 
 TEXT_HEIGHT: Final = 16  # px, of the notice in the middle of the window
 BAR_WIDTH: Final = 160  # px
@@ -50,7 +50,7 @@ class WindowCompiler:
     def _open(self) -> Surface:
         with signals_deferred():  # set_mode discards exceptions
             screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
-        screen.fill(FRAME)
+        screen.fill(theme.ground)
         return screen
 
 
@@ -62,8 +62,7 @@ def compiling_beside_window(scene: Scene, engines: Sequence[str] | None) -> Iter
     """
     pygame.display.init()
     pygame.display.set_caption(caption(scene))
-    panes = len(engines) if engines else 2
-    compiler = WindowCompiler(natural_size(scene.arena.size, panes, pygame.display.get_desktop_sizes()[0]))
+    compiler = WindowCompiler(natural_size(pygame.display.get_desktop_sizes()[0]))
     compile_by(compiler)
     try:
         yield compiler.compilation
@@ -84,7 +83,7 @@ def draw_notice(surface: Surface, progress: Compilation) -> None:
     card = Rect(0, 0, width + 4 * GAP, 3 * TEXT_HEIGHT + 4 * GAP)
     card.center = surface.get_rect().center
     panel(surface, card)
-    write(surface, text, Rect(card.x + 2 * GAP, card.y + GAP, width, 2 * TEXT_HEIGHT), INK, TEXT_HEIGHT)
+    write(surface, text, Rect(card.x + 2 * GAP, card.y + GAP, width, 2 * TEXT_HEIGHT), theme.ink, TEXT_HEIGHT)
     _draw_bar(surface, Rect(card.x + 2 * GAP, card.bottom - 2 * GAP - 4, width, 4), progress)
 
 
@@ -94,12 +93,12 @@ def draw_status(surface: Surface, place: Rect, progress: Compilation, height: in
     bar = Rect(0, place.centery - 2, BAR_WIDTH // 2, 4)
     width = min(place.width, text_width(text, height) + bar.width + 2 * height)
     line = Rect(place.right - width, place.y, width, place.height)
-    surface.fill(FRAME, line)
+    surface.fill(theme.ground, line)
     bar.right = line.right
-    write(surface, text, Rect(line.x + height, line.y, bar.x - line.x - 2 * height, line.height), FAINT, height)
+    write(surface, text, Rect(line.x + height, line.y, bar.x - line.x - 2 * height, line.height), theme.dim, height)
     _draw_bar(surface, bar, progress)
 
 
 def _draw_bar(surface: Surface, place: Rect, progress: Compilation) -> None:
-    surface.fill(RAISED, place)
-    surface.fill(INK, (place.x, place.y, round(place.width * progress.done / progress.total), place.height))
+    surface.fill(theme.line, place)
+    surface.fill(theme.accent, (place.x, place.y, round(place.width * progress.done / progress.total), place.height))

@@ -1,47 +1,69 @@
-"""A live `pymunk.Space`, drawn by pymunk's own `pygame_util` debug-draw."""
+"""Pymunk's pane: its Space, drawn by `Space.debug_draw` with an options object of `pymunk.pygame_util`."""
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 import pymunk
 from pygame import Color, Surface
+from pymunk import Shape, Vec2d
 from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 from pymunk.pygame_util import DrawOptions
+from pymunk.space_debug_draw_options import SpaceDebugColor
 
-from sandbox.scene.fields import Vector
+from sandbox.scene.fields import Vector, rgb
 from sandbox.scene.model import Scene
 from sandbox.state import State
 from sandbox.view.discs import Discs
-from sandbox.view.primitives import draw_wall, thin_lines
+from sandbox.view.primitives import capsule, draw_wall, thin_lines
 
-POINT_LENGTH: Final = 2.0  # px of the space, by which pymunk lengthens the line between a contact's two points
+MAX_SHAPES: Final = 300  # that `Space.debug_draw` draws; it calls Python for each, which takes 8 ms for so many
+POINT_LENGTH: Final = 2.0  # px of the space, by which Pymunk lengthens the line between a contact's two points
 
 _POINT_FIELDS: Final = (
     ArbiterFields.CONTACT_COUNT | ArbiterFields.NORMAL | ArbiterFields.POINT_A_1 | ArbiterFields.POINT_B_1
 )
 
 
-class DebugDraw(DrawOptions):
-    """Pymunk's drawing of a space, except for its shapes and collision points.
+class DebugDraw:
+    """Draws a Space: by Pymunk's debug-draw up to MAX_SHAPES shapes, above that by a batch that looks the same.
 
-    Pymunk calls Python for each of these, which takes half a frame for a thousand discs. Here all bodies and all
-    contacts are read at once; they look as pymunk draws them. Walls have their thickness at any slope; the arena's,
-    which are very large, are left out. ink: of walls, the same as in other panes.
+    The shapes' own `color` decides. A ball without one gets that of the scene, and a wall the ink of other panes.
+    plain: drawn as `pymunk.pygame_util` draws by itself, with ragged edges, whatever the number of shapes.
     """
 
-    def __init__(self, space: pymunk.Space, ink: Color) -> None:
-        super().__init__(Surface((1, 1)))
-        self.flags = DrawOptions.DRAW_CONSTRAINTS
-        self._ink = ink
+    plain = False
+
+    def __init__(self, space: pymunk.Space, balls: Sequence[str], ink: Color) -> None:
         self._space = space
-        self._walls = [(s.a, s.b, 2 * s.radius) for s in space.shapes if isinstance(s, pymunk.Segment)]
+        circles = [shape for body in list(space.bodies)[: len(balls)] for shape in body.shapes]
+        for shape, colour in zip(circles, balls, strict=True):
+            if not hasattr(shape, "color"):
+                shape.color = (*rgb(colour), 255)
+        self._walls = [shape for shape in space.shapes if isinstance(shape, pymunk.Segment)]
+        self._plain_walls = [wall for wall in self._walls if not hasattr(wall, "color")]
+        self.recolour(ink)
+        radius = np.array([shape.radius for shape in circles])
+        self._discs = Discs(radius, ["#{:02x}{:02x}{:02x}".format(*map(round, shape.color[:3])) for shape in circles])
+        self._smooth = SmoothDrawOptions({shape: number for number, shape in enumerate(circles)}, self._discs)
+        self._stock = DrawOptions(Surface((1, 1)))
         self._buffer = Buffer()
+
+    def recolour(self, ink: Color) -> None:
+        """Draw walls that have no colour of their own in another ink."""
+        self._ink = ink
+        for wall in self._plain_walls:
+            wall.color = tuple(ink)
+
+    @property
+    def is_batch(self) -> bool:
+        """Whether there are too many shapes for Pymunk's debug-draw."""
+        return not self.plain and len(self._space.shapes) > MAX_SHAPES
 
     def draw(
         self,
         surface: Surface,
         scale: float,
-        discs: Discs,
         past: tuple[Scene, State] | None = None,
         origin: Vector = (0.0, 0.0),
     ) -> None:
@@ -49,25 +71,36 @@ class DebugDraw(DrawOptions):
 
         past: the scene and where its balls are, which are drawn without contacts; by default those that are there now.
         """
-        self.surface = surface
-        self.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
-        walls = [(wall.start, wall.to, wall.thickness) for wall in past[0].walls] if past else self._walls
+        if past is not None:
+            self._draw_walls(surface, [(wall.start, wall.to, wall.thickness) for wall in past[0].walls], scale, origin)
+            Discs(past[0].bodies.radius, past[0].colors).draw(surface, past[1].position, scale, past[1].angle, origin)
+        elif self.is_batch:
+            self._draw_batch(surface, scale, origin)
+        else:
+            options = self._stock if self.plain else self._smooth
+            options.surface = surface
+            options.transform = pymunk.Transform(a=scale, d=scale, tx=origin[0], ty=origin[1])
+            self._space.debug_draw(options)
+            self._smooth.draw_collected()
+
+    def _draw_walls(
+        self, surface: Surface, walls: Sequence[tuple[Vector, Vector, float]], scale: float, origin: Vector
+    ) -> None:
         for start, to, thickness in walls:
             draw_wall(surface, self._ink, (start, to), thickness, scale, origin)
-        if past is not None:
-            discs.draw(surface, past[1].position, scale, past[1].angle, origin)
-            return
-        self._draw_discs(scale, discs, origin)
-        self._space.debug_draw(self)
-        self._draw_collision_points(scale, origin)
 
-    def _draw_discs(self, scale: float, discs: Discs, origin: Vector) -> None:
+    # The batch: all bodies and all contacts are read at once
+
+    def _draw_batch(self, surface: Surface, scale: float, origin: Vector) -> None:
+        for wall in self._walls:
+            draw_wall(surface, wall.color, (wall.a, wall.b), 2 * wall.radius, scale, origin)
         self._buffer.clear()
         get_space_bodies(self._space, BodyFields.POSITION | BodyFields.ANGLE, self._buffer)
-        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(discs)]
-        discs.draw(self.surface, rows[:, :2], scale, rows[:, 2].copy(), origin)
+        rows = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3)[: len(self._discs)]
+        self._discs.draw(surface, rows[:, :2], scale, rows[:, 2].copy(), origin)
+        self._draw_collision_points(surface, scale, origin)
 
-    def _draw_collision_points(self, scale: float, origin: Vector) -> None:
+    def _draw_collision_points(self, surface: Surface, scale: float, origin: Vector) -> None:
         """Draw each contact as a line through its two points, which a listed contact that has ended does not have.
 
         The shapes are discs and segments, so a contact has one point on each body.
@@ -77,4 +110,61 @@ class DebugDraw(DrawOptions):
         found = np.frombuffer(self._buffer.int_buf(), np.uintp) > 0
         normal, on_a, on_b = np.frombuffer(self._buffer.float_buf()).reshape(-1, 3, 2)[found].swapaxes(0, 1)
         ends = scale * np.hstack([on_a - POINT_LENGTH * normal, on_b + POINT_LENGTH * normal]) + 2 * origin
-        thin_lines(self.surface, self.collision_point_color.as_int(), np.rint(ends))
+        thin_lines(surface, self._stock.collision_point_color.as_int(), np.rint(ends))
+
+
+class SmoothDrawOptions(DrawOptions):
+    """Pymunk's options for pygame, whose circles and segments have smooth edges.
+
+    balls: the number of each circle among the discs. They are collected, and drawn together, in that order.
+    """
+
+    def __init__(self, balls: Mapping[Shape, int], discs: Discs) -> None:
+        super().__init__(Surface((1, 1)))
+        self._balls = balls
+        self._discs = discs
+        self._shape: Shape | None = None  # of the next circle
+        self._collected: dict[int, tuple[float, float, float]] = {}  # centre and angle by the number of the ball
+
+    def color_for_shape(self, shape: Shape) -> SpaceDebugColor:
+        """Return a shape's colour, and note which shape it is: Pymunk asks for it before it has the shape drawn."""
+        self._shape = shape
+        return super().color_for_shape(shape)
+
+    def draw_circle(
+        self, pos: Vec2d, angle: float, radius: float, outline_color: SpaceDebugColor, fill_color: SpaceDebugColor
+    ) -> None:
+        """Collect a ball, or draw another circle."""
+        number = self._balls.get(self._shape) if self._shape else None
+        if number is None:
+            super().draw_circle(pos, angle, radius, outline_color, fill_color)
+        else:
+            self._collected[number] = pos.x, pos.y, angle
+
+    def draw_fat_segment(
+        self,
+        a: tuple[float, float],
+        b: tuple[float, float],
+        radius: float,
+        outline_color: SpaceDebugColor,
+        fill_color: SpaceDebugColor,
+    ) -> None:
+        """Draw a segment with its thickness at any slope; of the arena's walls, nothing is in the pane."""
+        capsule(self.surface, fill_color.as_int(), a, b, radius)
+
+    def draw_segment(self, a: Vec2d, b: Vec2d, color: SpaceDebugColor) -> None:
+        """Draw a collision point, or a constraint, over the balls."""
+        self.draw_collected()
+        thin_lines(self.surface, color.as_int(), np.rint(np.array([[*a, *b]])))
+
+    def draw_dot(self, size: float, pos: tuple[float, float], color: SpaceDebugColor) -> None:
+        """Draw a dot over the balls."""
+        self.draw_collected()
+        super().draw_dot(size, pos, color)
+
+    def draw_collected(self) -> None:
+        """Draw the balls collected since the last call."""
+        if self._collected:
+            at = np.array([self._collected[number] for number in sorted(self._collected)])
+            self._collected = {}
+            self._discs.draw_at(self.surface, at[:, :2].copy(), self.transform.a, at[:, 2].copy())

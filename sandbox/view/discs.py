@@ -37,7 +37,11 @@ class Discs:
         position: (n, 2) px of the scene; scale: px of the surface for one of these; angle: (n,); origin: where the
         scene's is, px of the surface.
         """
-        centre, radius = scale * position + origin, np.maximum(scale * self._radius, MIN_RADIUS)
+        self.draw_at(surface, scale * position + origin, scale, angle)
+
+    def draw_at(self, surface: Surface, centre: Floats, scale: float, angle: Floats) -> None:
+        """Draw the discs with their centres at some places of the surface: (n, 2) px."""
+        radius = np.maximum(scale * self._radius, MIN_RADIUS)
         if not has_kernels(surface):
             self._draw_plainly(surface, centre, radius, angle)
             return

@@ -1,7 +1,8 @@
 """Edits of a running scene: balls added, deleted and thrown, and what applies to all of them."""
 
 import math
-from typing import Final
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -28,10 +29,7 @@ from sandbox.session.history import Moment
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
 
-PUSH_SPEED: Final = 30.0  # px/s that a key adds to a velocity
-ANOTHER_ELASTICITY: Final = SetElasticity(step=0, elasticity=0.5)  # which an engine either refuses, as all others
-ANOTHER_GRAVITY: Final = SetGravity(step=0, gravity=(0, 100))  # than 1 and 0, or accepts
-WALL_STEP: Final = 10.0  # px that a key moves a wall
+REPLACEMENT: Final = "impulse"  # runs every scene of discs and walls
 NOTHING_SELECTED: Final = "no ball is selected: pause and click one, or use , and ."
 ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
@@ -39,8 +37,15 @@ ARENA_WALL: Final = (
 )
 
 
+class Replacement(NamedTuple):
+    """Engines that were replaced. edits: of the run before; engines: that ran then."""
+
+    edits: int
+    engines: Sequence[str]
+
+
 class Editor:
-    """Edits the run at its current step, in every engine. Its keys work on the selected ball.
+    """Edits the run at its current step, in every engine.
 
     The selected ball stays selected when others are added or deleted. A wall can be selected instead; those of the
     arena cannot be changed.
@@ -48,11 +53,11 @@ class Editor:
     new_ball: what is set of balls to be added; in everything else they are copies of the model ball.
     """
 
-    def __init__(self, playback: Playback, notice: Notice) -> None:
+    def __init__(self, playback: Playback, notice: Notice, use_engines: Callable[[Sequence[str]], bool]) -> None:
         self._playback = playback
         self._notice = notice
-        self._refusals: dict[Edit, str] = {}  # of edits of one scene in some engines
-        self._refusals_of: tuple[Scene, list[str]] | None = None
+        self._use_engines = use_engines
+        self._replaced: list[Replacement] = []
         self.new_ball: dict[str, float] = {}
         self.select(None)
 
@@ -94,6 +99,10 @@ class Editor:
         wall = self.selected_wall
         return wall - len(ARENA_WALLS) if wall is not None and wall >= len(ARENA_WALLS) else None
 
+    def show_in(self, pane: int) -> None:
+        """Let what is selected be shown as it is in another pane."""
+        self._pane = pane
+
     def select_wall(self, wall: int) -> None:
         """Select a wall by its number, see `Scene.wall_numbers`."""
         self.select(None)
@@ -113,30 +122,10 @@ class Editor:
         else:
             self.select_wall(walls[at - balls])
 
-    def push(self, x: int, y: int) -> None:
-        """Add to the selected ball's velocity, or move the selected wall. x, y: in PUSH_SPEED or WALL_STEP."""
-        ball = self.selected
-        if self.selected_wall is not None:
-            self._move_wall(WALL_STEP * x, WALL_STEP * y)
-            return
-        if ball is None:
-            self._notice.show(NOTHING_SELECTED)
-            return
-        vx, vy = self._playback.view.panes[0].state.velocity[ball].tolist()
-        self.set_velocity(ball, (vx + PUSH_SPEED * x, vy + PUSH_SPEED * y))
-
     def set_velocity(self, ball: int, velocity: Vector) -> None:
         """Set a ball's velocity, px/s."""
         with self._notice.reporting():
-            self._playback.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
-
-    def _move_wall(self, x: float, y: float) -> None:
-        """Move the selected wall, px."""
-        if self.own_wall is None:
-            self._notice.show(ARENA_WALL)
-            return
-        wall = self._moment.scene.walls[self.own_wall]
-        self.change(start=(wall.start[0] + x, wall.start[1] + y), to=(wall.to[0] + x, wall.to[1] + y))
+            self.give(SetVelocity(step=self._step, ball=ball, velocity=velocity))
 
     # Balls that come and go
 
@@ -144,14 +133,14 @@ class Editor:
         """Delete a ball, or else the selected one, or the selected wall."""
         ball = self.selected if ball is None else ball
         if ball is None and self.own_wall is not None:
-            self._playback.give(DeleteWall(step=self._step, wall=self.own_wall))
+            self.give(DeleteWall(step=self._step, wall=self.own_wall))
             self.select(None)
         elif ball is None and self.selected_wall is not None:
             self._notice.show(ARENA_WALL)
         elif ball is None:
             self._notice.show(NOTHING_SELECTED)
         else:
-            self._playback.give(DeleteBall(step=self._step, ball=ball))
+            self.give(DeleteBall(step=self._step, ball=ball))
 
     @property
     def model_ball(self) -> int:
@@ -191,7 +180,7 @@ class Editor:
         moment = self._moment
         with self._notice.reporting():
             at = _near_the_middle(moment, radius) if position is None else _inside(moment, position, radius)
-            self._playback.give(AddBall(step=moment.step, position=at, radius=radius, **values))
+            self.give(AddBall(step=moment.step, position=at, radius=radius, **values))
 
     # One ball or one wall
 
@@ -200,21 +189,71 @@ class Editor:
         self._playback.settle()
         with self._notice.reporting():
             if self.selected is not None:
-                self._playback.give(ChangeBall(step=self._step, ball=self.selected, **values))
+                self.give(ChangeBall(step=self._step, ball=self.selected, **values))
             elif self.own_wall is not None:
-                self._playback.give(ChangeWall(step=self._step, wall=self.own_wall, **values))
+                self.give(ChangeWall(step=self._step, wall=self.own_wall, **values))
+
+    # Engines that cannot run an edited scene
+
+    def give(self, edit: Edit) -> None:
+        """Edit the run. An engine that cannot run the edited scene is replaced by impulse, or leaves its pane."""
+        self._playback.settle()
+        with self._notice.reporting():
+            before = self._playback.session.names
+            names, said = self._names_for(edit.change_scene(self._moment.scene), before)
+            edits = self._edits
+            if names != before and not self._use_engines(names):
+                return
+            self._playback.give(edit)
+            if names != before and self._edits > edits:
+                self._replaced.append(Replacement(edits, before))
+                self._notice.show(f"{said}. Undo brings it back.")
+
+    @staticmethod
+    def _names_for(scene: Scene, names: Sequence[str]) -> tuple[list[str], str]:
+        """Return the engines for an edited scene, and what is said if some of them are others than before."""
+        kept, said = list[str](), list[str]()
+        for name in names:
+            why = refusal(name, scene)
+            if not why:
+                kept.append(name)
+            elif REPLACEMENT not in (*names, *kept) and not refusal(REPLACEMENT, scene):
+                kept.append(REPLACEMENT)
+                said.append(f"{name} cannot run this, so {REPLACEMENT} runs instead")
+            else:
+                said.append(f"{name} cannot run this, and has left its pane")
+        return (kept, "; ".join(said)) if kept else (list(names), "")
+
+    @property
+    def _edits(self) -> int:
+        """How many edits the run has so far."""
+        return sum(isinstance(each, Edit) for each in self._playback.session.inputs)
+
+    def undo(self) -> None:
+        """Undo the last throw or edit. If it had replaced engines, they run again."""
+        self._playback.undo()
+        if self._replaced and self._edits <= self._replaced[-1].edits:
+            self._use_engines(self._replaced.pop().engines)
+
+    def redo(self) -> None:
+        """Redo what was undone last, in engines that can run it."""
+        before = self._playback.session.names
+        edit = self._playback.session.next_redo
+        names, said = before, ""
+        if isinstance(edit, Edit):
+            with self._notice.reporting():
+                names, said = self._names_for(edit.change_scene(self._moment.scene), before)
+        edits = self._edits
+        if names != before and self._use_engines(names):
+            self._replaced.append(Replacement(edits, before))
+            self._notice.show(f"{said}. Undo brings it back.")
+        self._playback.redo()
+
+    def forget_engines(self) -> None:
+        """Another run begins, or other engines were chosen: none are brought back."""
+        self._replaced.clear()
 
     # What applies to all balls
-
-    def refusal(self, edit: Edit) -> str:
-        """Return why an engine refuses an edit of the scene, or nothing."""
-        scene, names = self._moment.scene, self._playback.session.names
-        if self._refusals_of is None or self._refusals_of[0] is not scene or self._refusals_of[1] is not names:
-            self._refusals, self._refusals_of = {}, (scene, names)
-        if edit not in self._refusals:
-            edited = edit.change_scene(scene)
-            self._refusals[edit] = next(filter(None, (refusal(name, edited) for name in names)), "")
-        return self._refusals[edit]
 
     def elasticity(self) -> float:
         """Return the elasticity between two balls like the first, to hundredths."""
@@ -222,7 +261,7 @@ class Editor:
 
     def set_elasticity(self, elasticity: float) -> None:
         """Set the elasticity of every pair."""
-        self._playback.give(SetElasticity(step=self._step, elasticity=elasticity))
+        self.give(SetElasticity(step=self._step, elasticity=elasticity))
 
     def gravity(self) -> float:
         """Return the gravity downwards, px/s²."""
@@ -231,7 +270,7 @@ class Editor:
     def set_gravity(self, gravity: float) -> None:
         """Set the gravity downwards, px/s²."""
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
-        self._playback.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
+        self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
 
     def rate(self) -> float:
         """Return the steps per second."""
@@ -239,7 +278,7 @@ class Editor:
 
     def set_rate(self, rate: float) -> None:
         """Set the steps per second."""
-        self._playback.give(SetRate(step=self._step, rate=round(rate)))
+        self.give(SetRate(step=self._step, rate=round(rate)))
 
 
 def _inside(moment: Moment, position: Vector, radius: float) -> Vector:

@@ -5,12 +5,11 @@ from functools import partial
 from typing import Final
 
 from sandbox.view.line_up import FULL, MAX_PANES, ONLY_ONE, LineUp
-from sandbox.view.palette import chart_background, palette
+from sandbox.view.palette import chart_palette
 from sandbox.view.tuning import SCALES, UNITS, has_settings, in_force, meaning_of, scale_of
+from sandbox.view.widgets.buttons import Heading, TextButton
 from sandbox.view.widgets.field import Field
-from sandbox.view.widgets.heading import Heading
 from sandbox.view.widgets.slider import Slider
-from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Words
 
@@ -24,8 +23,6 @@ class EnginesPage:
     Below are the engines to add. The widgets of the unfolded pane are the same for all panes, so that the keyboard
     stays on a button while the pane moves.
     """
-
-    title = "Engines"
 
     def __init__(self, line_up: LineUp) -> None:
         self._line_up = line_up
@@ -78,7 +75,7 @@ class EnginesPage:
 
     def _shown_headings(self) -> Sequence[Heading]:
         line_up = self._line_up
-        colours = palette(chart_background(line_up.scene.arena.background))
+        colours = chart_palette()
         lines = colours.engines(line_up.names)
         for pane, name in enumerate(line_up.names):
             if pane == len(self._headings):

@@ -1,4 +1,4 @@
-"""The inspector: a page of the side panel on the selected ball or wall."""
+"""The inspector: the selected ball or wall, to see and change."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -14,21 +14,12 @@ from sandbox.view.mouse_tool import MouseTool
 from sandbox.view.move_tool import Tool
 from sandbox.view.notice import Notice
 from sandbox.view.playback import Playback
+from sandbox.view.widgets.buttons import Swatch, TextButton
 from sandbox.view.widgets.field import Field
-from sandbox.view.widgets.swatch import Swatch
-from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Words
 
-HINT: Final = "Click a ball or a wall to see and change what it is."
-RUNNING: Final = "pause to change it"
-PAUSE_HINT: Final = "While time passes, the mouse pulls balls. Pause to change, move or draw something."
-TOOLS: Final = {
-    Tool.MOVE: "A drag moves a ball, a wall, or the end of a wall, in every engine.",
-    Tool.THROW: "A drag sets the velocity of a ball, in every engine.",
-    Tool.DRAW_WALL: "A drag draws a wall, in every engine.",
-}
-NEW_BALL: Final = "a ball of this size where you click next, in all else like the selected one, or the last"
+HINT: Final = "Click a ball, or a row of the table, to change it; a wall, while the run is paused."
 NOISE: Final = 1e-9  # of any unit; less is an engine's rounding error
 OF_STATE: Final[dict[str, tuple[Callable[[State, int], float], str]]] = {  # a ball's, with their units
     "x": (lambda state, ball: float(state.position[ball, 0]), "px"),
@@ -57,10 +48,8 @@ END_KEYS: Final = ("start", "to")
 class Inspector:
     """Shows the selected ball, as it is in the pane where it was clicked, or the selected wall; changes and copies it.
 
-    Its fields can be typed into while the run is paused.
+    The run is paused while its fields are typed into.
     """
-
-    title = "Inspector"
 
     def __init__(self, playback: Playback, editor: Editor, mouse: MouseTool, notice: Notice) -> None:
         self._playback = playback
@@ -69,9 +58,8 @@ class Inspector:
         self._notice = notice
         self._heading = Words("", width=2.0)
         self._hint, self._nothing = Words(""), Words("")
-        self._tools = [self._tool(tool, does) for tool, does in TOOLS.items()]
         self._copy = TextButton("copy", self._start_copy, "a ball like this one, where you click next", width=1.0,
-                                is_on=lambda: mouse.adding and mouse.copying, refusal=self._refusal)  # fmt: skip
+                                is_on=lambda: mouse.copying, refusal=self._refusal)  # fmt: skip
         self._delete = TextButton("delete", lambda: editor.delete(None), "delete it", width=1.0, refusal=self._refusal)
         self._ball = {key: self._ball_field(key) for key in (*OF_STATE, "radius", "mass", "elasticity", "friction")}
         self._colour = self._field("colour", self._colour_of_ball, lambda text: editor.change(color=text),
@@ -80,24 +68,24 @@ class Inspector:
         self._ends = [self._end_field(*end) for end in ENDS]
         self._wall = {key: self._wall_field(key) for key in ("thickness", "elasticity", "friction")}
         self._new_ball = [self._new_field(key) for key in ("radius", "mass")]
-        self._add = TextButton("add", mouse.place_ball, NEW_BALL, lambda: mouse.adding and not mouse.copying, width=2.0)
-        self._new_ball_heading, self._new_wall_heading = Words("new ball", width=2.0), Words("new wall")
+        self._new_ball_heading, self._new_wall_heading = Words("new balls"), Words("new walls")
         self._thickness = self._field("thickness", lambda: _text(mouse.move.thickness), self._set_thickness,
                                       "of walls that you draw", "px")  # fmt: skip
 
     def rows(self) -> Sequence[Sequence[Widget]]:
-        """Return the choice of tools, what is selected, and what can be added."""
-        rows: list[Sequence[Widget]] = [self._tools]
+        """Return what is selected, and what is added next."""
         if self._editor.selected is not None:
-            rows += self._ball_rows(self._editor.selected)
+            rows = self._ball_rows(self._editor.selected)
         elif self._editor.selected_wall is not None:
-            rows += self._wall_rows(self._editor.selected_wall)
+            rows = self._wall_rows(self._editor.selected_wall)
         else:
-            self._hint.text = f"{HINT} {TOOLS[self._mouse.move.tool]}" if self._playback.paused else PAUSE_HINT
-            rows.append([self._hint])
-        if self._mouse.move.tool is Tool.DRAW_WALL:
+            self._hint.text = HINT
+            rows = [[self._hint]]
+        if self._mouse.tool is Tool.WALL:
             return [*rows, [self._new_wall_heading, self._thickness]]
-        return [*rows, [self._new_ball_heading, self._add], self._new_ball]
+        if self._mouse.tool is Tool.BALL:
+            return [*rows, [self._new_ball_heading, *self._new_ball]]
+        return rows
 
     def _ball_rows(self, ball: int) -> list[Sequence[Widget]]:
         self._heading.text = f"ball {ball} in {self._playback.view.panes[self._editor.pane].name}"
@@ -134,11 +122,7 @@ class Inspector:
     def _refusal(self) -> str:
         if self._editor.selected_wall is not None and self._editor.own_wall is None:
             return ARENA_WALL
-        return "" if self._playback.paused else RUNNING
-
-    def _tool(self, tool: Tool, does: str) -> TextButton:
-        move = self._mouse.move
-        return TextButton(tool.value, partial(setattr, move, "tool", tool), does, lambda: move.tool is tool)
+        return ""
 
     def _field(
         self, name: str, value: Callable[[], str], choose: Callable[[str], None], does: str, unit: str = ""
@@ -147,7 +131,10 @@ class Inspector:
             with self._notice.reporting():
                 choose(text)
 
-        return Field(name, value, choose_or_say, does, unit, self._refusal)
+        return Field(name, value, choose_or_say, does, unit, self._refusal, begin=self._pause)
+
+    def _pause(self) -> None:
+        self._playback.paused = True
 
     def _ball_field(self, key: str) -> Field:
         def value() -> str:
@@ -209,7 +196,7 @@ class Inspector:
         self._mouse.move.thickness = Wall(start=(0, 0), to=(1, 0), thickness=_number("thickness", text)).thickness
 
     def _start_copy(self) -> None:
-        self._mouse.place_ball(copying=True)
+        self._mouse.copy_ball()
 
 
 def _text(value: float) -> str:

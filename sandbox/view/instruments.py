@@ -1,6 +1,6 @@
 """The instruments: what each chart can show of a run."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -9,13 +9,16 @@ from typing import Final
 import numpy as np
 
 from sandbox.analysis.gas import why_no_gas
-from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale
+from sandbox.report.scales import BothSigns, Logarithmic, Scale, Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.session.samples import Quantity, Samples
 from sandbox.state import Floats
 
 LAW: Final = "theory"  # name of a law's line
 CONTACT_SECONDS: Final = 1.0  # s, over which contacts are counted
+ROUNDING: Final = 1e-9  # of any unit; less is an engine's rounding error
+TICKS: Final = 6  # of a linear axis, about
+SLACK: Final = 0.05  # of the distance of two ticks, by which a line may leave the axis before that grows
 PRESSURE_SECONDS: Final = 10.0  # s, over which the pressure is averaged: balls hit walls one at a time
 
 
@@ -32,8 +35,9 @@ class Instrument(Enum):
     SPEEDS = "speeds"
 
 
+LOGARITHMIC: Final = (Instrument.ENERGY, Instrument.GAP)  # those that can have a logarithmic axis
 MEANINGS: Final[Mapping[Instrument, str]] = {
-    Instrument.ENERGY: "what an engine lost or made",
+    Instrument.ENERGY: "of each engine, in % of the largest kinetic energy so far; logarithmic: how far it is off",
     Instrument.GAP: "how far its balls are off, at most",
     Instrument.MOMENTUM: "of all balls together; walls and gravity change it",
     Instrument.ANGULAR_MOMENTUM: "of flight and spin, about the arena's middle",
@@ -48,23 +52,24 @@ MEANINGS: Final[Mapping[Instrument, str]] = {
 class TimeChart:
     """An instrument's chart over time.
 
-    lines: its title and unit; digits: how a value is written; values: of each engine in the samples from one on, with a
-    law in a further column, if there is one.
+    unit: what its numbers are; digits: how a value is written; values: of each engine in the samples from one on, with
+    a law in a further column, if there is one. is_relative: whether they are differences from the reference.
     """
 
     instrument: Instrument
-    lines: tuple[str, ...]
+    unit: str
     scale: Scale
     digits: str
     values: Callable[[Samples, int], Floats]
+    is_relative: bool = False
 
     def columns(self, samples: Samples) -> dict[str, int]:
         """Return the column of each line by the name at its end. The reference has no line for its gap from itself."""
-        compared = self.instrument in (Instrument.ENERGY, Instrument.GAP)
-        is_own = self.instrument is Instrument.ENERGY and samples.is_alone
-        shown = [name for name in samples.engines if is_own or not compared or name != samples.reference]
+        hidden = samples.reference if self.is_relative and not samples.is_alone else None
+        if self.instrument is Instrument.GAP:
+            hidden = samples.reference
         law = {LAW: len(samples.engines)} if self.instrument is Instrument.PRESSURE else {}
-        return {name: samples.engines.index(name) for name in shown} | law
+        return {name: samples.engines.index(name) for name in samples.engines if name != hidden} | law
 
     def remark(self, samples: Samples, scene: Scene) -> str:
         """Return why the chart, or its law, is not there; nothing if it is."""
@@ -76,36 +81,71 @@ class TimeChart:
             return "no walls stand round the arena"
         return f"no theory: {why}" if (why := why_no_gas(scene)) else ""
 
+    def text(self, value: float) -> str:
+        """Return a value as it is written; what is only rounding is 0."""
+        return self.digits.format(0.0 if abs(value) < ROUNDING else value)
 
-def default_instruments(samples: Samples) -> tuple[Instrument, Instrument]:
-    """Return what the two charts show at first; an engine alone has no gap."""
-    return Instrument.ENERGY, Instrument.MOMENTUM if samples.is_alone else Instrument.GAP
+
+@dataclass(frozen=True)
+class Even:
+    """A linear axis from 0, or from the lowest value if that is negative, with ticks at round numbers.
+
+    unit: written at the highest tick.
+    """
+
+    unit: str = ""
+
+    def position(self, value: Floats) -> Floats:
+        """Return the values."""
+        return value
+
+    def span(self, low: float, high: float) -> Span:
+        """Return whole numbers of steps between ticks."""
+        low, high = min(low, 0.0) if np.isfinite(low) else 0.0, max(high, 0.0) if np.isfinite(high) else 0.0
+        if high - low < ROUNDING:
+            return low, low + 1.0
+        step = self._step((low, high))
+        return step * float(np.floor(low / step + SLACK)), step * float(np.ceil(high / step - SLACK))
+
+    @staticmethod
+    def _step(span: Span) -> float:
+        return round_up((span[1] - span[0]) / TICKS)
+
+    def ticks(self, span: Span) -> list[tuple[float, str]]:
+        """Return round numbers, the ends first."""
+        step = self._step(span)
+        numbers = 0.0 + step * np.arange(np.ceil(span[0] / step - 1e-9), np.floor(span[1] / step + 1e-9) + 1)
+        lowest, *others = numbers.tolist()
+        ordered = [*others[-1:], lowest, *others[:-1]]
+        return [(at, f"{at:,.6g}{self.unit if at == ordered[0] else ''}") for at in ordered]
 
 
-def time_charts(instruments: Sequence[Instrument], samples: Samples) -> list[TimeChart]:
-    """Return the charts of those instruments that are drawn over time."""
-    against = "the start" if samples.is_alone else samples.reference
-    unit = "%" if samples.energy_scale else "kg px²/s²"
-    made: dict[Instrument, tuple[tuple[str, ...], Scale, str, Quantity]] = {
-        Instrument.ENERGY: ((f"energy, {unit}", f"from {against}"), BothSigns(), f"{{:+.4g}} {unit}", Quantity.ENERGY),
-        Instrument.GAP: (("gap, px", f"from {samples.reference}"), Logarithmic(), "{:.4g} px", Quantity.GAP),
-        Instrument.MOMENTUM: (("momentum", "kg px/s"), Linear(), "{:,.6g} kg px/s", Quantity.MOMENTUM),
-        Instrument.ANGULAR_MOMENTUM: (
-            ("angular", "momentum", "kg px²/s"), Linear(), "{:,.6g} kg px²/s", Quantity.ANGULAR_MOMENTUM
-        ),
-        Instrument.HEIGHT: (("height", "px"), Linear(), "{:.4f} px", Quantity.HEIGHT),
-    }  # fmt: skip
-    charts = {
-        instrument: TimeChart(instrument, lines, scale, digits, partial(_quantity, quantity))
-        for instrument, (lines, scale, digits, quantity) in made.items()
-    }
-    charts[Instrument.CONTACTS] = TimeChart(
-        Instrument.CONTACTS, ("contacts", "a second"), Linear(), "{:,.6g} in the last second", _contacts
-    )
-    charts[Instrument.PRESSURE] = TimeChart(
-        Instrument.PRESSURE, ("pressure", "kg/s²"), Linear(), "{:,.5g} kg/s²", _pressures
-    )
-    return [charts[instrument] for instrument in instruments if instrument in charts]
+def time_chart(instrument: Instrument, samples: Samples, *, logarithmic: bool) -> TimeChart | None:
+    """Return the chart of an instrument over time; there is none of the speeds. logarithmic: its axis."""
+    if instrument is Instrument.SPEEDS:
+        return None
+    percent = bool(samples.energy_scale)
+    if instrument is Instrument.ENERGY:
+        return _energy_chart(samples, percent=percent, logarithmic=logarithmic)
+    if instrument is Instrument.GAP:
+        line, scale = f"px from {samples.reference}", Logarithmic() if logarithmic else Even(" px")
+        return TimeChart(instrument, line, scale, "{:.4g} px", partial(_quantity, Quantity.GAP))
+    line, digits, values = OVER_TIME[instrument]
+    return TimeChart(instrument, line, Even(), digits, values)
+
+
+def _energy_chart(samples: Samples, *, percent: bool, logarithmic: bool) -> TimeChart:
+    unit, against = "%" if percent else "kg px²/s²", "the start" if samples.is_alone else samples.reference
+    if logarithmic:
+        values = partial(_quantity, Quantity.ENERGY)
+        line = f"{unit} from {against}"
+        return TimeChart(Instrument.ENERGY, line, BothSigns(), f"{{:+.4g}} {unit}", values, is_relative=True)
+    line = "% of the energy" if percent else unit
+    return TimeChart(Instrument.ENERGY, line, Even(" %" if percent else ""), f"{{:.4g}} {unit}", _energies)
+
+
+def _energies(samples: Samples, since: int) -> Floats:
+    return samples.energies(since)
 
 
 def _quantity(quantity: Quantity, samples: Samples, since: int) -> Floats:
@@ -119,3 +159,12 @@ def _contacts(samples: Samples, since: int) -> Floats:
 def _pressures(samples: Samples, since: int) -> Floats:
     measured = samples.rate(Quantity.WALL_IMPULSE, PRESSURE_SECONDS, since)
     return np.column_stack([measured, samples.pressure_in_theory(since)])
+
+
+OVER_TIME: Final[Mapping[Instrument, tuple[str, str, Callable[[Samples, int], Floats]]]] = {
+    Instrument.MOMENTUM: ("kg px/s", "{:,.6g} kg px/s", partial(_quantity, Quantity.MOMENTUM)),
+    Instrument.ANGULAR_MOMENTUM: ("kg px²/s", "{:,.6g} kg px²/s", partial(_quantity, Quantity.ANGULAR_MOMENTUM)),
+    Instrument.HEIGHT: ("px", "{:.4f} px", partial(_quantity, Quantity.HEIGHT)),
+    Instrument.CONTACTS: ("in the last second", "{:,.6g} in the last second", _contacts),
+    Instrument.PRESSURE: ("kg/s²", "{:,.5g} kg/s²", _pressures),
+}

@@ -1,4 +1,4 @@
-"""The places of everything in a window: a toolbar, panes as large as they can be, charts, a status line."""
+"""The places of everything in a window: a header, panes over a palette, a column beside them, a timeline below."""
 
 import math
 from collections.abc import Sequence
@@ -9,13 +9,21 @@ from typing import Final
 from pygame import Rect
 
 from sandbox.scene.fields import Vector
-from sandbox.view.tool_places import open_groups, tool_places
 
-GAP: Final = 8  # px between panes and round them
-CHROME_HEIGHT: Final = 110  # px, about, of toolbar, titles and status line
-CHARTS_SHARE: Final = 0.27  # of the window's height, for the charts
-PANEL_LETTERS: Final = 22  # the side panel's width, in heights of the text,
-PANEL_SHARE: Final = 0.42  # or in that of the window, if it is less
+GAP: Final = 10  # px between the parts of a window
+BETWEEN: Final = 6  # px between two buttons
+EDGE: Final = 3  # px, of the frame round an arena
+SIDE: Final = 1.85  # height of a button, in heights of the text
+TIMELINE_SHARE: Final = 0.34  # of the window's height, for the timeline with its chart
+MIN_CHART: Final = 4.5  # heights of the text; where there is less room, the chart is left out
+COLUMN_LETTERS: Final = 27  # the column's width, in heights of the text,
+COLUMN_SHARE: Final = 0.45  # or in that of the window, if it is less
+TIME_LETTERS: Final = 5  # width of the time, in heights of the text
+TEXT_HEIGHT: Final = 14  # px, at first
+TEXT_HEIGHTS: Final = (10, 32)  # px, the least and the largest
+WIDE: Final = 68  # width of a window that opens with its column, in heights of the text
+OPENS_AT: Final = (1600, 1000)  # px, the largest window that opens by itself
+DESKTOP_SHARE: Final = 0.9  # of the desktop that a new window has at most
 MIN_SIZE: Final = (480, 320)  # px, the smallest window with room for all of this
 MAX_ZOOM: Final = 50.0
 ScreenPoint = tuple[int, int]
@@ -49,27 +57,28 @@ def _inside(centre: Vector, zoom: float) -> Vector:
 class Layout:
     """A window with one pane per engine, each a title over an arena.
 
-    The toolbar is above them, charts and status line below, and a panel may be at the right.
-
-    window: width and height, px of the screen. arena: width and height, px of the scene. tools: the widgets' widths,
-    in heights of the toolbar, in groups, of which the first is never folded away; by_hand: for each group, whether it
-    was unfolded or folded. charts: how many; they are left out if there is no room for them.
-    lens: what the panes show of the arena. has_panel: whether the side panel is open.
+    window: width and height, px of the screen. arena: width and height, px of the scene. text: height of the text, px;
+    0 lets the size of the window decide. lens: what the panes show of the arena. has_chart: whether there is a chart,
+    if there is room for one. has_controls: whether there are header, palette and timeline, and the column if
+    has_column; else a line of text is below. palette_width, before_track, after_track: of the widgets there, px.
     """
 
     window: tuple[int, int]
     arena: Vector
     panes: int
-    tools: tuple[tuple[float, ...], ...] = ()
-    charts: int = 0
+    text: int = 0
     lens: Lens = Lens()
-    has_panel: bool = False
-    by_hand: tuple[bool | None, ...] = ()
+    has_chart: bool = False
+    has_controls: bool = False
+    has_column: bool = False
+    palette_widths: tuple[int, ...] = ()
+    before_track: int = 0
+    after_track: int = 0
 
     @cached_property
     def text_height(self) -> int:
         """Size of the text, px."""
-        return max(13, min(round(self.window[1] / 40), round(self.window[0] / 64), 48))
+        return self.text or max(13, min(round(self.window[1] / 40), round(self.window[0] / 64), 48))
 
     @cached_property
     def line_height(self) -> int:
@@ -77,36 +86,104 @@ class Layout:
         return round(1.6 * self.text_height)
 
     @cached_property
-    def toolbar(self) -> list[Rect]:
-        """Each widget's place, empty if it is folded away."""
-        side, room = round(1.75 * self.text_height), self.window[0] - 2 * GAP
-        opened = open_groups(self.tools, self.by_hand or (None,) * len(self.tools), side, room)
-        return tool_places(self.tools, opened, (GAP, GAP // 2), side, room)
+    def side(self) -> int:
+        """Height of a button, px."""
+        return round(SIDE * self.text_height)
+
+    @cached_property
+    def header(self) -> Rect:
+        """The place of the header; its height is 0 if there are no controls."""
+        return Rect(GAP, GAP, self.window[0] - 2 * GAP, self.side if self.has_controls else 0)
 
     @cached_property
     def top(self) -> int:
-        """The upper edge of the panes, px."""
-        return max((place.bottom for place in self.toolbar), default=0)
+        """The upper edge of panes and column, px."""
+        return self.header.bottom + GAP // 2 if self.has_controls else 0
+
+    # The timeline
 
     @cached_property
-    def panel(self) -> Rect:
-        """The place of the side panel, beside panes and charts; its width is 0 if it is closed."""
-        width = round(min(PANEL_LETTERS * self.text_height, PANEL_SHARE * self.window[0])) if self.has_panel else 0
-        return Rect(self.window[0] - width, self.top, width, self.status.y - self.top)
+    def timeline(self) -> Rect:
+        """The place of the timeline, of which a picture has only the chart."""
+        width = self.window[0] - 2 * GAP
+        if not self.has_controls:
+            height = self._chart_height(0)
+            return Rect(GAP, self.status.y - height, width, height)
+        rows = self.side + GAP
+        chart = self._chart_height(rows + self.side + GAP // 2)
+        height = rows + (self.side + chart + GAP // 2 if chart else 0)
+        return Rect(GAP, self.window[1] - GAP - height, width, height)
+
+    def _chart_height(self, others: int) -> int:
+        """Return the height of the chart, px; 0 if there is none. others: height of what is beside it."""
+        height = round(TIMELINE_SHARE * self.window[1]) - others
+        return height if self.has_chart and height >= MIN_CHART * self.text_height else 0
 
     @cached_property
-    def strip(self) -> Rect:
-        """The place of the charts, above the status line; its height is 0 if none are shown or there is no room."""
-        height = round(CHARTS_SHARE * self.window[1])
-        if not self.charts or height < self.charts * 2.2 * self.text_height + self.line_height:
-            height = 0
-        return Rect(GAP, self.status.y - height, max(1, self.panel.x - 2 * GAP), height)
+    def transport(self) -> Rect:
+        """The place of the buttons of time, and of the track between them."""
+        place = self.timeline
+        return Rect(place.x + GAP, place.y + GAP // 2, place.width - 2 * GAP, self.side if self.has_controls else 0)
 
     @cached_property
     def bar(self) -> Rect:
-        """The place of the time bar, above the status line; its height is 0 if charts are shown."""
-        height = 0 if self.strip.height or not self.tools else round(0.7 * self.text_height)
-        return Rect(GAP, self.strip.y - height, self.strip.width, height)
+        """The place of the track, on which a time can be chosen."""
+        row, time = self.transport, TIME_LETTERS * self.text_height
+        left, right = row.x + self.before_track + time + GAP, row.right - self.after_track - time
+        return Rect(left, row.y, max(1, right - left), row.height)
+
+    @cached_property
+    def tabs(self) -> Rect:
+        """The place of the chart's tabs; its height is 0 if there is no chart."""
+        row = self.transport
+        height = self.side if self.has_controls and self.timeline.height > 2 * self.side else 0
+        return Rect(row.x, row.bottom + GAP // 2, row.width, height)
+
+    @cached_property
+    def strip(self) -> Rect:
+        """The place of the chart; its height is 0 if there is none."""
+        place = self.timeline
+        if not self.has_controls:
+            return place
+        if not self.tabs.height:
+            return Rect(place.x, place.bottom, place.width, 0)
+        return Rect(place.x + GAP, self.tabs.bottom, place.width - 2 * GAP, place.bottom - self.tabs.bottom - GAP // 2)
+
+    @cached_property
+    def status(self) -> Rect:
+        """The place of messages: over the lower edge of the panes, or below everything if there are no controls."""
+        if not self.has_controls:
+            return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
+        return Rect(GAP, self.timeline.y - GAP - self.side, max(1, self.pane_room - GAP), self.side)
+
+    # The column, and the panes with their palette
+
+    @cached_property
+    def panel(self) -> Rect:
+        """The place of the column, beside the panes; its width is 0 if it is closed."""
+        width = round(min(COLUMN_LETTERS * self.text_height, COLUMN_SHARE * self.window[0])) if self.has_column else 0
+        right = self.window[0] - GAP if width else self.window[0]
+        top = self.top + GAP // 2
+        return Rect(right - width, top, width, self.timeline.y - GAP - top)
+
+    @property
+    def pane_room(self) -> int:
+        """The right edge of the panes, px."""
+        return self.panel.x - GAP if self.has_column else self.window[0] - GAP
+
+    @cached_property
+    def palette_rows(self) -> int:
+        """How many rows the palette has."""
+        if not self.has_controls:
+            return 0
+        return max((row for row, _ in in_rows(self.palette_widths, self.pane_room - GAP)), default=0) + 1
+
+    @cached_property
+    def palette(self) -> Rect:
+        """The place of the palette, below the panes."""
+        height = self.palette_rows * (self.side + BETWEEN)
+        bottom = max(arena.bottom for arena in self.arenas) + EDGE
+        return Rect(GAP, bottom + GAP // 2, self.pane_room - GAP, height)
 
     @cached_property
     def columns(self) -> int:
@@ -135,8 +212,9 @@ class Layout:
     def _room(self, columns: int) -> Vector:
         """Return the width and height available to a pane's arena, px."""
         rows = math.ceil(self.panes / columns)
-        width = (self.panel.x - GAP) / columns - GAP
-        height = (self.bar.y - self.top - GAP) / rows - GAP - self.line_height
+        width = self.pane_room / columns - GAP - 2 * EDGE
+        bottom = self.timeline.y - GAP - self.palette_rows * (self.side + BETWEEN)
+        height = (bottom - self.top) / rows - GAP // 2 - 2 * EDGE - self.line_height
         return max(width, 1.0), max(height, 1.0)
 
     def _scale(self, columns: int) -> float:
@@ -144,34 +222,29 @@ class Layout:
 
     @cached_property
     def arenas(self) -> list[Rect]:
-        """Each pane's arena on the screen."""
-        width, height = self._room(self.columns)
+        """Each pane's arena on the screen. They are at the top of their room, and together in its middle."""
         size = [max(1, round(side * self._whole)) for side in self.arena]
+        across = size[0] + GAP + 2 * EDGE
+        left = GAP + EDGE + max(0, (self.pane_room - self.columns * across) // 2)
         rects = []
         for pane in range(self.panes):
             row, column = divmod(pane, self.columns)
-            x = GAP + column * (width + GAP) + (width - size[0]) / 2
-            y = self.top + GAP + row * (height + GAP + self.line_height) + self.line_height + (height - size[1]) / 2
-            rects.append(Rect(round(x), round(y), *size))
+            down = size[1] + GAP // 2 + 2 * EDGE + self.line_height
+            rects.append(Rect(left + column * across, self.top + EDGE + self.line_height + row * down, *size))
         return rects
 
     @cached_property
     def frame(self) -> list[Rect]:
-        """What the toolbar's rows, the arenas and the charts leave of the window."""
-        left = [Rect(0, self.top, self.window[0], self.window[1] - self.top)]
-        for covered in (*self.arenas, self.strip, self.panel):
+        """What the arenas, the column and the timeline leave of the window."""
+        left = [Rect(0, 0, *self.window)]
+        for covered in (*self.arenas, self.timeline, self.panel):
             left = [part for rect in left for part in _without(rect, covered)]
         return left
 
     def title(self, pane: int) -> Rect:
         """Return the place of a pane's title, right above its arena."""
         arena = self.arenas[pane]
-        return Rect(arena.x, arena.y - self.line_height, arena.width, self.line_height)
-
-    @cached_property
-    def status(self) -> Rect:
-        """The place of the status line."""
-        return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
+        return Rect(arena.x - EDGE, arena.y - EDGE - self.line_height, arena.width + 2 * EDGE, self.line_height)
 
     def to_scene(self, pane: int, point: ScreenPoint) -> Vector:
         """Turn a point of the screen into a position in the scene of a pane, px."""
@@ -203,19 +276,21 @@ def _without(rect: Rect, covered: Rect) -> list[Rect]:
     return [part for part in parts if part]
 
 
+def in_rows(widths: Sequence[int], room: int) -> list[tuple[int, int]]:
+    """Return the row of each of some widgets, and where in it they begin, px. room: width of a row, px."""
+    places, row, x = list[tuple[int, int]](), 0, 0
+    for width in widths:
+        if x and x + width > room:
+            row, x = row + 1, 0
+        places.append((row, x))
+        x += width + BETWEEN
+    return places
+
+
 layout_of = lru_cache(maxsize=16)(Layout)  # a window asks for its layout at every event, and it seldom changes
 
 
-def natural_size(arena: Vector, panes: int, desktop: tuple[int, int]) -> tuple[int, int]:
-    """Choose the size of a new window: every arena at its own size, or as large as fits on the desktop."""
-
-    def size(columns: int) -> Vector:
-        return arena[0] * columns, arena[1] * math.ceil(panes / columns)
-
-    def shrink(columns: int) -> float:
-        width, height = size(columns)
-        return min(1.0, 0.9 * desktop[0] / width, (0.9 * (1 - CHARTS_SHARE) * desktop[1] - CHROME_HEIGHT) / height)
-
-    columns = max(range(min(panes, 2), panes + 1), key=shrink)  # two side by side, whatever their shape
-    width, height = (side * shrink(columns) for side in size(columns))
-    return max(640, round(width)), max(480, round((height + CHROME_HEIGHT) / (1 - CHARTS_SHARE)))
+def natural_size(desktop: tuple[int, int]) -> tuple[int, int]:
+    """Choose the size of a new window, px."""
+    width, height = (min(round(DESKTOP_SHARE * side), most) for side, most in zip(desktop, OPENS_AT, strict=True))
+    return max(640, width), max(480, height)

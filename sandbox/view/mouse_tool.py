@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 import pygame
-from pygame import Rect, Surface
+from pygame import Surface
 from pygame.event import Event
 
 from sandbox.quantity import length
@@ -14,12 +14,12 @@ from sandbox.scene.fields import Vector
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, Lens, ScreenPoint
-from sandbox.view.move_tool import Grip, MoveTool, Tool
+from sandbox.view.move_tool import PAUSING, Grip, MoveTool, Tool
 from sandbox.view.overlay import ARROW_SECONDS
 from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import arrow, label
-from sandbox.view.time_bar import step_of_point
+from sandbox.view.track import step_of_point, track_end
 
 GRAB_DISTANCE: Final = 8  # px of the screen between the pointer and the edge of a ball that it grabs
 ZOOM_FACTOR: Final = 1.25  # by which a notch of the wheel enlarges what the panes show, or the charts' time
@@ -29,33 +29,48 @@ CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 class MouseTool:
     """The mouse over the window.
 
-    While time passes it pulls a ball. While the run is paused, it selects a ball and drags the tip of its velocity.
-    With the inspector open, it then does what the move tool is set to.
+    The hand pulls a ball while time passes; while the run is paused, it selects a ball and drags the tip of its
+    velocity. The other tools move, add and delete.
     """
 
-    def __init__(
-        self, playback: Playback, editor: Editor, layout: Callable[[], Layout], inspecting: Callable[[], bool]
-    ) -> None:
+    def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
         self._playback = playback
         self._editor = editor
         self._layout = layout
-        self._inspecting = inspecting  # whether the inspector is open
         self.move = MoveTool(playback, editor)
         self.point: ScreenPoint | None = None  # of the screen, while the mouse is over the window
-        self.scrubbing = False  # the mouse drags the time
+        self.scrubbing = False  # the mouse drags the time,
+        self._on_track = False  # on the track, or else in the chart
         self.lens = Lens()
         self._moved_from: ScreenPoint | None = None  # where the middle button has moved the panes' contents from
         self.reset()
 
     def reset(self) -> None:
         """Drop what belongs to a run, because another one begins."""
-        self.adding = False  # the next click places a ball,
-        self.copying = False  # a copy of the selected one
+        self.copying = False  # the next click places a copy of the selected ball
         self.move.let_go()
         self.aim: Vector | None = None  # px, where the selected ball's velocity is dragged to, in the mouse's pane
         self._pressed: ScreenPoint | None = None  # where the mouse went down on that ball
         self._pane = 0  # in which the mouse went down
         self._pressed_at: ScreenPoint = (0, 0)  # where it did on what it moves
+
+    @property
+    def tool(self) -> Tool:
+        """What a press of the mouse does."""
+        return self.move.tool
+
+    def choose(self, tool: Tool) -> None:
+        """Let the mouse do something else; pause if that needs it."""
+        self.release()
+        self.copying = False
+        self.move.tool = tool
+        if tool in PAUSING:
+            self._playback.paused = True
+
+    @property
+    def adding(self) -> bool:
+        """Whether the next click places a ball."""
+        return self.tool is Tool.BALL or self.copying
 
     # What the mouse is over
 
@@ -95,8 +110,7 @@ class MouseTool:
         """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
         if self.holds or self._moved_from:
             return pygame.SYSTEM_CURSOR_SIZEALL
-        draws = self._moves and self.move.tool is Tool.DRAW_WALL and self.pane is not None
-        if self.adding or draws:
+        if self.pane is not None and (self.adding or self.tool in (Tool.WALL, Tool.ERASE)):
             return pygame.SYSTEM_CURSOR_CROSSHAIR
         if self.hovered:
             return pygame.SYSTEM_CURSOR_HAND
@@ -110,7 +124,7 @@ class MouseTool:
     @property
     def _moves(self) -> bool:
         """Whether a press of the mouse may move something."""
-        return self._inspecting() and self._playback.paused and not self.adding
+        return self.tool in PAUSING and not self.copying
 
     @property
     def _reach(self) -> float:
@@ -150,12 +164,13 @@ class MouseTool:
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             layout = self._layout()
             charts, strip = self._playback.view.charts, layout.strip
-            over_time = charts.is_over_time(strip, layout.text_height, event.pos)
+            over_time = charts.is_over_time(strip, event.pos)
             mark = charts.mark_at(strip, layout.text_height, event.pos) if over_time else None
             if mark and mark.time is not None:
                 self._go_to(mark.time)
                 return
-            self.scrubbing = over_time or layout.bar.collidepoint(event.pos)
+            self._on_track = layout.bar.collidepoint(event.pos)
+            self.scrubbing = over_time or self._on_track
             self._scrub(event.pos) if self.scrubbing else self._press(event.pos)
         elif event.type == pygame.MOUSEBUTTONDOWN and event.button == 2:
             self._moved_from = event.pos if self._layout().pane_at(event.pos) is not None else None
@@ -182,7 +197,7 @@ class MouseTool:
         layout, charts, point = self._layout(), self._playback.view.charts, self.point
         if not layout.strip.height or point is None:
             return False
-        axis, over_time = charts.axis, charts.is_over_time(layout.strip, layout.text_height, point)
+        axis, over_time = charts.axis, charts.is_over_time(layout.strip, point)
         time = charts.time_at(layout.strip, layout.text_height, point[0])
         if event.type == pygame.MOUSEWHEEL and over_time:
             axis.zoom(time, ZOOM_FACTOR**-event.y)
@@ -213,6 +228,10 @@ class MouseTool:
             self.lens = self.lens.moved((x, y))
         self._moved_from = point
 
+    def zoom_by(self, factor: float) -> None:
+        """Zoom all panes about the middle of what they show."""
+        self.lens = self.lens.zoomed(factor, self.lens.centre)
+
     def show_all(self) -> None:
         """Let the panes show all of the arena."""
         self.lens = Lens()
@@ -226,9 +245,14 @@ class MouseTool:
         self._playback.settle()
         self._pane, position = pane, layout.to_scene(pane, point)
         if self.adding:
-            self.adding = False
             self._editor.copy(position) if self.copying else self._editor.add(position)
+            self.copying = False
             return
+        if self.tool is Tool.ERASE:
+            self._erase(pane, position)
+            return
+        if self._moves:
+            self._playback.paused = True
         if self._moves and self.move.press(pane, position, self._reach):
             self._pressed_at = point
             return
@@ -237,14 +261,24 @@ class MouseTool:
         near = distance * layout.scale <= GRAB_DISTANCE
         if near and not self._playback.paused:
             self._playback.give(Grab(step=view.session.step, ball=ball, at=position))
-            if self._inspecting():
-                self._editor.select(ball, pane)
+            self._editor.select(ball, pane)
         else:
             self._editor.select(ball if near else None, pane)
             self._pressed = point if near else None
-            wall = self.move.wall_at(position, self._reach) if self._inspecting() and not near else None
+            wall = None if near else self.move.wall_at(position, self._reach)
             if wall is not None:
                 self._editor.select_wall(wall)
+
+    def _erase(self, pane: int, position: Vector) -> None:
+        """Delete the ball at a position in a pane, px of the scene, or else the wall there."""
+        view = self._playback.view
+        nearest, distance = ball_at(view.panes[pane].state, view.moment.scene.bodies.radius, position)
+        ball = nearest if distance <= 0 else None
+        wall = self.move.wall_at(position, self._reach)
+        if ball is None and wall is not None:
+            self._editor.select_wall(wall)
+        if ball is not None or wall is not None:
+            self._editor.delete(ball)
 
     def _drag(self, point: ScreenPoint) -> None:
         """Pull what is held to a point of the screen."""
@@ -274,9 +308,9 @@ class MouseTool:
     def _scrub(self, point: ScreenPoint) -> None:
         """Pause, and go to the time at a point of the charts or of the time bar."""
         layout, view = self._layout(), self._playback.view
-        if layout.bar.height:
+        if self._on_track:
             self._playback.paused = True
-            self._playback.seek(step_of_point(layout.bar, point[0], view.session.end))
+            self._playback.seek(step_of_point(layout.bar, point[0], track_end(view.session)))
         else:
             self._go_to(view.charts.time_at(layout.strip, layout.text_height, point[0]))
 
@@ -288,20 +322,15 @@ class MouseTool:
     # Actions that depend on where the mouse is
 
     def add_ball(self) -> None:
-        """Add a ball at the mouse; if that is on the toolbar, let the next click place it."""
+        """Add a ball at the mouse, or else near the middle."""
         self.release()
         self.copying = False
-        if self.point and Rect(self.point, (1, 1)).collidelist(self._layout().toolbar) >= 0:
-            self.adding = not self.adding
-        else:
-            self.adding = False
-            self._editor.add(self.position)
+        self._editor.add(self.position)
 
-    def place_ball(self, *, copying: bool = False) -> None:
-        """Let the next click place a ball, or a copy of the selected one; if that was so already, let it not."""
+    def copy_ball(self) -> None:
+        """Let the next click place a copy of the selected ball; if that was so already, let it not."""
         self.release()
-        self.adding = not (self.adding and self.copying == copying)
-        self.copying = copying
+        self.copying = not self.copying
 
     def delete_ball(self) -> None:
         """Delete the ball under the mouse, or else the selected ball or wall."""

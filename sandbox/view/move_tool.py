@@ -16,20 +16,33 @@ from sandbox.scene.model import ARENA_WALLS, Scene, Wall
 from sandbox.scene.walls import segment_distance
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout
-from sandbox.view.palette import ACCENT, palette
+from sandbox.view.palette import palette
 from sandbox.view.playback import Playback
 from sandbox.view.primitives import draw_wall, label
+from sandbox.view.theme import theme
 
 Line = tuple[Vector, Vector, float]  # the ends of a wall and its thickness, px
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
 
 
 class Tool(Enum):
-    """What a drag does while the run is paused and the inspector is open."""
+    """What the mouse does in a pane."""
 
-    MOVE = "move"
-    THROW = "throw"
-    DRAW_WALL = "draw wall"
+    HAND = "Hand"
+    MOVE = "Move"
+    BALL = "Ball"
+    WALL = "Wall"
+    ERASE = "Erase"
+
+
+DOES: Final = {  # what a press of the mouse does with each tool
+    Tool.HAND: "pull a ball while time passes; set its velocity while it stands still",
+    Tool.MOVE: "move a ball, a wall, or the end of a wall, in every engine; pauses",
+    Tool.BALL: "add a ball where you click, like the selected one or the last",
+    Tool.WALL: "draw a wall from here to there; pauses",
+    Tool.ERASE: "delete the ball or the wall that you click",
+}
+PAUSING: Final = (Tool.MOVE, Tool.WALL)  # what is to be moved must stand still
 
 
 @dataclass(frozen=True)
@@ -51,7 +64,7 @@ class MoveTool:
     def __init__(self, playback: Playback, editor: Editor) -> None:
         self._playback = playback
         self._editor = editor
-        self.tool = Tool.MOVE
+        self.tool = Tool.HAND
         self.thickness = 4.0  # px, of walls to be drawn
         self.let_go()
 
@@ -67,7 +80,7 @@ class MoveTool:
 
     def grip_at(self, pane: int, position: Vector, reach: float) -> Grip | None:
         """Return what the mouse would hold at a position in a pane, px of the scene. reach: how near it must be, px."""
-        if self.tool is Tool.DRAW_WALL:
+        if self.tool is Tool.WALL:
             return Grip(self._scene.arena.nearest_inside(position))
         state, scene = self._playback.view.panes[pane].state, self._scene
         to_ball = length(state.position - position) - scene.bodies.radius
@@ -85,7 +98,7 @@ class MoveTool:
     def press(self, pane: int, position: Vector, reach: float) -> bool:
         """Hold what is at a position, and select it. Return whether there is something to move, or a wall to draw."""
         grip = self.grip_at(pane, position, reach)
-        if grip is None or (grip.ball is not None and self.tool is Tool.THROW):
+        if grip is None:
             return False
         if grip.wall is not None:
             self._editor.select_wall(len(ARENA_WALLS) + grip.wall)
@@ -105,7 +118,7 @@ class MoveTool:
         self.let_go()
         if edit is not None:
             walls = len(self._scene.walls)
-            self._playback.give(edit)
+            self._editor.give(edit)
             if len(self._scene.walls) > walls:
                 self._editor.select_wall(len(ARENA_WALLS) + walls)
 
@@ -154,7 +167,7 @@ class MoveTool:
                 _mark(inside, layout, scene.wall_line(wall), has_handles=wall >= len(ARENA_WALLS))
             if hovered and hovered.ball is not None and self.grip is None:
                 position = self._playback.view.panes[pane].state.position[hovered.ball]
-                _ring(inside, layout, position.tolist(), float(scene.bodies.radius[hovered.ball]), ACCENT)
+                _ring(inside, layout, position.tolist(), float(scene.bodies.radius[hovered.ball]), theme.accent)
         edit = self.edit
         if edit is not None:
             self._draw_edit(surface, layout, edit)
@@ -205,9 +218,9 @@ def _mark(surface: Surface, layout: Layout, line: Line, *, has_handles: bool) ->
     """Draw a line along a wall, and a ring at each of its ends, which can be dragged if it has handles."""
     start, to, thickness = line
     thinnest = 0 if has_handles else layout.text_height / 2 / layout.scale  # of which half is in the pane
-    draw_wall(surface, ACCENT, (start, to), max(thickness / 3, thinnest), layout.scale, layout.origin)
+    draw_wall(surface, theme.accent, (start, to), max(thickness / 3, thinnest), layout.scale, layout.origin)
     for end in (start, to) if has_handles else ():
-        _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, ACCENT)
+        _ring(surface, layout, end, HANDLE * layout.text_height / layout.scale, theme.accent)
 
 
 def _ring(surface: Surface, layout: Layout, centre: Vector, radius: float, colour: Color) -> None:

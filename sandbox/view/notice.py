@@ -1,4 +1,4 @@
-"""A message to the user, which is shown in the status line for some seconds."""
+"""A message to the user, which is shown over the panes for some seconds."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,9 +7,19 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
+import pygame
+from pygame import Color, Rect, Surface
+
 from sandbox.errors import SandboxError
+from sandbox.view.palette import GREEN, VERMILLION
+from sandbox.view.primitives import text_width, wrapped, write
+from sandbox.view.theme import readable, theme
 
 SECONDS_SHOWN: Final = 6.0
+
+
+MAX_LINES: Final = 4
+SIGN_INK: Final = Color("white")
 
 
 class Kind(Enum):
@@ -56,3 +66,28 @@ class Notice:
             yield
         except SandboxError as error:
             self.show(str(error), Kind.ERROR)
+
+
+SIGNS: Final = {Kind.HINT: "", Kind.DONE: "OK", Kind.ERROR: "!"}  # not everybody distinguishes the colours
+GROUNDS: Final = {Kind.DONE: readable(Color(GREEN), SIGN_INK), Kind.ERROR: readable(Color(VERMILLION), SIGN_INK)}
+
+
+def draw_notice(surface: Surface, place: Rect, height: int, message: str, kind: Kind) -> None:
+    """Write a message over the lower edge of a place, after a sign on the colour of its kind. height: of the text."""
+    sign, line = SIGNS[kind], round(1.45 * height)
+    chip_width = text_width(sign, height) + height if sign else 0
+    lines = wrapped(message, place.width - chip_width - 3 * height, height)[:MAX_LINES]
+    width = max(text_width(text, height) for text in lines) + chip_width + 3 * height
+    card = Rect(0, 0, min(width, place.width), len(lines) * line + height)
+    card.midbottom = place.midbottom
+    pygame.draw.rect(surface, theme.raised, card, border_radius=6)
+    pygame.draw.rect(surface, theme.dim, card, 1, border_radius=6)
+    left = card.x + height
+    if sign:
+        chip = Rect(left, card.y + height // 2, chip_width, line)
+        pygame.draw.rect(surface, GROUNDS[kind], chip, border_radius=height // 4)
+        write(surface, sign, chip.move(height // 2, 0), SIGN_INK, height, bold=True)
+        left = chip.right + height // 2
+    for number, text in enumerate(lines):
+        row = Rect(left, card.y + height // 2 + number * line, card.right - left - height // 2, line)
+        write(surface, text, row, theme.ink, height)

@@ -11,10 +11,10 @@ from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.layers import Layer
 from sandbox.view.layout import Layout
-from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.picture import save_picture
 from sandbox.view.primitives import write
 from sandbox.view.session_view import SessionView
+from sandbox.view.theme import theme
 from sandbox.view.video import VIDEO_FORMATS
 
 MIN_SIDE: Final = 64  # px
@@ -37,7 +37,9 @@ class Camera:
         self.showing = showing
         self.view = SessionView(scene, engines, inputs)
         self.surface = Surface(size)
-        self.layout = Layout(size, scene.arena.size, len(self.view.panes), charts=self.view.chart_count(showing))
+        self.layout = Layout(
+            size, scene.arena.size, len(self.view.panes), has_chart=bool(self.view.chart_count(showing))
+        )
 
     def go_to(self, step: int) -> None:
         """Run to a step and update what is drawn."""
@@ -49,10 +51,10 @@ class Camera:
     def draw(self) -> Surface:
         """Draw the current step, and return the surface."""
         layout, moment = self.layout, self.view.moment
-        self.surface.fill(FRAME)
+        self.surface.fill(theme.ground)
         self.view.draw(self.surface, layout, self.showing)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
-        write(self.surface, caption, layout.status, FAINT, layout.text_height)
+        write(self.surface, caption, layout.status, theme.dim, layout.text_height)
         return self.surface
 
 

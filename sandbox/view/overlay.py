@@ -14,12 +14,13 @@ from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 from sandbox.view.layers import Layer
 from sandbox.view.palette import contrast, palette
-from sandbox.view.primitives import arrow, lettering
+from sandbox.view.primitives import MIN_DASHED, arrow, lettering, ring
 from sandbox.view.recent import CONTACT_SECONDS, RecentContacts, Trail
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
 MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take half a second a frame
+MAX_RING: Final = 200  # px; larger outlines are drawn without smooth edges
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
@@ -148,11 +149,17 @@ class Overlay:
         """Draw the outlines of the reference's balls."""
         if self._ghosts is None:
             return
-        centres, width = self._at(self._ghosts.position).tolist(), max(2, self.width)
-        balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
-        for (x, y), radius, colour in balls:
+        centres, width, inside = self._at(self._ghosts.position), max(2, self.width), self.surface.get_rect()
+        balls = zip(centres.round().astype(int).tolist(), self.scene.bodies.radius, self.scene.colors, strict=True)
+        for centre, radius, colour in balls:
             px = max(2, round(radius * self._scale))
-            pygame.draw.circle(self.surface, rgb(colour), (round(x), round(y)), px, width)
+            if px > MAX_RING:
+                pygame.draw.circle(self.surface, rgb(colour), centre, px, width)
+                continue
+            picture = ring(px, rgb(colour), 1 if px < MIN_DASHED else width)
+            place = picture.get_rect(center=centre)
+            if place.colliderect(inside):
+                self.surface.blit(picture, place)
 
     def pull(self, ball: int, target: Vector) -> None:
         """Draw a ring round a held ball, and the line from it to where it is pulled, px of the scene."""

@@ -9,15 +9,10 @@ from pygame import Color
 
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import PALETTE, rgb
-
-FRAME: Final = Color("#22262b")  # around the panes
-RAISED: Final = Color("#3a4047")  # buttons and fields on the frame
-INK: Final = Color("#e8eaed")
-FAINT: Final = Color("#9aa0a6")
-DARK_BACKGROUND: Final = "#14181d"
+from sandbox.view.theme import luminance, readable, theme
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
-ACCENT: Final = Color(SKY)  # buttons that are on, and what is chosen
+GLARE: Final = 0.3  # luminance of a background that would glare in a dark window
 YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, as it is hardly visible on white
 
 
@@ -38,33 +33,44 @@ class Palette:
     is_dark: bool
 
     def engines(self, names: Iterable[str]) -> dict[str, Color]:
-        """Return the colour of each engine in a run."""
-        return {name: Color(colour) for name, colour in colours_of(names, dark=self.is_dark).items()}
+        """Return the colour of each engine in a run: that of its line and of its name, which can be read."""
+        colours = colours_of(names, dark=self.is_dark)
+        return {name: readable(Color(colour), self.ground) for name, colour in colours.items()}
+
+
+def palette(background: str) -> Palette:
+    """Choose colours that stand out from a scene's background, which the dark theme replaces if it would glare."""
+    ground = Color(*rgb(background))
+    if theme.is_dark and luminance(ground) > GLARE:
+        ground = theme.pane
+    return _palette((ground.r, ground.g, ground.b))
+
+
+def chart_palette() -> Palette:
+    """Return the colours of charts."""
+    return _palette((theme.raised.r, theme.raised.g, theme.raised.b))
 
 
 @lru_cache(maxsize=64)
-def palette(background: str) -> Palette:
-    """Choose colours that stand out from a background."""
-    ground, ink = Color(*rgb(background)), contrast(background)
+def _palette(ground: tuple[int, int, int]) -> Palette:
+    ink = contrast_with(Color(*ground))
     dark = ink == Color("white")
     return Palette(
-        ground=ground,
+        ground=Color(*ground),
         ink=ink,
-        faint=ground.lerp(ink, 0.15),
-        law=ground.lerp(ink, 0.4),
+        faint=Color(*ground).lerp(ink, 0.12),
+        law=Color(*ground).lerp(ink, 0.4),
         momentum=Color(ORANGE if dark else PURPLE),
         contact=Color(YELLOW if dark else VERMILLION),
         is_dark=dark,
     )
 
 
-def chart_background(background: str) -> str:
-    """Choose the charts' background: light or dark like a scene's, but never a colour that hides a line."""
-    return "white" if contrast(background) == Color("black") else DARK_BACKGROUND
-
-
-@lru_cache(maxsize=64)
 def contrast(background: str) -> Color:
-    """Choose black or white, whichever stands out from a background."""
-    red, green, blue = rgb(background)
-    return Color("black") if 0.299 * red + 0.587 * green + 0.114 * blue > 128 else Color("white")
+    """Choose black or white, whichever stands out from a colour."""
+    return contrast_with(Color(*rgb(background)))
+
+
+def contrast_with(ground: Color) -> Color:
+    """Choose black or white, whichever stands out from a ground."""
+    return Color("black") if 0.299 * ground.r + 0.587 * ground.g + 0.114 * ground.b > 128 else Color("white")

@@ -3,11 +3,13 @@
 from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
+import pygame
 from pygame import Color, Rect, Surface
 
 from sandbox.engines import Engine
 from sandbox.engines.pymunk import PymunkEngine
 from sandbox.engines.stopping import StoppedEngine, StoppingEngine
+from sandbox.errors import EngineError, LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -15,18 +17,21 @@ from sandbox.session.samples import change_of_energy, share_of_energy
 from sandbox.state import State
 from sandbox.view.debug_draw import DebugDraw
 from sandbox.view.discs import Discs
-from sandbox.view.error_card import draw_failure_card
 from sandbox.view.layers import Layer
-from sandbox.view.layout import Layout
+from sandbox.view.layout import EDGE, Layout
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS, Overlay
-from sandbox.view.palette import INK, chart_background, contrast, palette
+from sandbox.view.palette import chart_palette, palette
 from sandbox.view.pixels import fill
-from sandbox.view.primitives import draw_wall, line_sample, shortened, text_width, write
+from sandbox.view.primitives import card, draw_wall, shortened, text_width, wrapped, write
 from sandbox.view.recent import RecentContacts, Trail
+from sandbox.view.theme import theme
 
 TITLE_GAP: Final = "    "  # between the parts of a title
-KEPT: Final = "kept"
-MIN_CHANGE: Final = 1e-3  # % of the energy; less counts as none
+AS_IT_SHOULD_BE: Final = "energy as it should be"
+BATCH: Final = "drawn in one batch"
+PLAIN: Final = "plain debug-draw"
+MAX_FAILURE_LINES: Final = 8  # of the reason why an engine stands still
+MIN_CHANGE: Final = 5e-3  # % of the energy; less counts as none
 
 
 class Pane:
@@ -36,6 +41,9 @@ class Pane:
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
+    error = 0.0  # of the energy: by how much it is off, in % if there is a scale
+    is_alone = is_reference = False
+    plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
     def __init__(self, moment: Moment, name: str, engine: Engine) -> None:
         self.name = name
@@ -58,7 +66,10 @@ class Pane:
         self._live = live
         self.failure = engine.error if isinstance(engine, StoppingEngine | StoppedEngine) else None
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
-            self._drawn, self.debug_draw = engine, DebugDraw(engine.space, contrast(moment.scene.arena.background))
+            self._drawn, self.debug_draw = (
+                engine,
+                DebugDraw(engine.space, moment.scene.colors, palette(moment.scene.arena.background).ink),
+            )
         if afresh or moment.scene is not self.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
         self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
@@ -69,18 +80,13 @@ class Pane:
 
     @property
     def title(self) -> str:
-        """The engine, what its energy has become, by itself and by hand, and its number of contacts."""
-        hand = [f"by hand {self.hand_text}"] if self.hand_text else []
-        return TITLE_GAP.join([self.name, f"energy {self.energy_text}", *hand, f"contacts {self.contacts}"])
+        """The engine, and its energy beside what it should have."""
+        return f"{self.name}{TITLE_GAP}{self.energy_text}"
 
     @property
     def energy_text(self) -> str:
-        """What the engine lost or made, see `share_of_energy`: "kept" if that is too little to show."""
-        change = change_of_energy(self.energy, self.energy_at_start, self.work)
-        change = share_of_energy(change, self.energy_scale)
-        if not self.energy_scale:
-            return f"{change:+.3g} kg px²/s²"
-        return f"{change:+.3g} %" if abs(change) >= MIN_CHANGE else KEPT
+        """How the engine's energy compares with what it should have, in words."""
+        return energy_in_words(self.error, self.energy_scale, is_alone=self.is_alone)
 
     @property
     def hand_text(self) -> str:
@@ -89,6 +95,17 @@ class Pane:
             return ""
         work = share_of_energy(self.work, self.energy_scale)
         return f"{work:+,.3g} {'%' if self.energy_scale else 'kg px²/s²'}"
+
+    @property
+    def loss_text(self) -> str:
+        """What the engine has lost or made since the start, rightly or not."""
+        change = share_of_energy(change_of_energy(self.energy, self.energy_at_start, self.work), self.energy_scale)
+        return f"{0.0 if abs(change) < MIN_CHANGE else change:+,.3g} {'%' if self.energy_scale else 'kg px²/s²'}"
+
+    def recolour(self) -> None:
+        """Draw in the colours of the theme."""
+        if self.debug_draw:
+            self.debug_draw.recolour(palette(self.scene.arena.background).ink)
 
     def draw(
         self,
@@ -118,12 +135,14 @@ class Pane:
             origin=origin,
         )
         fill(inside, overlay.palette.ground)
+        self._draw_frame(surface, layout.arenas[index])
         for layer, draw in BELOW_BALLS.items():
             if layer in showing:
                 draw(overlay)
         if self.debug_draw:
+            self.debug_draw.plain = self.plain
             past = None if self._live else (self.scene, self.state)
-            self.debug_draw.draw(inside, scale, self._discs, past, origin)
+            self.debug_draw.draw(inside, scale, past, origin)
         else:
             draw_walls(inside, self.scene, scale, origin)
             self._discs.draw(inside, self.state.position, scale, self.state.angle, origin)
@@ -137,29 +156,68 @@ class Pane:
         self._draw_title(surface, layout, index, colour, outlined)
 
     def _draw_title(self, surface: Surface, layout: Layout, index: int, colour: Color, outlined: str) -> None:
-        """Draw a sample of the engine's line in the charts, and as much of the title as there is room for.
-
-        A change of the energy stays to the last, without that word; a long name is cut for it.
-        """
+        """Draw the engine after its colour, and its energy; what has no room is left out."""
         place, height = layout.title(index), layout.text_height
-        if layout.strip.height:
-            sample = Rect(place.x, place.y, 2 * height, place.height)
-            line_sample(surface, sample, colour, palette(chart_background(self.scene.arena.background)).ground, height)
-            place = Rect(sample.right + height // 2, place.y, place.right - sample.right - height // 2, place.height)
-        parts = self.title.split(TITLE_GAP)
-        if outlined:
-            parts.insert(2, f"outlines: {outlined}")
-        while len(parts) > 2 and text_width(TITLE_GAP.join(parts), height) > place.width:
-            parts.pop()
-        if text_width(TITLE_GAP.join(parts), height) > place.width:
-            parts[1:] = [] if self.energy_text == KEPT else [self.energy_text]
-        parts[0] = shortened(parts[0], place.width - text_width(TITLE_GAP.join(["", *parts[1:]]), height), height)
-        write(surface, TITLE_GAP.join(parts), place, INK, height)
+        swatch = Rect(place.x, 0, round(0.85 * height), round(0.85 * height))
+        swatch.centery = place.centery
+        pygame.draw.rect(surface, colour, swatch, border_radius=3)
+        left = swatch.right + height // 2
+        is_off = self.energy_text != AS_IT_SHOULD_BE and not self.is_reference
+        energy = "the reference" if self.is_reference else self.energy_text
+        if text_width(f"{self.name}  {energy}", height, bold=True) > place.right - left:
+            energy = energy.partition(" than")[0]
+        room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
+        name = shortened(self.name, max(room, 3 * height), height)
+        left = write(surface, name, Rect(left, place.y, place.right - left, place.height), theme.ink, height, bold=True)
+        left += round(0.8 * height)
+        line = Rect(left, place.y, place.right - left, place.height)
+        if text_width(energy, height, bold=is_off) <= line.width:
+            left = write(surface, energy, line, colour if is_off else theme.dim, height, bold=is_off)
+        remarks = [f"outlines: {outlined}"] * bool(outlined) + [BATCH] * self.draws_batch + [PLAIN] * self.plain
+        for remark in remarks:
+            width = text_width(remark, height)
+            if left + height + width <= place.right:
+                place.width -= width
+                write(surface, remark, Rect(place.right, place.y, width + 1, place.height), theme.dim, height)
+                place.width -= height
+
+    @property
+    def draws_batch(self) -> bool:
+        """Whether Pymunk's debug-draw has too many shapes, so that a batch draws them."""
+        return self.debug_draw is not None and self._live and self.debug_draw.is_batch
+
+    def _draw_frame(self, surface: Surface, arena: Rect) -> None:
+        """Draw the arena's walls as a frame, or its edge as a thin line."""
+        edge = EDGE if self.scene.arena.walls else 1
+        pygame.draw.rect(surface, theme.wall, arena.inflate(2 * edge, 2 * edge), edge, border_radius=edge)
+
+
+def energy_in_words(error: float, scale: float, *, is_alone: bool = False) -> str:
+    """Return how an energy compares with what it should be. error: in % if there is a scale, else kg px²/s²."""
+    if abs(error) < MIN_CHANGE:
+        return AS_IT_SHOULD_BE
+    beside = "at the start" if is_alone else "it should have"
+    return f"{amount_text(error, scale)} {'less' if error < 0 else 'more'} than {beside}"
+
+
+def amount_text(error: float, scale: float) -> str:
+    """Return the size of an error of energy, with its unit."""
+    size = abs(error)
+    return f"{f'{size:,.0f}' if size >= 9.95 else f'{size:.2g}'} {'%' if scale else 'kg px²/s²'}"
+
+
+def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: EngineError | LimitReached) -> None:
+    """Draw in the place of an arena why its engine failed or reached a limit, and when."""
+    height = layout.text_height
+    how = f"failed at {error.time:.3f} s, and stands still" if isinstance(error, EngineError) else "stands still"
+    text = f"{how}: {error}"
+    lines = wrapped(text, place.width - 4 * height, height, "    ")[:MAX_FAILURE_LINES]
+    card(surface, [[line] for line in lines], place.topleft, height, place)
 
 
 def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
     """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
-    ink = contrast(scene.arena.background)
+    ink = palette(scene.arena.background).ink
     for wall in scene.walls:
         draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 
@@ -173,9 +231,9 @@ def draw_panes(
     states: Mapping[str, State],
 ) -> None:
     """Draw every pane. The ghosts are the balls of the reference, if that runs; states: of all engines."""
-    background = panes[0].scene.arena.background
-    colours = palette(chart_background(background)).engines([*(pane.name for pane in panes), reference])
+    colours = chart_palette().engines([*(pane.name for pane in panes), reference])
     for index, pane in enumerate(panes):
+        pane.is_reference = pane.name == reference and len(panes) > 1
         ghosts = states.get(reference) if pane.name != reference else None
         outlined = reference if ghosts is not None and Layer.GHOSTS in showing else ""
         pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, outlined)

@@ -14,9 +14,9 @@ from sandbox.judge.causes import Cause
 from sandbox.session.history import Moment
 from sandbox.state import no_contacts
 from sandbox.view.layout import Layout
-from sandbox.view.palette import FAINT, FRAME
 from sandbox.view.pane import Pane, draw_panes
 from sandbox.view.primitives import write
+from sandbox.view.theme import theme
 
 PICTURE_SIZE: Final = (1280, 560)  # px
 
@@ -25,7 +25,7 @@ def draw_picture(comparison: Comparison) -> Surface:
     """Draw the end of each engine's run in a pane, as the window does."""
     scene = comparison.scene
     surface = Surface(PICTURE_SIZE)
-    surface.fill(FRAME)
+    surface.fill(theme.ground)
     layout = Layout(PICTURE_SIZE, scene.arena.size, len(comparison.runs))
     panes = []
     end = Moment(
@@ -52,7 +52,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         panes.append(pane)
     draw_panes(surface, layout, panes, (), comparison.against, end.states)
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
-    write(surface, caption, layout.status, FAINT, layout.text_height)
+    write(surface, caption, layout.status, theme.dim, layout.text_height)
     return surface
 
 

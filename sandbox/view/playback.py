@@ -9,9 +9,9 @@ from typing import Final
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
+from sandbox.view.events import Stopped
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.pace import Pace
-from sandbox.view.pending import Stopped
 from sandbox.view.session_view import SessionView
 
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
@@ -40,7 +40,8 @@ class Playback:
         The garbage collector leaves its objects alone: it would go through those of Pymunk and numba again and again,
         for longer than a frame. The former session's are collected here.
         """
-        view.charts.show(self.view.charts.chosen)
+        view.charts.show_as(self.view.charts)
+        view.plain = self.view.plain
         self.view = view
         self.pace.restart()
         gc.unfreeze()

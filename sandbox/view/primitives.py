@@ -5,6 +5,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from functools import lru_cache
+from importlib.resources import files
 from itertools import accumulate, pairwise
 from typing import Final
 
@@ -14,10 +15,16 @@ from pygame import Color, Rect, Surface
 
 from sandbox.state import Floats
 from sandbox.text import printable
-from sandbox.view.palette import FAINT, FRAME, INK, Palette
+from sandbox.view.palette import Palette
 from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stamp_lines
+from sandbox.view.theme import theme
 
+FACES: Final = files("font_source_sans_pro") / "files"
+FALLBACK: Final = "notosanscjksc,notosanscjkjp,wenquanyimicrohei,microsoftyahei,pingfangsc,hiraginosans,dejavusans"
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
+RING_SCALE: Final = 4  # rings are drawn larger and scaled down
+MIN_DASHED: Final = 8  # px, radius of a ring; dashes of smaller ones would not be seen
+DASH: Final = 9  # px, of a ring, with the gap after it
 EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's walls after rounding, is not drawn
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
@@ -28,31 +35,40 @@ Point = Sequence[float]
 Ink = Color | tuple[int, ...]
 
 
-@lru_cache(maxsize=64)
-def font(height: int) -> pygame.font.Font:
-    """Return pygame's own font, which is the same on every machine. height: px."""
+@lru_cache(maxsize=256)
+def font(height: int, *, bold: bool = False, fallback: bool = False) -> pygame.font.Font:
+    """Return a font, the same on every machine; fallback: the system's, with more characters. height: px."""
     pygame.font.init()
-    return pygame.font.Font(None, round(1.4 * height))
+    if fallback:
+        return pygame.font.Font(pygame.font.match_font(FALLBACK, bold), round(0.95 * height))
+    return pygame.font.Font(str(FACES / f"SourceSansPro-{'Semibold' if bold else 'Regular'}.ttf"), round(1.15 * height))
 
 
-@lru_cache(maxsize=1024)
-def _line(text: str, colour: tuple[int, int, int, int], height: int) -> Surface:
-    width = _width(text, height)
+def _face(text: str, height: int, *, bold: bool) -> pygame.font.Font:
+    """Return the font that a text is written in: the fallback if the usual one lacks a character of it."""
+    usual = font(height, bold=bold)
+    missing = usual.metrics("\uffff")[0]
+    return usual if text.isascii() or missing not in usual.metrics(text) else font(height, bold=bold, fallback=True)
+
+
+@lru_cache(maxsize=2048)
+def _line(text: str, colour: tuple[int, int, int, int], height: int, *, bold: bool) -> Surface:
+    width = _width(text, height, bold=bold)
     if not width:
         return Surface((0, height))
-    large = font(TEXT_SCALE * height).render(drawable(text), True, colour)
+    large = _face(drawable(text), TEXT_SCALE * height, bold=bold).render(drawable(text), True, colour)
     return pygame.transform.smoothscale(large, (width, round(large.get_height() / TEXT_SCALE)))
 
 
-@lru_cache(maxsize=1024)
-def _width(text: str, height: int) -> int:
-    return round(font(TEXT_SCALE * height).size(drawable(text))[0] / TEXT_SCALE)
+@lru_cache(maxsize=2048)
+def _width(text: str, height: int, *, bold: bool = False) -> int:
+    return round(_face(drawable(text), TEXT_SCALE * height, bold=bold).size(drawable(text))[0] / TEXT_SCALE)
 
 
-@lru_cache(maxsize=1024)
-def text_width(text: str, height: int) -> int:
+@lru_cache(maxsize=2048)
+def text_width(text: str, height: int, *, bold: bool = False) -> int:
     """Return the width of a line of text, px."""
-    return sum(_width(piece, height) for piece in _PIECE.findall(drawable(text)))
+    return sum(_width(piece, height, bold=bold) for piece in _PIECE.findall(drawable(text)))
 
 
 def fitting(width: int, room: int, height: int) -> int:
@@ -65,21 +81,21 @@ def drawable(text: str) -> str:
     return printable(text[:MAX_LETTERS])
 
 
-def lettering(text: str, colour: Color, height: int) -> Surface:
+def lettering(text: str, colour: Color, height: int, *, bold: bool = False) -> Surface:
     """Return a line of text on a clear surface of its size. The surface is shared: do not draw on it."""
-    return _line(text, (colour.r, colour.g, colour.b, colour.a), height)
+    return _line(text, (colour.r, colour.g, colour.b, colour.a), height, bold=bold)
 
 
-def write(surface: Surface, text: str, place: Rect, colour: Color, height: int) -> int:
+def write(surface: Surface, text: str, place: Rect, colour: Color, height: int, *, bold: bool = False) -> int:
     """Write a line of text at half of a place's height, cut off at its right edge; return its right end.
 
     Its digits are drawn one by one: what is between them is the same in every frame, and found in the cache.
     """
     x = place.x
     for piece in _PIECE.findall(drawable(text)):
-        line = lettering(piece, colour, height)
+        line = lettering(piece, colour, height, bold=bold)
         room = max(0, place.right - x)
-        surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, place.height))
+        surface.blit(line, (x, place.centery - line.get_height() // 2), (0, 0, room, line.get_height()))
         x += line.get_width()
     return min(x, place.right)
 
@@ -158,6 +174,22 @@ def _fill_rows(surface: Surface, colour: Ink, ends: Sequence[Point], radius: flo
         surface.fill(colour, (int(left[row]), row, int(right[row] - left[row]), 1))
 
 
+@lru_cache(maxsize=256)
+def ring(radius: int, colour: tuple[int, int, int], width: int) -> Surface:
+    """Return a smooth ring on a clear surface, dashed unless it is small. radius, width: px."""
+    size = RING_SCALE * (2 * radius + 4)
+    large = Surface((size, size), pygame.SRCALPHA)
+    large.fill((*colour, 0))
+    pygame.draw.circle(large, colour, (size / 2, size / 2), RING_SCALE * radius, RING_SCALE * width)
+    if radius >= MIN_DASHED:
+        dashes = max(8, round(math.tau * radius / DASH))
+        for k in range(dashes):
+            corners = [(math.cos(a), math.sin(a)) for a in ((k + part) / dashes * math.tau for part in (0, 0.4))]
+            wedge = [(size / 2 * (1 + 2 * x), size / 2 * (1 + 2 * y)) for x, y in corners]
+            pygame.draw.polygon(large, (*colour, 0), [(size / 2, size / 2), *wedge])
+    return pygame.transform.smoothscale(large, (2 * radius + 4, 2 * radius + 4))
+
+
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:
     """Draw smooth lines, 1 px wide. ends: (n, 4) whole px, x and y of both ends of each."""
     if has_kernels(surface):
@@ -195,7 +227,7 @@ def card(surface: Surface, lines: Sequence[Sequence[str]], near: Point, height: 
     for number, row in enumerate(lines):
         for column, text in enumerate(row):
             cell = Rect(place.x + stops[column], place.y + pad // 2 + number * line_height, place.width, line_height)
-            write(surface, text, cell.clip(place), FAINT if number and not column else INK, height)
+            write(surface, text, cell.clip(place), theme.dim if number and not column else theme.ink, height)
 
 
 def label(surface: Surface, text: str, near: Point, height: int, within: Rect, colours: Palette) -> None:
@@ -208,5 +240,5 @@ def label(surface: Surface, text: str, near: Point, height: int, within: Rect, c
 
 def panel(surface: Surface, place: Rect) -> None:
     """Draw the background of something that lies over everything else."""
-    pygame.draw.rect(surface, FRAME, place, border_radius=6)
-    pygame.draw.rect(surface, FAINT, place, 1, border_radius=6)
+    pygame.draw.rect(surface, theme.raised, place, border_radius=6)
+    pygame.draw.rect(surface, theme.dim, place, 1, border_radius=6)

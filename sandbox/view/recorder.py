@@ -43,7 +43,10 @@ class Recorder:
     def stop(self) -> None:
         """Save the recording, if there is one."""
         video, self.video = self.video, None
-        if video:
+        if video and not video.frames:
+            video.discard()
+            self._notice.show("nothing was recorded: a window that is paused is not")
+        elif video:
             with self._notice.reporting():
                 video.save()
                 self._notice.show_saved(video.path)

@@ -9,12 +9,14 @@ from typing import Final
 import pygame
 from pygame import Surface
 
-from sandbox.run.inputs import write_run
+from sandbox.files import whole_file
+from sandbox.run.inputs import Input, write_run
 from sandbox.scene.files import TRUTHS, bundled, write
 from sandbox.scene.model import Scene
-from sandbox.view.notice import Notice
+from sandbox.view.notice import Kind, Notice
 from sandbox.view.picture import save_picture
 from sandbox.view.playback import Playback
+from sandbox.view.pymunk_code import pymunk_code
 
 TEXT_TYPES: Final = (pygame.SCRAP_TEXT, "text/plain;charset=utf-8")  # SDL's clipboard accepts only the second
 
@@ -25,6 +27,7 @@ class Saver:
     def __init__(self, playback: Playback, notice: Notice) -> None:
         self._playback = playback
         self._notice = notice
+        self.saved: list[Input] = []  # the inputs of the run when it was last saved
 
     def file_name(self, ending: str) -> str:
         """Return a file's name made of the scene, its seed and the step shown."""
@@ -38,6 +41,7 @@ class Saver:
         name = self.free_name(".toml")
         with self._notice.reporting():
             write(view.moment.scene, name, view.panes[pane].state)
+            self.saved = list(view.session.inputs)
             self._notice.show_saved(name, f": the balls as in {view.panes[pane].name}")
 
     def save_inputs(self) -> None:
@@ -46,10 +50,24 @@ class Saver:
         name = self.free_name(".jsonl")
         with self._notice.reporting():
             write_run(session.start, session.given(), session.step, name)
+            self.saved = list(session.inputs)
             engines = shlex.quote(",".join(session.names))
             command = f"sandbox run {_argument(session.start)} --engines {engines} --inputs {shlex.quote(name)}"
             copied = "; copied" if _copy(command) else ""
             self._notice.show_saved(name, f"{copied}: {command}")
+
+    def copy_code(self, pane: int) -> None:
+        """Copy the balls as they are in a pane to the clipboard, as a program for Pymunk; or save it without one."""
+        self._playback.settle()
+        view = self._playback.view
+        code = pymunk_code(view.moment.scene, view.panes[pane].state)
+        if _copy(code):
+            self._notice.show("copied: the balls as they are as a program for Pymunk", Kind.DONE)
+            return
+        name = self.free_name(".py")
+        with self._notice.reporting(), whole_file(name) as file:
+            file.write(code.encode())
+            self._notice.show_saved(name)
 
     def free_name(self, ending: str) -> str:
         """Return the name of a file that does not exist, as in `file_name`, with a number if need be."""

@@ -12,15 +12,15 @@ from pygame.event import Event
 
 from sandbox.errors import SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
-from sandbox.scene.fields import rgb
 from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.text import printable
 from sandbox.view.discs import Discs
-from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
+from sandbox.view.palette import palette
 from sandbox.view.pane import draw_walls
 from sandbox.view.primitives import panel, text_width, wrapped, write
+from sandbox.view.theme import theme
 
 TILE_WIDTH: Final = 12  # of a preview with its name, in heights of the text
 PREVIEW_HEIGHT: Final = 0.65  # of a preview's width
@@ -181,10 +181,23 @@ class ScenePicker:
         panel(surface, self._window)
         self._draw_search(surface)
         found = self.found
+        self._draw_scroll_bar(surface)
         for index, place in self.places():
             self._draw_tile(surface, found[index], place, chosen=index == self.chosen)
             if index == self.chosen and self._foot:
-                self._draw_about(surface, preview(found[index].file, self._picture_size, self._text_height).about)
+                self._draw_about(
+                    surface, preview(found[index].file, self._picture_size, self._text_height, dark=theme.is_dark).about
+                )
+
+    def _draw_scroll_bar(self, surface: Surface) -> None:
+        """Draw which rows of all are seen."""
+        rows = -(-len(self.found) // self.columns)
+        if rows > self.rows:
+            room = self.rows * (self._tile_height + self._pad) - self._pad
+            top = self._window.y + self._head + room * self._first_row // rows
+            width = max(3, self._pad // 4)
+            bar = Rect(self._window.right - 2 * width, top, width, max(self._pad, room * self.rows // rows))
+            pygame.draw.rect(surface, theme.dim, bar, border_radius=width // 2)
 
     def _draw_about(self, surface: Surface, about: str) -> None:
         height, pad = self._text_height, self._pad
@@ -193,7 +206,7 @@ class ScenePicker:
         lines = wrapped(about, width, height)[: max(ABOUT_LINES, (self._window.bottom - top) // line)]
         place = Rect(self._window.x + pad, self._window.bottom - len(lines) * line, width, line)
         for text in lines:
-            write(surface, text, place, INK, height)
+            write(surface, text, place, theme.ink, height)
             place.y += line
 
     def _draw_search(self, surface: Surface) -> None:
@@ -202,29 +215,31 @@ class ScenePicker:
         field = Rect(
             self._window.x + self._pad, self._window.y + height, self._window.width - 2 * self._pad, 2 * height
         )
-        pygame.draw.rect(surface, RAISED, field, border_radius=height // 3)
+        pygame.draw.rect(surface, theme.hover, field, border_radius=height // 3)
         line = field.inflate(-height, 0)
         text = self.typed or "type to search; choose with arrows and Enter, or a click; Esc closes"
-        end = write(surface, text, line, INK if self.typed else FAINT, height)
+        end = write(surface, text, line, theme.ink if self.typed else theme.dim, height)
         if self.typed:
-            surface.fill(INK, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3)))
+            surface.fill(
+                theme.ink, (end + 2, field.y + height // 3, max(1, height // 10), field.height - 2 * (height // 3))
+            )
         count = f"{len(self.found)} of {len(self._entries)}"
         count_place = Rect(line.right - text_width(count, height), line.y, text_width(count, height), line.height)
         if count_place.x > end + height:
-            write(surface, count, count_place, FAINT, height)
+            write(surface, count, count_place, theme.dim, height)
 
     def _draw_tile(self, surface: Surface, entry: SceneEntry, place: Rect, *, chosen: bool) -> None:
         height = self._text_height
         text = Rect(place.x, 0, place.width, round(1.4 * height))
-        picture = preview(entry.file, self._picture_size, height)
+        picture = preview(entry.file, self._picture_size, height, dark=theme.is_dark)
         if chosen:
-            pygame.draw.rect(surface, RAISED, place.inflate(height, height // 2), border_radius=height // 3)
-            pygame.draw.rect(surface, ACCENT, place.inflate(height, height // 2), 2, border_radius=height // 3)
+            pygame.draw.rect(surface, theme.hover, place.inflate(height, height // 2), border_radius=height // 3)
+            pygame.draw.rect(surface, theme.accent, place.inflate(height, height // 2), 2, border_radius=height // 3)
         surface.blit(picture.surface, place)
         text.y = place.bottom - 2 * text.height
-        write(surface, entry.name, text, INK, height)
+        write(surface, entry.name, text, theme.ink, height)
         text.y += text.height
-        write(surface, picture.title, text, FAINT, round(0.85 * height))
+        write(surface, picture.title, text, theme.dim, round(0.85 * height))
 
 
 @dataclass(frozen=True)
@@ -237,14 +252,15 @@ class Preview:
 
 
 @lru_cache(maxsize=256)
-def preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
-    """Draw a scene's start in a small picture, or write its first error there."""
+def preview(file: Path, size: tuple[int, int], text_height: int, *, dark: bool) -> Preview:
+    """Draw a scene's start in a small picture, or write its first error there. dark: the theme."""
+    assert dark == theme.is_dark
     surface = Surface(size, pygame.SRCALPHA)
     try:
         loaded = load(file)
         _draw_start(surface, loaded)
     except SandboxError as error:
-        write(surface, str(error).splitlines()[0], surface.get_rect(), FAINT, round(0.85 * text_height))
+        write(surface, str(error).splitlines()[0], surface.get_rect(), theme.dim, round(0.85 * text_height))
         return Preview(surface, "has errors", "")
     return Preview(surface, loaded.title, loaded.about)
 
@@ -255,7 +271,8 @@ def _draw_start(surface: Surface, scene: Scene) -> None:
     arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))
     arena.center = surface.get_rect().center
     inside = surface.subsurface(arena.clip(surface.get_rect()))
-    inside.fill(rgb(scene.arena.background))
+    inside.fill(palette(scene.arena.background).ground)
+    pygame.draw.rect(surface, theme.wall, arena, 1)
     draw_walls(inside, scene, scale)
     discs = Discs(scene.bodies.radius, scene.colors)
     discs.draw(inside, state.position, scale, state.angle)

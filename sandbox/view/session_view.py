@@ -1,5 +1,6 @@
 """A session on the screen: a pane for each engine, and charts."""
 
+import math
 from collections.abc import Collection, Sequence
 from typing import Final
 
@@ -36,9 +37,11 @@ class SessionView:
         self.moment = self.session.shown
         lockstep = self.session.lockstep
         self.panes = [Pane(self.moment, name, lockstep.engines[name].engine) for name in self.session.names]
-        self.charts = Charts(self.session.samples, scene.arena.background, scene.seconds)
+        self.charts = Charts(self.session.samples, scene.seconds)
+        self._energy_at_start = {name: self.moment.energy[name] - self.moment.work[name] for name in self.moment.energy}
         self.charts.moment = self.moment
         self._live = True
+        self.plain = False
 
     def update(self) -> None:
         """Show the session's current step, or the nearest in its history."""
@@ -77,14 +80,42 @@ class SessionView:
 
     def chart_count(self, showing: Collection[Layer]) -> int:
         """Return how many charts there are, or 0 if they are hidden."""
-        return len(self.charts.instruments) if Layer.CHARTS in showing else 0
+        return int(Layer.CHARTS in showing)
 
     def draw(
         self, surface: Surface, layout: Layout, showing: Collection[Layer], point: ScreenPoint | None = None
     ) -> None:
-        """Draw panes and charts, with the values in these at a point of the screen."""
-        draw_panes(surface, layout, self.panes, showing, self.session.reference, self.moment.states)
+        """Draw the panes and the chart, with its values at a point of the screen."""
+        self.draw_panes(surface, layout, showing)
+        self.draw_chart(surface, layout, point)
+
+    def draw_chart(self, surface: Surface, layout: Layout, point: ScreenPoint | None = None) -> None:
+        """Draw the chart, with its values at a point of the screen."""
         self.charts.draw(surface, layout.strip, layout.text_height, self.moment.time, point)
+
+    def draw_panes(self, surface: Surface, layout: Layout, showing: Collection[Layer]) -> None:
+        """Draw the panes."""
+        for pane in self.panes:
+            pane.plain = self.plain
+            self._judge(pane)
+        draw_panes(surface, layout, self.panes, showing, self.session.reference, self.moment.states)
+
+    def _judge(self, pane: Pane) -> None:
+        """Let a pane know by how much its energy is off."""
+        samples = self.session.samples
+        pane.error, pane.is_alone = self.energy_errors[pane.name], samples.is_alone
+
+    @property
+    def energy_errors(self) -> dict[str, float]:
+        """By how much each engine's energy is off at the step shown, in % if there is a scale."""
+        errors = self.session.samples.energy_error(self.moment.step)
+        return {name: 0.0 if math.isnan(error) else error for name, error in errors.items()}
+
+    def recolour(self) -> None:
+        """Draw in the colours of the theme."""
+        self.charts.recolour()
+        for pane in self.panes:
+            pane.recolour()
 
     def draw_title_card(self, surface: Surface, layout: Layout, point: ScreenPoint) -> None:
         """Draw the engines' figures in a table, if a point of the screen is on the title of a pane."""
@@ -93,10 +124,12 @@ class SessionView:
 
     def figures(self) -> list[list[str]]:
         """Return what each engine has done, and the time that its steps take, as rows of a table."""
-        rows = [["", "energy", "by hand", "contacts", "ms a step"]]
+        rows = [["", "energy", "since the start", "by hand", "contacts", "ms a step"]]
         for name, runner in self.session.lockstep.engines.items():
             hidden = "" if name in self.session.names else ", hidden"
             pane = Pane(self.moment, name, runner.engine) if hidden else next(p for p in self.panes if p.name == name)
             cost = "" if runner.step_seconds is None else f"{1000 * runner.step_seconds:.2g}"
-            rows.append([name + hidden, pane.energy_text, pane.hand_text, str(pane.contacts), cost])
+            pane.energy_at_start = self._energy_at_start[name]
+            self._judge(pane)
+            rows.append([name + hidden, pane.energy_text, pane.loss_text, pane.hand_text, f"{pane.contacts:,}", cost])
         return rows

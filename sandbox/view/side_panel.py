@@ -1,27 +1,25 @@
-"""The side panel: one page of widgets beside the panes, or nothing."""
+"""The column beside the panes: one page of widgets below the names of all, or nothing."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import accumulate, pairwise
 from typing import Final, Protocol
 
+import pygame
 from pygame import Rect, Surface
 
 from sandbox.view.controls import Panel
-from sandbox.view.palette import FAINT, FRAME
+from sandbox.view.header import tip_of
+from sandbox.view.theme import theme
+from sandbox.view.widgets.buttons import Tab
 from sandbox.view.widgets.group import Placed, WidgetGroup
-from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
 
 SCROLLED_LINES: Final = 4  # by a notch of the wheel
 
 
 class Page(Protocol):
     """What the side panel shows. A widget that stays keeps the keyboard and what is typed into it."""
-
-    @property
-    def title(self) -> str:
-        """Its name, in the panel's first line."""
 
     def rows(self) -> Sequence[Sequence[Widget]]:
         """Return the rows of its widgets, from the top, as they are now."""
@@ -36,12 +34,21 @@ class SidePanel:
     def __init__(self, pages: Mapping[Panel, Page], group: WidgetGroup) -> None:
         self._pages = pages
         self._group = group
-        self._close = TextButton("close", self.close, "close this panel", width=1.0)
-        self._title = Words("", width=4.0)
+        self._tabs = [
+            Tab(panel.value, tip_of(panel), partial(self.show, panel), partial(self._is_open, panel)) for panel in pages
+        ]
         self._scrolled = 0.0  # heights of the text
         self._drawn = Surface((0, 0))
         self._drawn_as: object = None  # the places and looks in that picture
         self.open: Panel | None = None
+
+    def _is_open(self, panel: Panel) -> bool:
+        return self.open is panel
+
+    def show(self, panel: Panel) -> None:
+        """Show a page."""
+        if self.open is not panel:
+            self.toggle(panel)
 
     def toggle(self, panel: Panel) -> None:
         """Show a page, or nothing if it is shown already."""
@@ -60,7 +67,7 @@ class SidePanel:
         """Scroll to the widget that the keyboard is on."""
         body = self._body(place, text_height)
         for widget, where in self.placed(place, text_height):
-            if widget is self._group.focus and widget is not self._close:
+            if widget is self._group.focus and widget not in self._tabs:
                 below, above = where.bottom - body.bottom, body.y - where.y
                 if below > 0 or above > 0:
                     self._scrolled += (below if below > 0 else -above) / text_height
@@ -70,14 +77,13 @@ class SidePanel:
         if self.open is None:
             return []
         page = self._pages[self.open]
-        self._title.text = page.title
         body = self._body(place, text_height)
         rows, height = _stacked(page.rows(), body.width, text_height)
         lines = max(0, height - body.height) / text_height
         self._scrolled = min(max(self._scrolled, 0), lines)
         y = body.y - round(self._scrolled * text_height)
-        head, _ = _stacked([[self._title, self._close]], body.width, text_height)
-        top = place.y + text_height // 4
+        head, _ = _stacked([self._tabs], body.width, text_height)
+        top = place.y + text_height // 3
         return [
             *((widget, where.move(body.x, top)) for widget, where in head),
             *((widget, where.move(body.x, y)) for widget, where in rows),
@@ -86,7 +92,7 @@ class SidePanel:
     @staticmethod
     def _body(place: Rect, text_height: int) -> Rect:
         """Return where its rows are, below its title."""
-        pad, head = text_height // 2, round(2.4 * text_height)
+        pad, head = round(0.8 * text_height), round(2.9 * text_height)
         return Rect(place.x + pad, place.y + head, place.width - 2 * pad, max(1, place.height - head - pad))
 
     def draw(self, surface: Surface, place: Rect, text_height: int) -> None:
@@ -94,22 +100,30 @@ class SidePanel:
         placed = self.placed(place, text_height)
         if not placed:
             return
-        wanted = [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed], tuple(place)
+        wanted = (
+            [(widget.look, tuple(where), self._group.is_hot(widget)) for widget, where in placed],
+            tuple(place),
+            theme.is_dark,
+        )
         if wanted != self._drawn_as:
             self._drawn, self._drawn_as = Surface(place.size), wanted
             self._draw_page(place, text_height, placed)
         surface.blit(self._drawn, place)
 
     def _draw_page(self, place: Rect, text_height: int, placed: Sequence[Placed]) -> None:
-        self._drawn.fill(FRAME)
+        self._drawn.fill(theme.ground)
+        pygame.draw.rect(self._drawn, theme.raised, self._drawn.get_rect(), border_radius=8)
+        pygame.draw.rect(self._drawn, theme.line, self._drawn.get_rect(), 1, border_radius=8)
         body = self._body(place, text_height).move(-place.x, -place.y)
         for widget, where in placed:
-            in_head = widget in (self._title, self._close)
+            in_head = widget in self._tabs
             self._drawn.set_clip(None if in_head else body)
             at = where.move(-place.x, -place.y)
             if in_head or at.colliderect(body):
                 widget.draw(self._drawn, at, text_height, hot=self._group.is_hot(widget))
         self._drawn.set_clip(None)
+        line = body.y - text_height // 3
+        self._drawn.fill(theme.line, (body.x, line, body.width, 1))
         self._draw_scroll_bar(body, placed[-1][1].bottom - place.y + round(self._scrolled * text_height), text_height)
 
     def _draw_scroll_bar(self, body: Rect, bottom: int, text_height: int) -> None:
@@ -118,12 +132,12 @@ class SidePanel:
         if height > body.height:
             share, above = body.height / height, self._scrolled * text_height / height
             bar = Rect(body.right + 2, body.y + above * body.height, max(2, text_height // 5), share * body.height)
-            self._drawn.fill(FAINT, bar)
+            self._drawn.fill(theme.dim, bar)
 
 
 def _stacked(rows: Sequence[Sequence[Widget]], width: int, text_height: int) -> tuple[list[Placed], int]:
     """Return widgets with their places, row by row from the point 0, 0, and the height of all rows, px."""
-    gap = max(2, text_height // 6)
+    gap = max(4, text_height // 3)
     placed: list[Placed] = []
     y = 0
     for row in rows:

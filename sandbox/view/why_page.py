@@ -7,18 +7,22 @@ from typing import Final
 from pygame import Color, Surface
 
 from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
+from sandbox.analysis.verdict import MARK
+from sandbox.judge.causes import Cause
 from sandbox.report.case import Case, EngineCase, LedgerLine, OtherContact
+from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import draw_contact
 from sandbox.view.layout import Layout
-from sandbox.view.palette import DARK_BACKGROUND, FAINT, palette
+from sandbox.view.palette import chart_palette, palette
+from sandbox.view.pane import MIN_CHANGE, amount_text
 from sandbox.view.playback import Playback
 from sandbox.view.saver import Saver
-from sandbox.view.widgets.bar import Bar
+from sandbox.view.theme import theme
+from sandbox.view.widgets.buttons import TextButton
 from sandbox.view.widgets.contact_picture import ContactPicture
-from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
-from sandbox.view.widgets.words import Words
+from sandbox.view.widgets.words import Bar, Words
 
 LISTED: Final = 12  # contacts at once: the newest, or those around the one that is shown
 BUTTONS_IN_ROW: Final = 3
@@ -28,13 +32,17 @@ LEGEND: Final = (
     "velocities before the contact, thick ones those after it."
 )
 
+OF_SCENE: Final = "What the scene and the mouse took or gave, rightly:"
+SCENES_OWN: Final = tuple(  # labels of the causes that no engine is blamed for
+    cause.label for cause in (Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.HAND)
+)
+MIN_SHARE: Final = 1e-4  # of the energy; smaller ones are written with more than two decimals
+
 Row = Sequence[Widget]
 
 
 class WhyPage:
     """Says why an engine differs from the reference, in the words of `compare`, and shows its contacts in the panes."""
-
-    title = "Why engines differ"
 
     def __init__(self, playback: Playback, saver: Saver, case: CaseSoFar) -> None:
         self.case = case
@@ -48,16 +56,22 @@ class WhyPage:
         self._words: dict[str, Words] = {}  # in the rows, by their text: those that stay keep the keyboard
         self._buttons: dict[str, TextButton] = {}  # by engine
         self._page_button = TextButton(
-            "", self.make_page, "write this comparison as a page", refusal=self._why_no_page, width=3.0
+            "", self.make_page, "write this comparison as a page, and open it", refusal=self._why_no_page, width=3.0
         )
+        self._headline = Words("", bold=True, scale=1.3)
+        self._steps = [
+            TextButton("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK} Previous", lambda: self._step(-1), "(<)"),
+            TextButton("Next \N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}", lambda: self._step(1), "(>)"),
+        ]
 
     @property
     def engine(self) -> str:
-        """The engine that the page speaks of: the one chosen, or the first that has contacts to show, or any."""
+        """The engine that the page speaks of: the one chosen, or that whose energy is most wrong."""
         engines = self._case.engines if self._case else {}
         if self._chosen in engines:
             return self._chosen
-        return next((name for name, one in engines.items() if one.contacts), next(iter(engines), ""))
+        errors = self._playback.view.energy_errors
+        return max(engines, key=lambda name: (abs(errors.get(name, 0.0)), bool(engines[name].contacts)), default="")
 
     @property
     def contact(self) -> OtherContact | None:
@@ -97,6 +111,8 @@ class WhyPage:
     def show_next(self, by: int) -> bool:
         """Show the next contact that differs, from the one shown or from this step; the previous if by < 0.
 
+        If this step is beyond all contacts, the nearest is shown.
+
         Return whether there is one.
         """
         contacts, here = self._contacts, self._playback.session.step
@@ -106,10 +122,15 @@ class WhyPage:
             at = sum(contact.step <= here for contact in contacts)
         else:
             at = sum(contact.step < here for contact in contacts) - 1
+        if contacts and self.contact is None:  # beyond the last contact, that is the nearest
+            at = min(max(at, 0), len(contacts) - 1)
         is_there = 0 <= at < len(contacts)
         if is_there:
             self.show(contacts[at])
         return is_there
+
+    def _step(self, by: int) -> None:
+        self.show_next(by)
 
     def make_page(self) -> None:
         """Write the report of the run so far."""
@@ -141,27 +162,61 @@ class WhyPage:
         rows: list[Row] = []
         case, of_engine = self._case, self._of_engine
         if case:
-            rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
-        self._page_button.text = "making it …" if self.case.is_making_page else "make the page"
-        rows.append([*words(self._status, FAINT), self._page_button])
-        if case:
             rows += self._choices(list(case.engines))
-        if self.contact:
-            rows += [words(self.contact.sentence), [self._picture(self.contact.difference)]]
-            rows += [words(line, FAINT) for line in self._details(self.contact)]
+            self._headline.text = self._headline_text
+            rows.append([self._headline])
+        self._page_button.text = "making it …" if self.case.is_making_page else "Report"
+        rows.append([*words(self._status, theme.dim), self._page_button])
         if of_engine and of_engine.ledger:
-            rows.append(words(f"What {self.engine} lost or made, in % of the energy:", FAINT))
-            rows += self._bars(of_engine.ledger)
+            rows += self._ledger_rows(of_engine.ledger, words)
+        if case:
+            rows.append(words(self._verdict(case.verdict), do=self._toggle_verdict))
         if of_engine and of_engine.agrees:
             rows.append(words(of_engine.agrees))
-        if self._listed:
-            rows.append(words(self._list_title, FAINT))
+        if self._contacts:
+            rows += [self._steps, words(self._list_title, theme.dim)]
         for contact in self._listed:
-            if contact != self.contact:
-                rows.append(words(contact.sentence, do=partial(self.show, contact)))
+            is_shown = contact == self.contact
+            one = words(contact.sentence, do=None if is_shown else partial(self.show, contact))
+            one[0].marked, one[0].dots = is_shown, self._dots(contact)
+            rows.append(one)
+            if is_shown:
+                rows.append([self._picture(contact.difference)])
+                rows += [words(line, theme.dim) for line in self._details(contact)]
         if left := len(self._contacts) - len(self._listed):
-            rows.append(words(f"and {left} more, which < and > go to", FAINT))
+            rows.append(words(f"and {left} more, which < and > go to", theme.dim))
         return rows
+
+    @property
+    def _headline_text(self) -> str:
+        """How much energy is missing, or is too much, in the engine that the page speaks of."""
+        view = self._playback.view
+        error, scale = view.energy_errors.get(self.engine, 0.0), view.moment.energy_scale
+        if abs(error) < MIN_CHANGE:
+            return "The energy is as it should be"
+        amount = amount_text(error, scale)
+        return f"{amount} of the energy is missing" if error < 0 else f"{amount} of energy too much"
+
+    def _ledger_rows(
+        self, lines: Sequence[LedgerLine], words: Callable[[str, Color | None], list[Words]]
+    ) -> Iterator[Row]:
+        """Yield the engine's own errors as bars, and then what the scene takes and gives."""
+        largest = max(abs(line.share) for line in lines)
+        own = [line for line in lines if not _is_of_scene(line)]
+        scene = [line for line in lines if _is_of_scene(line)]
+        for title, some in ((f"What {self.engine} lost or made, in % of the energy:", own), (OF_SCENE, scene)):
+            if some:
+                yield words(title, theme.dim)
+                yield from ([self._bar(line, largest)] for line in some)
+
+    def _bar(self, line: LedgerLine, largest: float) -> Bar:
+        text = f"{100 * line.share:+.2f} %" if abs(line.share) >= MIN_SHARE else line.text
+        return Bar(line.cause, text, line.share / (largest or 1.0), self._colours[self.engine])
+
+    def _dots(self, contact: OtherContact) -> tuple[Color, ...]:
+        """Return the colours of a contact's balls, as far as they are still there."""
+        colours = self._playback.view.moment.scene.colors
+        return tuple(Color(*rgb(colours[ball])) for ball in contact.difference.balls if ball < len(colours))
 
     @property
     def _list_title(self) -> str:
@@ -214,7 +269,7 @@ class WhyPage:
     def _colours(self) -> dict[str, Color]:
         """The engines' colours on the panel."""
         session = self._playback.session
-        return palette(DARK_BACKGROUND).engines([*session.names, session.reference])
+        return chart_palette().engines([*session.names, session.reference])
 
     @property
     def _listed(self) -> Sequence[OtherContact]:
@@ -241,14 +296,13 @@ class WhyPage:
         elif found.should_normal:
             yield LEGEND.format(colours=f"{against} in {ink}; {self.engine} has no such contact")
 
-    def _bars(self, lines: Sequence[LedgerLine]) -> Iterator[Row]:
-        largest = max((abs(line.share) for line in lines), default=1.0)
-        for line in lines:
-            yield [Bar(line.cause, line.text, line.share / largest, self._colours[self.engine])]
-
     # In the panes
 
     def draw_contact(self, surface: Surface, layout: Layout) -> None:
         """Draw the contact that was gone to in every pane, while its step is shown."""
         if self.contact:
             draw_contact(surface, layout, self._playback.view.panes, self.contact.difference, self.engine)
+
+
+def _is_of_scene(line: LedgerLine) -> bool:
+    return line.cause.removesuffix(MARK) in SCENES_OWN

@@ -15,44 +15,47 @@ from pygame.event import Event
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
-from sandbox.view.about_card import AboutCard
-from sandbox.view.ball_card import draw_ball_card
+from sandbox.view.balls_page import BallsPage
+from sandbox.view.cards import draw_ball_card, draw_error_card, draw_help
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
 from sandbox.view.compiling import caption, draw_status
 from sandbox.view.controls import Action, Control, Group, Panel, control_of
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage
-from sandbox.view.error_card import draw_error_card
-from sandbox.view.help import draw_help
-from sandbox.view.inspector import Inspector
-from sandbox.view.instrument_menu import InstrumentMenu
-from sandbox.view.key_repeat import KeyRepeat
+from sandbox.view.events import KeyRepeat, PendingEvents, Stopped
+from sandbox.view.guard import Guard
+from sandbox.view.header import OF_ACTION, Header
 from sandbox.view.layers import Layer
-from sandbox.view.layout import MIN_SIZE, Layout, layout_of, natural_size
+from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, TEXT_HEIGHTS, WIDE, Layout, layout_of, natural_size
 from sandbox.view.line_up import LineUp
-from sandbox.view.mouse_tool import MouseTool
-from sandbox.view.notice import Notice
-from sandbox.view.palette import FRAME
-from sandbox.view.pending import PendingEvents, Stopped
+from sandbox.view.mouse_tool import ZOOM_FACTOR, MouseTool
+from sandbox.view.move_tool import Tool
+from sandbox.view.notice import Kind, Notice, draw_notice
 from sandbox.view.pixels import fill
 from sandbox.view.playback import Playback
 from sandbox.view.recorder import Recorder
 from sandbox.view.saver import Saver
 from sandbox.view.scene_loader import SceneLoader
+from sandbox.view.scene_page import ScenePage
 from sandbox.view.session_view import SessionView
+from sandbox.view.show_page import ShowPage
 from sandbox.view.side_panel import Page, SidePanel
-from sandbox.view.status_line import draw_status_line
-from sandbox.view.time_bar import draw_time_bar
-from sandbox.view.toolbar import Toolbar
-from sandbox.view.tools import tools
+from sandbox.view.theme import prefers_dark, theme
+from sandbox.view.timeline import Timeline, marks_of_track
+from sandbox.view.tool_palette import ToolPalette
 from sandbox.view.why_page import WhyPage
 from sandbox.view.widgets.group import Placed, WidgetGroup
 from sandbox.view.widgets.widget import ARROWS, ENTER
 
 FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
+MAX_NUMBERED: Final = 30  # balls of a scene that opens with their numbers
+OPENS_WITH: Final = (Layer.CHARTS, Layer.GHOSTS)
+MAX_OUTLINED: Final = 300  # balls of a scene that opens with outlines; more would hide the balls
 QUIT_HINT: Final = "Esc again quits"
+UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
+WHY_PAGE: Final = "the page Why"
 STOPPED: Final = "stopped running again"
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
@@ -82,54 +85,85 @@ class Window:
         inputs: Sequence[Input] = (),
         compilation: Compilation | None = None,
     ) -> None:
+        theme.use(dark=prefers_dark())
         self._compilation = compilation
         self.notice = Notice()
+        self.guard = Guard(self.notice)
         self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
-        self.editor = Editor(self.playback, self.notice)
-        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout, self._inspects)
-        self.instruments = InstrumentMenu(lambda: self.view.charts, lambda: self.layout)
+        self.editor = Editor(self.playback, self.notice, self._replace_engines)
+        self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
-        self.about = AboutCard(scene)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
         self.key_repeat = KeyRepeat()
-        self.showing = {Layer.CHARTS}
+        self.showing = self._by_itself(scene)
+        self.text_height = TEXT_HEIGHT
         self.help_open = False
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice))
         self.widgets = WidgetGroup()
-        self.toolbar = Toolbar(tools(self.playback, self.editor, self.do, self.is_on, self.use_impulse), self.widgets)
-        self.panel = SidePanel(self._pages(), self.widgets)
         self.actions = self._actions()
         self._is_on: dict[Action, Callable[[], bool]] = {
             Action.PAUSE: lambda: self.playback.paused,
             Action.RECORD: lambda: self.recorder.video is not None,
-            Action.ADD_BALL: lambda: self.mouse.adding,
             Action.FULL_SCREEN: lambda: self._window_size is not None,
             Action.HELP: lambda: self.help_open,
+            Action.COLUMN: lambda: self.panel.open is not None,
+            Action.PLAIN: lambda: self.view.plain,
+            Action.THEME: lambda: theme.is_dark,
         }
+        self.header = Header(self.widgets, lambda: self.scene, self._act, self._has_on, lambda: self.recorder.seconds)
+        self.palette = ToolPalette(self.widgets, self.mouse, self._act)
+        self.timeline = Timeline(self.widgets, self.playback, self._act, lambda: self._time_line)
+        self.panel = SidePanel(self._pages(), self.widgets)
         pygame.display.init()
         pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
-        size = natural_size(scene.arena.size, len(self.view.panes), pygame.display.get_desktop_sizes()[0])
         with signals_deferred():  # set_mode discards exceptions
-            self.screen = pygame.display.set_mode(size, pygame.RESIZABLE)
+            self.screen = pygame.display.set_mode(natural_size(pygame.display.get_desktop_sizes()[0]), pygame.RESIZABLE)
+        self._closed = Panel.SCENE  # the page that the column opens with again
+        self._was_wide = False
+        self._fit_column()
         self.running = True
         self._pending = PendingEvents()
         self._waits = False  # something is to be done as soon as engines have run again
         self._cursor = pygame.SYSTEM_CURSOR_ARROW
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
-        self._drawn = (-1, "", "")  # step, status and what the scene is about, in the window
+        self._drawn = (-1, "")  # step and status in the window
+
+    def _fit_column(self) -> None:
+        """Open the column if the window has become wide enough for it, or close it if it no longer is."""
+        is_wide = self.screen.get_width() >= WIDE * self.text_height
+        if is_wide not in (self._was_wide, self.panel.open is not None):
+            self._toggle_column()
+        self._was_wide = is_wide
+
+    @classmethod
+    def _by_itself(cls, scene: Scene) -> set[Layer]:
+        """Return what a scene opens with."""
+        return set(OPENS_WITH) - cls._hidden(scene) | cls._numbers(scene)
+
+    @staticmethod
+    def _numbers(scene: Scene) -> set[Layer]:
+        """Return the numbers of balls, if the scene has few."""
+        return {Layer.NUMBERS} if len(scene.bodies) <= MAX_NUMBERED else set()
+
+    @staticmethod
+    def _hidden(scene: Scene) -> set[Layer]:
+        """Return what would hide the balls of the scene."""
+        return {Layer.GHOSTS} if len(scene.bodies) > MAX_OUTLINED else set()
 
     def _pages(self) -> dict[Panel, Page]:
         return {
-            Panel.WHY: self.why,
+            Panel.SCENE: ScenePage(self.playback, self.editor, self._act),
+            Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
             Panel.ENGINES: EnginesPage(self.line_up),
-            Panel.INSPECTOR: Inspector(self.playback, self.editor, self.mouse, self.notice),
+            Panel.WHY: self.why,
+            Panel.SHOW: ShowPage(self.do, self.is_on),
         }
 
     def _inspects(self) -> bool:
-        return self.panel.open is Panel.INSPECTOR
+        return self.panel.open is Panel.BALLS
 
     def _actions(self) -> dict[Action, Callable[[], None]]:
         playback, scenes, editor, mouse = self.playback, self.scenes, self.editor, self.mouse
@@ -152,20 +186,25 @@ class Window:
             Action.NEXT_SEED: scenes.next_seed,
             Action.SAVE_SCENE: lambda: self.saver.save_scene(mouse.pane or 0),
             Action.SAVE_INPUTS: self.saver.save_inputs,
-            Action.UNDO: playback.undo,
-            Action.REDO: playback.redo,
+            Action.COPY_CODE: lambda: self.saver.copy_code(mouse.pane or 0),
+            Action.UNDO: editor.undo,
+            Action.REDO: editor.redo,
             Action.ADD_BALL: mouse.add_ball,
             Action.DELETE_BALL: mouse.delete_ball,
+            Action.NEXT_TOOL: self._choose_next_tool,
             Action.USE_IMPULSE: self.use_impulse,
             Action.SELECT_PREVIOUS: lambda: editor.select_next(-1, with_walls=self._inspects()),
             Action.SELECT_NEXT: lambda: editor.select_next(1, with_walls=self._inspects()),
-            Action.PUSH_LEFT: partial(editor.push, -1, 0),
-            Action.PUSH_RIGHT: partial(editor.push, 1, 0),
-            Action.PUSH_UP: partial(editor.push, 0, -1),
-            Action.PUSH_DOWN: partial(editor.push, 0, 1),
-            Action.FIRST_CHART: partial(self._choose_instrument, 0),
-            Action.SECOND_CHART: partial(self._choose_instrument, 1),
+            Action.NEXT_CHART: lambda: self._change_chart(self.view.charts.show_next),
+            Action.SCALE: lambda: self._change_chart(self.view.charts.toggle_scale),
             Action.SHOW_ALL: mouse.show_all,
+            Action.ZOOM_IN: partial(mouse.zoom_by, ZOOM_FACTOR),
+            Action.ZOOM_OUT: partial(mouse.zoom_by, 1 / ZOOM_FACTOR),
+            Action.LARGER_TEXT: partial(self._change_text, 1),
+            Action.SMALLER_TEXT: partial(self._change_text, -1),
+            Action.THEME: self._toggle_theme,
+            Action.COLUMN: self._toggle_column,
+            Action.PLAIN: self._toggle_plain,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
             Action.RECORD: lambda: self.recorder.toggle(self.saver.file_name(".gif"), self.screen.get_size()),
             Action.FULL_SCREEN: self._toggle_full_screen,
@@ -187,15 +226,18 @@ class Window:
 
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
-        size = self.scene.arena.size
+        size, before = self.scene.arena.size, self._by_itself(self.scene)
         self.playback.play(SessionView(scene, engines))
         if scene.arena.size != size:
             self.mouse.show_all()
+        for layer in before ^ self._by_itself(scene):  # unless it was chosen otherwise
+            if (layer in before) == (layer in self.showing):
+                self.showing ^= {layer}
         self.editor.select(None)
+        self.editor.forget_engines()
         self.mouse.reset()
         self.notice.clear()
-        if scene.about != self.about.scene.about:
-            self.about = AboutCard(scene)
+        self.guard.try_again()
 
     def use_impulse(self) -> None:
         """Let impulse run in place of article, with the same inputs, to the same step."""
@@ -207,10 +249,15 @@ class Window:
 
     def use_engines(self, names: Sequence[str]) -> None:
         """Let other engines run instead, from now on in every scene; if one refuses this run, show why."""
-        self.mouse.release()
-        if self.playback.use_engines(names):
+        if self._replace_engines(names):
             self.scenes.engines = names
+            self.editor.forget_engines()
             self.notice.go_stale()  # such as the error of a name typed wrongly before
+
+    def _replace_engines(self, names: Sequence[str]) -> bool:
+        """Let other engines run in this run. Return whether they do."""
+        self.mouse.release()
+        return self.playback.use_engines(names)
 
     def run(self) -> None:
         """Show the window until it is closed."""
@@ -247,8 +294,8 @@ class Window:
         if self._drawn[0] == self.view.moment.step:  # a frame without a step has time for it
             self._outdated = self.view.complete_marks() or self._outdated
         if self.panel.open is Panel.WHY:
-            self._outdated = self.why.update() or self._outdated
-        if self._outdated or self._drawn != (self.view.moment.step, self.status, self.about.text):
+            self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
+        if self._outdated or self._drawn != (self.view.moment.step, self.status):
             self.draw()
             pygame.display.flip()
         if not playback.paused:
@@ -279,6 +326,8 @@ class Window:
             self._on_press(event)
         elif event.type == pygame.QUIT:
             self.running = False
+        elif event.type == pygame.WINDOWSIZECHANGED:
+            self._fit_column()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
@@ -286,9 +335,6 @@ class Window:
         else:
             if event.type == pygame.MOUSEBUTTONDOWN:
                 self.notice.go_stale()
-                self.about.close()
-            if self.instruments.on_event(event):
-                return
             if event.type == pygame.MOUSEWHEEL and self._is_over_panel:
                 self.panel.scroll(event.y)
             elif not self.widgets.on_event(event, self._placed):
@@ -309,8 +355,6 @@ class Window:
         control = control_of(event)
         if self.scenes.picker:
             self.scenes.picker.on_event(event)
-        elif self.instruments.on_event(event):
-            return
         elif self.widgets.on_event(event, self._placed):
             self.panel.show_focus(self.layout.panel, self.layout.text_height)
         elif control:
@@ -329,6 +373,13 @@ class Window:
         else:
             self.actions[control.action]()
 
+    def _act(self, action: Action) -> None:
+        """Do an action, as its key does."""
+        self.do(OF_ACTION[action])
+
+    def _has_on(self, action: Action) -> bool:
+        return self.is_on(OF_ACTION[action])
+
     def is_on(self, control: Control) -> bool:
         """Return whether what a control turns on and off is on."""
         match control.action:
@@ -339,14 +390,17 @@ class Window:
             case action:
                 return action in self._is_on and self._is_on[action]()
 
-    def _choose_instrument(self, chart: int) -> None:
+    def _change_chart(self, change: Callable[[], None]) -> None:
         self.showing |= {Layer.CHARTS}
-        self.instruments.open_or_step(chart)
+        change()
+
+    def _choose_next_tool(self) -> None:
+        tools = list(Tool)
+        self.mouse.choose(tools[(tools.index(self.mouse.tool) + 1) % len(tools)])
 
     def _show_contact(self, by: int) -> None:
         """Show the next contact that differs, or the previous one; first of all, open the page that finds them."""
-        if self.panel.open is not Panel.WHY:
-            self.panel.toggle(Panel.WHY)
+        self.panel.show(Panel.WHY)
         if not self.why.show_next(by):
             order = "later" if by > 0 else "earlier"
             self.notice.show(f"no {order} contact differs, as far as it is compared")
@@ -358,20 +412,42 @@ class Window:
         with signals_deferred():  # set_mode discards exceptions
             self.screen = pygame.display.set_mode(size, flags)
 
+    def _toggle_plain(self) -> None:
+        self.view.plain = not self.view.plain
+
+    def _toggle_theme(self) -> None:
+        theme.use(dark=not theme.is_dark)
+        self.view.recolour()
+
+    def _toggle_column(self) -> None:
+        """Close the column, or open the page that it had."""
+        if self.panel.open:
+            self._closed = self.panel.open
+            self.panel.close()
+        else:
+            self.panel.show(self._closed)
+
+    def _change_text(self, by: int) -> None:
+        low, high = TEXT_HEIGHTS
+        self.text_height = min(max(self.text_height + by, low), high)
+
     def _toggle_help(self) -> None:
-        self.help_open = self.about.asked_for = not self.help_open
+        self.help_open = not self.help_open
 
     def _escape(self) -> None:
         """Close what is open over the panes; if nothing is, close the window, the second time."""
-        if self.scenes.error or self.mouse.adding or self.help_open:
-            self.scenes.error, self.mouse.adding = "", False
-            self.help_open = self.about.asked_for = False
-        elif self.panel.open:
-            self.panel.close()
-        elif self.notice.text == QUIT_HINT:
+        if self.scenes.error or self.mouse.copying or self.help_open or self.mouse.tool is not Tool.HAND:
+            self.scenes.error, self.help_open = "", False
+            self.mouse.choose(Tool.HAND)
+        elif self.notice.text in (QUIT_HINT, UNSAVED_HINT):
             self.running = False
         else:
-            self.notice.show(QUIT_HINT)
+            self.notice.show(UNSAVED_HINT if self._has_unsaved_edits else QUIT_HINT)
+
+    @property
+    def _has_unsaved_edits(self) -> bool:
+        inputs = self.view.session.inputs
+        return bool(inputs) and self.saver.saved != inputs
 
     # Drawing
 
@@ -395,18 +471,26 @@ class Window:
             size,
             self.scene.arena.size,
             len(self.view.panes),
-            self.toolbar.widths,
-            self.view.chart_count(self.showing),
+            self.text_height,
             self.mouse.lens,
+            self.view.chart_count(self.showing) > 0,
+            True,
             self.panel.open is not None,
-            tuple(self.toolbar.by_hand.values()),
+            self.palette.widths(self.text_height),
+            *self.timeline.widths(self.text_height),
         )
 
     @property
     def _placed(self) -> list[Placed]:
         """All widgets with their places."""
         layout = self.layout
-        return self.toolbar.placed(layout.toolbar) + self.panel.placed(layout.panel, layout.text_height)
+        rows = (self.header, self.palette, self.timeline)
+        placed = [one for row in rows for one in row.placed(layout)]
+        return placed + (self.guard.run(self._page_name, self.panel.placed, layout.panel, layout.text_height) or [])
+
+    @property
+    def _page_name(self) -> str:
+        return f"the page {self.panel.open.value}" if self.panel.open else "the column"
 
     @property
     def _is_over_panel(self) -> bool:
@@ -423,7 +507,7 @@ class Window:
             self._draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment.step, self.status, self.about.text
+        self._drawn = self.view.moment.step, self.status
         self._outdated = False
 
     def _show_cursor(self) -> None:
@@ -436,51 +520,59 @@ class Window:
 
     def _draw_on(self, surface: Surface, layout: Layout) -> None:
         """Draw everything on a surface of the layout's size."""
+        guard = self.guard
         for part in layout.frame:
-            fill(surface.subsurface(part), FRAME)
-        self.view.draw(
-            surface, layout, self.showing, None if self.instruments.open_at is not None else self.mouse.point
-        )
+            fill(surface.subsurface(part), theme.ground)
+        guard.run("the panes", self.view.draw_panes, surface, layout, self.showing)
         if self.panel.open is Panel.WHY:
-            self.why.draw_contact(surface, layout)
-        self.mouse.draw(surface)
-        draw_time_bar(surface, layout.bar, self.view.moment.step, self.view.session.end)
-        draw_status_line(
-            surface,
-            layout.status,
-            layout.text_height,
-            self._time_line,
-            self.recorder.seconds,
-            self.notice,
-            self._scene_line,
-        )
+            guard.run(WHY_PAGE, self.why.draw_contact, surface, layout)
+        guard.run("the mark of the mouse", self.mouse.draw, surface)
+        guard.run("the timeline", self._draw_timeline, surface, layout)
+        guard.run("the chart", self.view.draw_chart, surface, layout, self._free_point)
+        guard.run(self._page_name, self.panel.draw, surface, layout.panel, layout.text_height)
+        guard.run("the buttons", self._draw_buttons, surface, layout)
+        guard.run("what lies over the panes", self._draw_over, surface, layout)
+
+    def _draw_timeline(self, surface: Surface, layout: Layout) -> None:
+        self.timeline.draw(surface, layout, marks_of_track(self.playback))
+
+    @property
+    def _free_point(self) -> tuple[int, int] | None:
+        """Where the mouse is, unless a list is open there."""
+        return None if self.widgets.open_menu(self._placed) else self.mouse.point
+
+    def _draw_buttons(self, surface: Surface, layout: Layout) -> None:
+        self.header.draw(surface, layout)
+        self.palette.draw(surface, layout)
         if self._compilation and self._compilation.is_running:
             draw_status(surface, layout.status, self._compilation, layout.text_height)
-        self.toolbar.draw(surface, layout.toolbar, layout.text_height)
-        self.panel.draw(surface, layout.panel, layout.text_height)
+
+    def _draw_over(self, surface: Surface, layout: Layout) -> None:
+        """Draw cards, messages, and what fills the window."""
+        if text := self._progress or self.notice.text:
+            kind = Kind.HINT if self._progress else self.notice.kind
+            draw_notice(surface, layout.status, layout.text_height, text, kind)
         self._draw_ball_card(surface, layout)
-        if Layer.CHARTS in self.showing:
-            self.instruments.draw(surface, self.mouse.point)
-        if self.mouse.point:
-            self.view.draw_title_card(surface, layout, self.mouse.point)
+        if self._free_point:
+            self.view.draw_title_card(surface, layout, self._free_point)
         if self.scenes.error:
             draw_error_card(surface, layout, self.scenes.error)
         if self.help_open:
-            draw_help(surface.subsurface((0, 0, layout.window[0], self.about.top(layout))), layout)
-        if not self.scenes.error:
-            self.about.draw(surface, layout)
+            draw_help(surface, layout)
         if self.scenes.picker:
             self.scenes.picker.fit(surface.get_rect(), layout.text_height)
             self.scenes.picker.draw(surface)
         elif not self.mouse.holds:
+            self.widgets.fit(surface.get_rect(), layout.text_height)
             self.widgets.draw_tip(surface, self._placed, layout.text_height)
+            self.widgets.draw_list(surface, self._placed)
 
     def _draw_ball_card(self, surface: Surface, layout: Layout) -> None:
         """Draw the card of the ball under the mouse, or else of one that a key selected."""
         if self.mouse.holds:
             return
         ball, point, panes = self.mouse.ball, self.mouse.point, self.view.panes
-        in_charts = point is not None and layout.strip.collidepoint(point)  # which have a card of their own
+        in_charts = point is not None and layout.timeline.collidepoint(point)  # which have a card of their own
         chosen = self.editor.by_key and self.editor.selected is not None and not self._inspects()
         if ball is None and chosen and not in_charts:
             ball = self.editor.selected
@@ -491,18 +583,23 @@ class Window:
 
     @property
     def status(self) -> str:
-        """What the status line says."""
+        """What the window says of time and of what was done last."""
         recorded = "" if self.recorder.seconds is None else f"    {self.recorder.seconds:.1f} s"
-        return f"{self._time_line}{recorded}    {self.notice.text or self._scene_line}"
+        return f"{self._time_line}    {self._pace}{recorded}    {self._progress or self.notice.text}"
 
     @property
     def _time_line(self) -> str:
+        return f"{self.view.moment.time:.2f} s"
+
+    @property
+    def _progress(self) -> str:
+        """How far engines that run again still are from the current step, or nothing."""
         playback, behind = self.playback, self.view.session.steps_behind
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go{', Esc stops' if self._waits else ''}"
-        pace = "paused" if playback.paused else playback.pace.text(playback.speed)
-        return f"{self.view.moment.time:.2f} s    {pace}"
+        return ""
 
     @property
-    def _scene_line(self) -> str:
-        return f"F1 help    seed {self.scene.seed}    {self.scene.title or self.scene.name}"
+    def _pace(self) -> str:
+        playback = self.playback
+        return "paused" if playback.paused else playback.pace.text(playback.speed)

@@ -89,6 +89,16 @@ def test_energy_gap_and_momentum_are_what_the_formulas_say(scene: Scene) -> None
     assert samples.of(Quantity.MOMENTUM)[1].tolist() == [90, 60]
 
 
+def test_the_energy_of_each_engine_and_by_how_much_it_is_off_are_shares_of_the_same_scale(scene: Scene) -> None:
+    """Half of the speed is a quarter of the energy, of which the reference has lost 19 % by itself: 0.9² = 0.81."""
+    steps = [{"article": 60.0, "exact": 60.0}, *[{"article": 30.0, "exact": 54.0}] * 3]
+    samples = sampled(scene, *steps)
+    assert samples.energies()[[0, 2]] == pytest.approx(np.array([[100.0, 100.0], [25.0, 81.0]]))
+    assert samples.energy_error(2) == pytest.approx({"article": -56.0, "exact": 0.0})
+    assert samples.energy_error(0) == {"article": 0.0, "exact": 0.0}
+    assert samples.energy_error(99) == samples.energy_error(2)
+
+
 def test_an_engine_that_loses_what_the_reference_loses_a_step_later_is_not_accused(scene: Scene) -> None:
     late = [{"pymunk": 60.0, "exact": 60.0}, {"pymunk": 60.0, "exact": 30.0}, {"pymunk": 30.0, "exact": 30.0}]
     later = [late[0], late[1], late[1], *late[2:]]

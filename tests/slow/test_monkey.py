@@ -122,7 +122,7 @@ class Monkey(RuleBasedStateMachine):
 
     @rule(control=st.sampled_from(CONTROLS), frames=st.integers(1, 40))
     def hold(self, control: Control, frames: int) -> None:
-        mod = pygame.KMOD_LSHIFT if control.shift else 0
+        mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
         self.send(pygame.KEYDOWN, key=(*control.keys, 0)[0], unicode=control.typed[-1:], mod=mod)
         self.wait(1 / 30, frames)
         self.send(pygame.KEYUP, key=0, unicode="", mod=0)
@@ -132,7 +132,7 @@ class Monkey(RuleBasedStateMachine):
         window, layout = self.window, self.window.layout
         place = pygame.Rect((0, 0), layout.window).inflate(1000, 1000)
         if what == "widget":
-            placed = window.toolbar.placed(layout.toolbar)
+            placed = window._placed
             _, place = placed[which % len(placed)]
         elif what == "panel":
             placed = window.panel.placed(layout.panel, layout.text_height)
@@ -187,7 +187,7 @@ class Monkey(RuleBasedStateMachine):
         """Drag with a tool of the inspector, then type a value into a field of what that selected."""
         window = self.window
         window.scenes.close_picker()
-        window.playback.paused, window.panel.open, window.mouse.move.tool = True, Panel.INSPECTOR, tool
+        window.playback.paused, window.panel.open, window.mouse.move.tool = True, Panel.BALLS, tool
         self.drag(what, which, x, y, 2, 1)
         self.let_go(1)
         self.move("panel", which, 0.5, 0.5)

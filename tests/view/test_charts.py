@@ -11,23 +11,24 @@ from pygame import Color, Rect, Surface
 from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
-from sandbox.report.colours import colours_of
 from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import State, no_contacts
-from sandbox.view.chart_places import spread
+from sandbox.view.chart_marks import spread
 from sandbox.view.charts import Charts
-from sandbox.view.instruments import Instrument
+from sandbox.view.instruments import Even, Instrument
+from sandbox.view.palette import chart_palette
+from sandbox.view.theme import LIGHT
 from sandbox.view.window import Window
 
 PLACE = Rect(0, 0, 900, 300)
 TEXT = 16
 NAMES = ["pymunk", "article", "exact"]
 ENERGY_SCALE = 1800.0  # kg px²/s², of one ball of 1 kg at 60 px/s
-PYMUNK, ARTICLE, EXACT = (Color(colours_of(NAMES)[name]) for name in NAMES)
+PYMUNK, ARTICLE, EXACT = chart_palette().engines(NAMES).values()
 TWO = ("radius = 20\nposition = [200, 300]\nvelocity = [60, 0]", "radius = 20\nposition = [600, 300]")
 
 
@@ -50,15 +51,20 @@ def moment(scene: Scene, number: int, energy_scale: float = ENERGY_SCALE, **velo
     return Moment(number, number / 60, scene, states, none, zero, energy, no, (0, 1), None, (0, 0), no, energy_scale)
 
 
-def charts_of(scene: Scene, seconds: float, course: Callable[[float], dict[str, float]]) -> Charts:
+def charts_of(
+    scene: Scene,
+    seconds: float,
+    course: Callable[[float], dict[str, float]],
+    instrument: Instrument = Instrument.MOMENTUM,
+) -> Charts:
     """Sample a course. The last sample is given twice, as charts leave the latest out."""
     samples = Samples(NAMES, "exact", ENERGY_SCALE)
     steps = round(seconds * 60)
     for number in range(steps + 1):
         samples.add(moment(scene, number, **course(number / 60)))
     samples.add(moment(scene, steps + 1, **course(steps / 60)))
-    charts = Charts(samples, "white", 10.0)
-    charts.show((Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM))
+    charts = Charts(samples, 10.0)
+    charts.show(instrument)
     return charts
 
 
@@ -81,7 +87,7 @@ def columns_of(surface: Surface, plot: Rect, colour: Color) -> list[int]:
 
 
 def column(charts: Charts, time: float, start: float = 0.0, seconds: float = 10.0) -> int:
-    plot = charts.places(PLACE, TEXT).plots[0]
+    plot = charts.places(PLACE, TEXT).plot
     return round(plot.x + (time - start) / seconds * (plot.width - 1))
 
 
@@ -136,64 +142,118 @@ def test_energy_gets_another_unit_and_scale_as_soon_as_there_is_one(
     monkeypatch.setattr("sandbox.view.charts.card", lambda surface, rows, *_: cards.append(rows))
     samples = Samples(NAMES, "exact", 0.0)
     samples.add(moment(scene, 0, 0.0, article=0.0, exact=0.0))
-    charts = Charts(samples, "white", 10.0)
+    charts = Charts(samples, 10.0)
+    charts.toggle_scale()
     for number, (scale, unit) in enumerate([(0.0, "kg px²/s²"), (1800.0, "%"), (3600.0, "%"), (3600.0, "%")], 1):
         samples.add(moment(scene, number, scale, article=60.0, exact=0.0))
-        plot = charts.places(PLACE, TEXT).plots[0]
+        plot = charts.places(PLACE, TEXT).plot
         draw(charts, time=1.0, point=(plot.x + 1, plot.centery))
         assert cards[-1][0][1] == f"energy, {unit} from exact"
-    values = dict(charts._values_at(charts.places(PLACE, TEXT).plots, plot.right, plot.centery)[1:])
+    values = dict(charts._values_at(charts.places(PLACE, TEXT).plot, plot.right)[1:])
     assert values["article"] == "+50 %"
-    at_once = Charts(samples, "white", 10.0)  # draws all samples to the scale of the latest
+    at_once = Charts(samples, 10.0)  # draws all samples to the scale of the latest
+    at_once.toggle_scale()
     assert draw(charts, 1.0).get_buffer().raw == draw(at_once, 1.0).get_buffer().raw
 
 
 def test_lines_are_drawn_at_the_height_of_their_values(scene: Scene) -> None:
-    charts = charts_of(scene, 8, lambda time: steady(time) | ({"article": 30.0} if time >= 5 else {}))
-    surface = draw(charts, time=9.9)
-    energy, gap, momentum = charts.places(PLACE, TEXT).plots
-    x = column(charts, 7)
+    def course(time: float) -> dict[str, float]:
+        return steady(time) | ({"article": 30.0} if time >= 5 else {})
+
+    def drawn(instrument: Instrument, *, logarithmic: bool = False) -> tuple[Surface, Rect, int]:
+        charts = charts_of(scene, 8, course, instrument)
+        if logarithmic:
+            charts.toggle_scale()
+        return draw(charts, time=9.9), charts.places(PLACE, TEXT).plot, column(charts, 7)
+
+    surface, plot, x = drawn(Instrument.ENERGY)  # half of the speed is a quarter of the energy
+    assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, (0, 100), 25), abs=1)
+    assert np.mean(rows_of(surface, plot, x, PYMUNK)) == pytest.approx(row(plot, (0, 100), 100), abs=2)
+    surface, plot, x = drawn(Instrument.ENERGY, logarithmic=True)
     loss, both = math.log10(1 + 75 / 1e-3), (-math.log10(1 + 100 / 1e-3), math.log10(11))
-    assert np.mean(rows_of(surface, energy, x, ARTICLE)) == pytest.approx(row(energy, both, -loss), abs=1)
-    assert np.mean(rows_of(surface, energy, x, PYMUNK)) == pytest.approx(row(energy, both, 0), abs=1)
-    assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(row(gap, (-3, 2), math.log10(30)), abs=1)
-    assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 100), 30), abs=1)
-    assert np.mean(rows_of(surface, momentum, x, EXACT)) == pytest.approx(row(momentum, (0, 100), 60), abs=1)
-    assert not rows_of(surface, gap, x, EXACT)  # the reference's own
+    assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, both, -loss), abs=1)
+    surface, plot, x = drawn(Instrument.GAP)
+    assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, (0, 30), 30), abs=1)
+    assert not rows_of(surface, plot, x, EXACT)  # the reference's own
+    surface, plot, x = drawn(Instrument.GAP, logarithmic=True)
+    assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, (-3, 2), math.log10(30)), abs=1)
+    surface, plot, x = drawn(Instrument.MOMENTUM)
+    assert np.mean(rows_of(surface, plot, x, ARTICLE)) == pytest.approx(row(plot, (0, 60), 30), abs=1)
 
 
 def test_one_tiny_gap_does_not_stretch_the_axis(scene: Scene) -> None:
-    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13})
-    gap = charts.places(PLACE, TEXT).plots[1]
+    charts = charts_of(scene, 4, lambda time: steady(time) | {"pymunk": 60.03, "article": 60.0 + 1e-13}, Instrument.GAP)
+    charts.toggle_scale()
+    gap = charts.places(PLACE, TEXT).plot
     surface = draw(charts)
     x = column(charts, 2)
     assert np.mean(rows_of(surface, gap, x, PYMUNK)) == pytest.approx(row(gap, (-3, 0), math.log10(0.03)), abs=1)
     assert np.mean(rows_of(surface, gap, x, ARTICLE)) == pytest.approx(gap.bottom - 1, abs=1)
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "span", "texts"),
+    [
+        (0.0, 100.0, (0, 100), ["100 %", "0", "20", "40", "60", "80"]),
+        (42.0, 100.4, (0, 100), ["100 %", "0", "20", "40", "60", "80"]),
+        (-60.0, 100.0, (-50, 100), None),
+        (0.0, 0.0, (0, 1), None),
+        (math.inf, -math.inf, (0, 1), None),
+    ],
+)
+def test_a_linear_axis_has_ticks_at_round_numbers(low: float, high: float, span: Span, texts: list[str] | None) -> None:
+    axis = Even(" %")
+    found = axis.span(low, high)
+    assert found[0] <= span[0] and found[1] >= span[1] - 1e-9  # noqa: PT018
+    assert found[1] - found[0] <= 1.4 * (span[1] - span[0])
+    steps = np.diff(sorted(at for at, _ in axis.ticks(found)))
+    assert steps == pytest.approx(steps[0])
+    if texts:
+        assert [text for _, text in axis.ticks(found)] == texts
+
+
+def test_rounding_is_written_as_0(scene: Scene) -> None:
+    charts = charts_of(scene, 1, lambda time: steady(time) | {"article": 60.0 + 3e-14}, Instrument.GAP)
+    values = dict(charts._values_at(charts.places(PLACE, TEXT).plot, 300)[1:])
+    assert values == {"pymunk": "0 px", "article": "0 px"}
+
+
+def test_the_scale_of_one_chart_does_not_change_another_and_some_have_only_one(scene: Scene) -> None:
+    charts = charts_of(scene, 1, steady, Instrument.GAP)
+    charts.toggle_scale()
+    for instrument in Instrument:
+        charts.show(instrument)
+        assert charts.is_logarithmic == (instrument is Instrument.GAP)
+        assert bool(charts.why_one_scale) == (instrument not in (Instrument.GAP, Instrument.ENERGY))
+        draw(charts)
+    charts.toggle_scale()  # of the speeds, which have only one
+    assert not charts.is_logarithmic
+
+
 def test_lines_are_solid(scene: Scene) -> None:
     charts = charts_of(scene, 8, lambda time: steady(time) | {"article": 50.0})
-    momentum = charts.places(PLACE, TEXT).plots[2]
+    momentum = charts.places(PLACE, TEXT).plot
     columns = columns_of(draw(charts), momentum, ARTICLE)
     inside = [x for x in columns if column(charts, 0.5) <= x <= column(charts, 7.5)]
     assert inside == list(range(column(charts, 0.5), column(charts, 7.5) + 1))
 
 
-def test_each_line_ends_in_its_engine_s_name(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_line_ends_in_its_engine_s_name_after_a_marker_of_its_shape(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
     written: list[tuple[str, Color]] = []
+    shapes: list[int] = []
 
     def note(text: str, colour: Color, height: int) -> Surface:
         written.append((text, colour))
         return Surface((9, 9))
 
     monkeypatch.setattr("sandbox.view.charts.lettering", note)
+    monkeypatch.setattr("sandbox.view.charts.draw_marker", lambda *given: shapes.append(given[-1]))
     draw(charts_of(scene, 2, steady))
     names = [(text, tuple(colour)) for text, colour in written if text in NAMES]
-    assert names == [
-        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article", "exact")],
-        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article")],
-        *[(name, tuple(Color(colours_of(NAMES)[name]))) for name in ("pymunk", "article", "exact")],
-    ]
+    assert names == [(name, tuple(colour)) for name, colour in zip(NAMES, (PYMUNK, ARTICLE, EXACT), strict=True)]
+    assert shapes == [0, 1, 2]
 
 
 def test_a_chart_drawn_sample_by_sample_equals_the_chart_drawn_at_once(scene: Scene) -> None:
@@ -233,7 +293,7 @@ def test_only_new_samples_are_drawn(scene: Scene, monkeypatch: pytest.MonkeyPatc
 def test_the_axis_of_time_doubles_when_it_is_full(scene: Scene) -> None:
     charts = charts_of(scene, 11, lambda time: steady(time) | {"article": 50.0})
     surface = draw(charts, time=11)
-    momentum = charts.places(PLACE, TEXT).plots[2]
+    momentum = charts.places(PLACE, TEXT).plot
     assert rows_of(surface, momentum, column(charts, 10.9, seconds=20), ARTICLE)
     assert column(charts, 10.9, seconds=20) < max(columns_of(surface, momentum, ARTICLE))
 
@@ -243,7 +303,7 @@ def test_after_a_cut_the_chart_shows_what_is_left(scene: Scene) -> None:
     draw(charts)
     charts.samples.series.cut(4 * scene.rate)
     surface = draw(charts)
-    momentum = charts.places(PLACE, TEXT).plots[2]
+    momentum = charts.places(PLACE, TEXT).plot
     assert rows_of(surface, momentum, column(charts, 3.9), ARTICLE)
     assert not rows_of(surface, momentum, column(charts, 7), ARTICLE)
 
@@ -254,18 +314,13 @@ def test_charts_without_room_draw_nothing(scene: Scene) -> None:
     assert (pygame.surfarray.array3d(surface) == 0).all()
 
 
-def test_where_there_is_little_room_the_last_charts_are_left_out(scene: Scene) -> None:
-    charts = charts_of(scene, 1, steady)
-    assert [len(charts.places(Rect(0, 0, 900, height), TEXT).plots) for height in (300, 130, 60)] == [3, 2, 1]
-
-
 # Time
 
 
 def test_a_point_of_the_charts_stands_for_a_time(scene: Scene) -> None:
     charts = charts_of(scene, 1, steady)
     place = Rect(8, 400, 900, 200)
-    plot = charts.places(place, TEXT).plots[0]
+    plot = charts.places(place, TEXT).plot
     for time in (0.0, 2.5, 10.0):
         x = place.x + round(plot.x + time / 10 * plot.width)
         assert charts.time_at(place, TEXT, x) == pytest.approx(time, abs=0.02)
@@ -279,7 +334,7 @@ def test_zooming_keeps_the_time_under_the_mouse_and_ends_where_all_is_shown(scen
     for factor in (0.5, 0.5, 0.3):
         charts.axis.zoom(charts.time_at(PLACE, TEXT, x), factor)
         assert charts.time_at(PLACE, TEXT, x) == pytest.approx(4, abs=0.02)
-    left = charts.places(PLACE, TEXT).plots[0].x
+    left = charts.places(PLACE, TEXT).plot.x
     assert charts.time_at(PLACE, TEXT, left) > 3
     charts.axis.zoom(4, 100)
     assert charts.time_at(PLACE, TEXT, left) == 0
@@ -290,10 +345,10 @@ def test_a_selection_is_shown_alone_and_a_click_shows_all(scene: Scene) -> None:
     charts.axis.selection = 5.0, 4.0
     charts.axis.zoom_to_selection()
     surface = draw(charts)
-    momentum = charts.places(PLACE, TEXT).plots[2]
+    momentum = charts.places(PLACE, TEXT).plot
     for time, speed in ((4.2, 50), (4.8, 20)):
         x = column(charts, time, start=4, seconds=1)
-        assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 100), speed), abs=1)
+        assert np.mean(rows_of(surface, momentum, x, ARTICLE)) == pytest.approx(row(momentum, (0, 60), speed), abs=1)
     charts.axis.selection = 4.5, 4.5
     charts.axis.zoom_to_selection()
     assert charts.time_at(PLACE, TEXT, momentum.right) == pytest.approx(10)
@@ -303,7 +358,7 @@ def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None
     charts = charts_of(scene, 8, steady)
     charts.axis.selection = 1.0, 2.0
     charts.axis.zoom_to_selection()
-    plot = charts.places(PLACE, TEXT).plots[0]
+    plot = charts.places(PLACE, TEXT).plot
     for time, first in ((1.5, 1.0), (1.99, 1.0), (2.1, 2.0)):
         draw(charts, time)
         assert charts.time_at(PLACE, TEXT, plot.x) == pytest.approx(first, abs=0.01)
@@ -312,9 +367,9 @@ def test_a_part_that_is_shown_follows_the_cursor_out_of_it(scene: Scene) -> None
 def test_the_cursor_is_drawn_at_the_time(scene: Scene) -> None:
     charts = charts_of(scene, 2, steady)
     surface = draw(charts, time=4)
-    gap = charts.places(PLACE, TEXT).plots[1]
-    assert len(rows_of(surface, gap, column(charts, 4), Color("black"))) == gap.height
-    assert len(rows_of(surface, gap, column(charts, 5), Color("black"))) == 0
+    plot = charts.places(PLACE, TEXT).plot
+    assert len(rows_of(surface, plot, column(charts, 4), LIGHT.dim)) > plot.height - 3
+    assert len(rows_of(surface, plot, column(charts, 5), LIGHT.dim)) == 0
 
 
 # Marks and values
@@ -326,21 +381,22 @@ def test_marks_are_labelled_above_the_charts_and_never_over_a_line(scene: Scene)
     charts.marks = Marks(Trust(horizon=6.0), differences={"article": 7.0, "pymunk": 7.01}, stopped=(8.0, "why"))
     after = pygame.surfarray.array3d(draw(charts))
     where = charts.places(PLACE, TEXT)
-    plots = where.plots
-    changed = (after != before).any(axis=2)[:, plots[0].y : plots[-1].bottom]
-    wide = {column(charts, time) for time in (6, 7, 7.01, 8)}
+    plot = where.plot
+    changed = (after != before).any(axis=2)[plot.x : plot.right, plot.y + 6 : plot.bottom]
+    wide = {column(charts, time) - plot.x for time in (6, 7, 7.01, 8)}
     assert set(np.flatnonzero(changed.any(axis=1)).tolist()) == wide
     labels = [label for _, label in charts._placed_marks(where, TEXT)]
-    assert all(label.bottom <= plots[0].y and label.right <= PLACE.width for label in labels)
+    assert all(label.bottom <= plot.y and label.right <= PLACE.width for label in labels)
     assert all(label.collidelist(labels[k + 1 :]) < 0 for k, label in enumerate(labels))
 
 
-def test_the_earliest_end_of_the_reference_is_marked_by_its_name(scene: Scene) -> None:
+def test_the_earliest_end_of_the_reference_is_marked_and_explained(scene: Scene) -> None:
     charts = charts_of(scene, 2, steady)
     charts.marks = Marks(Trust(horizon=8.0, undecided=5.0, unresolved=6.0))
     draw(charts)
     [(mark, label)] = charts._placed_marks(charts.places(PLACE, TEXT), TEXT)
-    assert (mark.text, mark.time) == ("undecided", 5.0)
+    assert (mark.text, mark.time) == ("no longer comparable", 5.0)
+    assert "simultaneous" in mark.sentence
     assert charts.mark_at(PLACE, TEXT, label.center) == mark
 
 
@@ -354,7 +410,7 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     charts.marks = Marks(differences={"impulse": 1.0})
     window.draw()
     where = charts.places(layout.strip, layout.text_height)
-    [(_, label)], plot = charts._placed_marks(where, layout.text_height), where.plots[0]
+    [(_, label)], plot = charts._placed_marks(where, layout.text_height), where.plot
     on_label = label.centerx + layout.strip.x, label.centery + layout.strip.y
     for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):
         window.on_event(pygame.event.Event(what, pos=on_label, button=1))
@@ -365,7 +421,10 @@ def test_a_click_on_a_mark_goes_to_its_time_and_the_mouse_shows_values(monkeypat
     assert cards[-1][0] == ["1.00 s", "impulse differs"]
     hover(window, (layout.strip.x + plot.x + round(0.15 * plot.width), layout.strip.y + plot.centery))
     window.draw()
-    assert cards[-1] == [["1.500 s", "energy, % from exact"], ["pymunk", "+0 %"], ["impulse", "+0 %"]]
+    assert cards[-1] == [
+        ["1.500 s", "energy, % of the energy"],
+        *([name, "100 %"] for name in ("pymunk", "impulse", "exact")),
+    ]
 
 
 @pytest.mark.usefixtures("memory_screen")
@@ -373,7 +432,7 @@ def test_the_wheel_and_the_right_button_zoom_in_time(window: Window) -> None:
     run(window, 60)
     window.draw()
     charts, layout = window.view.charts, window.layout
-    plot = charts.places(layout.strip, layout.text_height).plots[0]
+    plot = charts.places(layout.strip, layout.text_height).plot
 
     def at(share: float) -> tuple[int, int]:
         return layout.strip.x + plot.x + round(share * plot.width), layout.strip.centery

@@ -4,14 +4,14 @@ import numpy as np
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import button, click, pixels, press, run, unfold
+from window_driver import button, click, pixels, press, run
 
 from sandbox.state import CONTACT
-from sandbox.view.controls import CONTROLS, Action, Control, Group, control_of
+from sandbox.view.controls import CONTROLS, Action, Control, Group, Panel, control_of
 from sandbox.view.layers import Layer
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.overlay import ABOVE_BALLS, BELOW_BALLS
-from sandbox.view.palette import FRAME
+from sandbox.view.theme import theme
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -22,15 +22,15 @@ def test_every_action_and_layer_has_one_control(window: Window) -> None:
     assert actions == list(Action)
     assert set(window.actions) == set(Action)
     layers = [control.action for control in CONTROLS if isinstance(control.action, Layer)]
-    assert layers == list(Layer)
+    assert layers == [layer for layer in Layer if layer is not Layer.MOMENTUM]  # which only recordings have
     assert {*BELOW_BALLS, *ABOVE_BALLS, Layer.CHARTS} == set(Layer)
-    assert {control.action for control in CONTROLS if control.group == Group.LAYERS} == set(Layer)
+    assert {control.action for control in CONTROLS if control.group == Group.LAYERS} == set(layers)
 
 
 def test_each_key_finds_its_control() -> None:
     for control in CONTROLS:
         for key in control.keys:
-            mod = pygame.KMOD_LSHIFT if control.shift else 0
+            mod = (pygame.KMOD_LSHIFT if control.shift else 0) | (pygame.KMOD_LCTRL if control.ctrl else 0)
             assert control_of(Event(pygame.KEYDOWN, key=key, unicode="", mod=mod)) == control
         for character in control.typed:
             assert control_of(Event(pygame.KEYDOWN, key=0, unicode=character.upper(), mod=0)) == control
@@ -43,7 +43,7 @@ def test_help_is_drawn_and_hidden_again(window: Window) -> None:
     window.draw()
     panel = (pixels(window.screen) != before).any(axis=2)
     assert panel.sum() > 20_000
-    assert (pixels(window.screen)[panel] == np.array(FRAME[:3])).all(axis=1).mean() > 0.5
+    assert (pixels(window.screen)[panel] == np.array(theme.raised[:3])).all(axis=1).mean() > 0.35
     press(window, "F1")
     window.draw()
     assert np.array_equal(pixels(window.screen), before)
@@ -69,11 +69,10 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Co
 
     def shown() -> np.ndarray:
         window.draw()
-        below = window.layout.top
-        return pixels(window.screen)[:, below:]
+        return pixels(window.screen)[: window.layout.pane_room].copy()
 
     window.mouse.point = None
-    unfold(window)
+    window.panel.show(Panel.SHOW)
     before = shown()
     press(window, control.typed)
     by_key = shown()
@@ -81,4 +80,5 @@ def test_key_and_button_show_and_hide_the_same_layer(window: Window, control: Co
     press(window, control.typed)
     assert np.array_equal(shown(), before)
     click(window, button(window, control.action))
+    window.widgets.over = window.mouse.point = None
     assert np.array_equal(shown(), by_key)

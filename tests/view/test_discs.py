@@ -16,6 +16,7 @@ from pygame import Color, Surface
 from pymunk.pygame_util import DrawOptions
 from window_driver import pixels
 
+import sandbox.view.debug_draw
 import sandbox.view.discs
 from sandbox.bench.engines import gas
 from sandbox.engines import create
@@ -150,11 +151,11 @@ def test_collision_points_are_those_of_stock_debug_draw(
         engine.step()
     side = math.ceil(scene.arena.size[0] * scale)
     ours, stock = Surface((side, side)), Surface((side, side))
-    debug_draw = DebugDraw(engine.space, Color("black"))
-    discs = Discs(scene.bodies.radius, scene.colors)
-    debug_draw.draw(ours, scale, discs)
+    monkeypatch.setattr(sandbox.view.debug_draw, "MAX_SHAPES", 0)
+    debug_draw = DebugDraw(engine.space, scene.colors, Color("black"))
+    debug_draw.draw(ours, scale)
     monkeypatch.setattr(DebugDraw, "_draw_collision_points", lambda *_: None)
-    debug_draw.draw(stock, scale, discs)
+    debug_draw.draw(stock, scale)
     changed = (pixels(ours) != pixels(stock)).any(axis=2).sum()
     assert changed > 4 * scale
     options = DrawOptions(stock)

@@ -1,22 +1,37 @@
-"""The inspector shows and changes a ball or a wall; with it open, the mouse moves them and draws walls."""
+"""The page of the balls shows and changes a ball or a wall; the tools move them and draw walls."""
 
 from collections.abc import Callable
 
+import numpy as np
 import pygame
 import pytest
 from conftest import scene_of
 from pygame.event import Event
-from window_driver import THREE_BALLS, button, click, colour_at, drag, given, hover, mouse, point, press, run, shown
+from window_driver import (
+    THREE_BALLS,
+    button,
+    click,
+    colour_at,
+    drag,
+    given,
+    hover,
+    mouse,
+    point,
+    press,
+    run,
+    shown,
+    tool,
+)
 
 from sandbox.run.edits import AddBall, AddWall, ChangeBall, ChangeWall, DeleteBall, DeleteWall, SetVelocity
 from sandbox.run.inputs import Grab
 from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
-from sandbox.view.palette import ACCENT
+from sandbox.view.theme import theme
+from sandbox.view.widgets.ball_table import BallTable
+from sandbox.view.widgets.buttons import Swatch
 from sandbox.view.widgets.field import Field
-from sandbox.view.widgets.swatch import Swatch
-from sandbox.view.widgets.text_button import TextButton
 from sandbox.view.widgets.widget import Widget
 from sandbox.view.widgets.words import Words
 from sandbox.view.window import Window
@@ -27,9 +42,10 @@ WALL = "walls = [{ from = [100, 400], to = [500, 400], thickness = 20 }]"
 
 @pytest.fixture
 def desk(memory_screen: None) -> Window:
-    """Open a window with three balls and a wall, paused at step 0, with the inspector."""
+    """Open a window with three balls and a wall, paused at step 0, with the page of the balls and the tool Move."""
     window = Window(scene_of(*THREE_BALLS, more=WALL), ["pymunk", "impulse"])
     press(window, "p", "k")
+    window.mouse.choose(Tool.MOVE)
     return window
 
 
@@ -61,7 +77,7 @@ def type_into(window: Window, name: str, text: str, which: int = 0) -> None:
 
 
 def push(window: Window, text: str) -> None:
-    click(window, find(window, lambda one: isinstance(one, TextButton) and one.text == text))
+    click(window, tool(window, text))
 
 
 def position(window: Window, ball: int, pane: int = 0) -> list[float]:
@@ -69,11 +85,14 @@ def position(window: Window, ball: int, pane: int = 0) -> list[float]:
     return found
 
 
-def test_the_key_or_the_button_opens_the_inspector_and_closes_it(window: Window) -> None:
+def test_the_key_opens_the_page_and_closes_it_and_the_tabs_change_it(window: Window) -> None:
     press(window, "k")
-    assert window.panel.open is Panel.INSPECTOR
-    click(window, button(window, Panel.INSPECTOR))
+    assert window.panel.open is Panel.BALLS
+    press(window, "k")
     assert window.panel.open is None
+    press(window, "k")
+    click(window, button(window, Panel.SCENE))
+    assert window.panel.open is Panel.SCENE
 
 
 def test_a_ball_is_shown_as_in_the_pane_where_it_was_clicked(desk: Window) -> None:
@@ -154,33 +173,64 @@ def test_a_click_that_trembles_moves_nothing(desk: Window) -> None:
     assert desk.editor.selected == 2
 
 
-def test_a_drag_throws_if_that_is_chosen_or_the_inspector_is_closed(desk: Window) -> None:
-    push(desk, "throw")
+def test_the_hand_throws_a_ball_and_move_moves_it(desk: Window) -> None:
+    push(desk, "Hand")
     drag(desk, point(desk, 600, 100), point(desk, 640, 100))
-    press(desk, "k")
-    desk.mouse.move.tool = Tool.MOVE
+    push(desk, "Move")
     drag(desk, point(desk, 600, 100), point(desk, 600, 140))
-    assert [type(one) for one in given(desk)] == [SetVelocity, SetVelocity]
-    assert position(desk, 2) == [600, 100]
+    assert [type(one) for one in given(desk)] == [SetVelocity, ChangeBall]
+    assert position(desk, 2) == pytest.approx([600, 140], abs=3)
 
 
-def test_while_time_passes_the_mouse_pulls_and_fields_are_only_read(desk: Window) -> None:
+@pytest.mark.parametrize("name", ["Move", "Wall"])
+def test_a_tool_that_needs_a_pause_pauses(desk: Window, name: str) -> None:
+    push(desk, "Hand")
+    press(desk, "p")
+    push(desk, name)
+    assert desk.playback.paused
+    press(desk, "p")
+    drag(desk, point(desk, 650, 250), point(desk, 700, 250))
+    assert desk.playback.paused
+    assert [type(one) for one in given(desk)] == ([AddWall] if name == "Wall" else [])
+
+
+def test_while_time_passes_the_mouse_pulls_and_typing_pauses(desk: Window) -> None:
+    push(desk, "Hand")
     press(desk, "p")
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 600, 100))
     assert [type(one) for one in given(desk)] == [Grab]
     assert desk.editor.selected == 2
     assert value(desk, "x") == "600"
     mouse(desk, pygame.MOUSEBUTTONUP, point(desk, 600, 100))
+    assert not desk.playback.paused
     type_into(desk, "x", "300")
-    assert not any(isinstance(one, ChangeBall) for one in given(desk))
-    assert find(desk, lambda one: one.tip == "pause to change it")
+    assert desk.playback.paused
+    assert position(desk, 2)[0] == 300
+
+
+def test_the_table_has_every_ball_sorts_and_selects(desk: Window) -> None:
+    run(desk, 10)
+    [table] = [widget for widget, _ in widgets(desk) if isinstance(widget, BallTable)]
+    desk.draw()
+    line = round(1.5 * desk.layout.text_height)
+    place = next(place for widget, place in desk._placed if widget is table)
+    click(desk, (place.x + 60, place.y + round(2.5 * line)))
+    assert desk.editor.selected == 1
+    place = next(place for widget, place in desk._placed if widget is table)
+    click(desk, (place.right - 10, place.y + line // 2))
+    speeds = np.linalg.norm(desk.view.panes[0].state.velocity, axis=1)
+    assert list(table.order) == np.argsort(-speeds).tolist()
+    click(desk, (place.right - 10, place.y + line // 2))
+    assert list(table.order) == np.argsort(speeds, kind="stable").tolist()
+    push(desk, "impulse")
+    assert table.shown()[0] is desk.view.panes[1].state
 
 
 def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -> None:
-    push(desk, "draw wall")
+    push(desk, "Wall")
     type_into(desk, "thickness", "8")
     drag(desk, point(desk, 600, 300), point(desk, 700, 500))
-    push(desk, "move")
+    push(desk, "Move")
     assert value(desk, "thickness") == "8"  # of the new wall, which is selected
     drag(desk, point(desk, 700, 500), point(desk, 620, 550))
     drag(desk, point(desk, 610, 425), point(desk, 660, 425))
@@ -197,7 +247,7 @@ def test_a_wall_is_drawn_moved_by_an_end_moved_whole_and_deleted(desk: Window) -
 
 
 def test_a_wall_through_a_ball_is_not_drawn(desk: Window) -> None:
-    push(desk, "draw wall")
+    push(desk, "Wall")
     drag(desk, point(desk, 500, 100), point(desk, 700, 100))
     assert desk.notice.text.startswith("pymunk: wall 1 would overlap ball 2 by 11.")
     assert given(desk) == []
@@ -211,7 +261,7 @@ def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
     ):
         hover(desk, point(desk, x, y))
         assert desk.mouse.cursor == cursor
-    push(desk, "draw wall")
+    push(desk, "Wall")
     hover(desk, point(desk, 300, 100))
     assert desk.mouse.cursor == pygame.SYSTEM_CURSOR_CROSSHAIR
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 300, 100))
@@ -223,7 +273,7 @@ def test_the_pointer_shows_what_can_be_moved(desk: Window) -> None:
 def test_what_a_drag_would_do_is_shown_in_every_pane(desk: Window) -> None:
     desk.draw()
     ground = colour_at(desk, 700, 100)
-    push(desk, "draw wall")
+    push(desk, "Wall")
     mouse(desk, pygame.MOUSEBUTTONDOWN, point(desk, 650, 100))
     mouse(desk, pygame.MOUSEMOTION, point(desk, 750, 100))
     desk.draw()
@@ -235,7 +285,7 @@ def test_a_wall_is_not_there_before_it_was_drawn(desk: Window, pane: int) -> Non
     desk.draw()
     before = colour_at(desk, 700, 400, pane)
     run(desk, 10)
-    push(desk, "draw wall")
+    push(desk, "Wall")
     drag(desk, point(desk, 700, 300), point(desk, 700, 500))
     desk.draw()
     assert colour_at(desk, 700, 400, pane) != before
@@ -248,7 +298,7 @@ def test_a_selected_wall_is_marked_in_every_pane_as_long_as_delete_would_delete_
     click(desk, point(desk, 300, 400))
     press(desk, "k")
     desk.draw()
-    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(ACCENT)[:3]] * 2
+    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(theme.accent)[:3]] * 2
     hover(desk, (1, 1))
     press(desk, "Delete")
     assert [type(one) for one in given(desk)] == [DeleteWall]
@@ -269,11 +319,11 @@ def test_a_copy_is_placed_by_the_next_click_and_is_like_the_ball(desk: Window) -
 
 
 def test_a_new_ball_has_the_size_that_was_chosen(desk: Window) -> None:
+    push(desk, "Ball")
     type_into(desk, "radius", "-3")
     assert desk.notice.text.startswith("radius must be greater than 0, got -3")
     type_into(desk, "radius", "33")
     type_into(desk, "mass", "7")
-    push(desk, "add")
     click(desk, point(desk, 700, 300))
     press(desk, "a")  # by the key, near the middle
     for edit in given(desk):
@@ -289,7 +339,7 @@ def test_a_swatch_sets_the_colour(desk: Window) -> None:
     assert value(desk, "colour") == "#cc79a7"
 
 
-def test_walls_are_selected_moved_and_deleted_by_keys(desk: Window) -> None:
+def test_walls_are_selected_and_deleted_by_keys(desk: Window) -> None:
     """They follow the balls: first the arena's, then the scene's own."""
     press(desk, *"....")
     assert heading(desk) == "the left wall"
@@ -300,24 +350,11 @@ def test_walls_are_selected_moved_and_deleted_by_keys(desk: Window) -> None:
     press(desk, ",")
     assert heading(desk) == "wall 0"
     desk.draw()
-    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(ACCENT)[:3]] * 2
-    press(desk, "Left", "Up", shift=True)
-    [wall] = desk.view.moment.scene.walls
-    assert (wall.start, wall.to) == ((90, 390), (490, 390))
+    assert [colour_at(desk, 300, 400, pane) for pane in (0, 1)] == [tuple(theme.accent)[:3]] * 2
     press(desk, "Delete")
-    assert [type(one) for one in given(desk)] == [ChangeWall, ChangeWall, DeleteWall]
+    assert [type(one) for one in given(desk)] == [DeleteWall]
     press(desk, ".")
     assert heading(desk) == "ball 0 in pymunk"
-
-
-def test_a_wall_is_not_moved_by_keys_into_a_ball(desk: Window) -> None:
-    press(desk, ",")
-    for name in ("from y", "to y"):
-        type_into(desk, name, "345")
-    before = shown(desk), given(desk)
-    press(desk, "Up", shift=True)
-    assert "wall 0 would overlap ball 1" in desk.notice.text
-    assert (shown(desk), given(desk)) == before
 
 
 @pytest.mark.parametrize("paused", [True, False])
@@ -331,10 +368,8 @@ def test_the_arena_s_walls_are_read_and_not_changed(desk: Window, paused: bool) 
     fields = [one for one, _ in widgets(desk) if isinstance(one, Field)]
     assert [one.name for one in fields if one.refusal() == ARENA_WALL] == [*ENDS, "elasticity", "friction"]
     hover(desk, (1, 1))
-    for keys, shift in (("Left", True), ("Delete", False)):
-        desk.notice.clear()
-        press(desk, keys, shift=shift)
-        assert "under [arena] in the scene's file" in desk.notice.text
+    press(desk, "Delete")
+    assert "under [arena] in the scene's file" in desk.notice.text
     assert given(desk) == []
     press(desk, ".")
     assert heading(desk) == "the bottom wall"

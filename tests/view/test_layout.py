@@ -5,99 +5,102 @@ import pygame
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pygame import Rect
 
-from sandbox.view.layout import MIN_SIZE, Layout, natural_size
+from sandbox.view.layout import MIN_SIZE, TEXT_HEIGHT, Layout, natural_size
 from sandbox.view.window import Window
+
+SIZES = [(640, 480), (1024, 640), (1600, 1000), (2560, 1440)]
 
 
 @given(
     window=st.tuples(st.integers(MIN_SIZE[0], 4000), st.integers(MIN_SIZE[1], 2500)),
     arena=st.tuples(st.floats(100, 5000), st.floats(100, 5000)),
     panes=st.integers(1, 6),
-    tools=st.sampled_from([(), ((1.0,) * 5 + (5.0,), (1.0,) * 3, (1.0,) * 9, (1.0,) * 3)]),
-    charts=st.integers(0, 3),
-    unfolded=st.sampled_from([True, False, None]),
+    has_chart=st.booleans(),
+    has_controls=st.booleans(),
+    has_column=st.booleans(),
+    palette=st.integers(400, 900),
 )
 def test_nothing_in_the_window_overlaps_or_leaves_it(
     window: tuple[int, int],
     arena: tuple[float, float],
     panes: int,
-    tools: tuple[tuple[float, ...], ...],
-    charts: int,
-    unfolded: bool | None,
+    has_chart: bool,
+    has_controls: bool,
+    has_column: bool,
+    palette: int,
 ) -> None:
-    layout = Layout(window, arena, panes, tools, charts, by_hand=(unfolded,) * len(tools))
-    tool_places = [place for place in layout.toolbar if place.width]
-    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.status, *tool_places]
-    places += [layout.strip] if layout.strip.height else []
-    assert layout.strip.height == 0 or layout.strip.height - layout.line_height >= 2.2 * charts * layout.text_height
-    assert len(layout.toolbar) == sum(map(len, tools))
+    has_column = has_column and has_controls
+    text = TEXT_HEIGHT if has_controls else 0
+    layout = Layout(
+        window, arena, panes, text, has_chart=has_chart, has_controls=has_controls, has_column=has_column,
+        palette_widths=(palette // 10,) * 10, before_track=180, after_track=150,
+    )  # fmt: skip
+    room = min(arena.width for arena in layout.arenas) > 3 and min(arena.height for arena in layout.arenas) > 3
+    places = [*layout.arenas, *(layout.title(pane) for pane in range(panes)), layout.header, layout.panel]
+    places += [layout.timeline] if has_controls else [layout.strip, layout.status]
+    places += [layout.palette] if has_controls and room else []
+    places = [place for place in places if place.width and place.height]
     for index, place in enumerate(places):
-        assert place.collidelist(places[index + 1 :]) == -1
-        assert pygame.Rect((0, 0), window).contains(place)
+        assert place.collidelist(places[index + 1 :]) == -1 or not room
+        assert pygame.Rect((0, 0), window).contains(place) or not room
     for pane in range(panes):
         assert layout.pane_at(layout.arenas[pane].center) == pane
+    inside = [layout.transport, layout.tabs, layout.strip, layout.bar] if has_controls else []
+    assert all(layout.timeline.contains(place) for place in inside if place.height)
 
 
-@pytest.mark.parametrize("size", [(1024, 640), (1280, 800), (3840, 2160)])
-@pytest.mark.parametrize("panes", [1, 2, 3])
-def test_there_is_room_for_all_charts_and_a_large_arena(window: Window, size: tuple[int, int], panes: int) -> None:
-    layout = Layout(size, (800, 600), panes, window.toolbar.widths, 3)
-    assert layout.strip.height > 0.2 * size[1]
-    assert layout.arenas[0].width > 0.9 * size[0] / max(panes, 2) or layout.arenas[0].height > 0.4 * size[1]
-    assert len({place.y for place in layout.toolbar if place.width}) == 1  # row
-    assert layout.text_height == max(13, min(size[1] // 40, 48))
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("has_column", [True, False])
+def test_chart_panes_and_every_button_have_room(window: Window, size: tuple[int, int], has_column: bool) -> None:
+    window.screen = pygame.display.set_mode(size)
+    if has_column != (window.panel.open is not None):
+        window._toggle_column()
+    layout = window.layout
+    assert layout.strip.height > 0.12 * size[1]
+    area = sum(arena.width * arena.height for arena in layout.arenas)
+    assert area > 0.1 * size[0] * size[1]
+    shown = {getattr(widget, "label", "") for widget, _ in window._placed}
+    assert {"Open\N{HORIZONTAL ELLIPSIS}", "Help", "Hand", "Wall", "Erase", "Undo", "Redo", "Fit", "Pause"} <= shown
+    screen = window.screen.get_rect()
+    in_rows = [place for row in (window.header, window.palette, window.timeline) for _, place in row.placed(layout)]
+    assert all(screen.contains(place) for place in in_rows)
+    assert all(len(place.collidelistall(in_rows)) == 1 for place in in_rows)
 
 
-@pytest.mark.parametrize("size", [(480, 320), (640, 480), (1024, 640), (1440, 900), (2560, 1440)])
-def test_the_toolbar_is_one_full_row_in_which_every_group_is_named(window: Window, size: tuple[int, int]) -> None:
-    layout = Layout(size, (800, 600), 2, window.toolbar.widths, 3)
-    shown = [place for place in layout.toolbar if place.width]
-    assert len({place.y for place in shown}) == 1
-    assert max(place.right for place in shown) > 0.75 * size[0]
-    headers = np.cumsum([0, *map(len, window.toolbar.widths)])[:-1]
-    assert all(layout.toolbar[number].width for number in headers)
+@pytest.mark.parametrize("size", SIZES)
+def test_buttons_do_not_move_when_the_run_goes_on(window: Window, size: tuple[int, int]) -> None:
+    window.screen = pygame.display.set_mode(size)
+
+    def places() -> list[tuple[int, ...]]:
+        return [tuple(place) for row in (window.palette, window.timeline) for _, place in row.placed(window.layout)]
+
+    before = places()
+    window.playback.pause()
+    window.playback.set_speed(0.5)
+    window.view.charts.toggle_scale()
+    window.mouse.zoom_by(30)
+    for _ in range(20):
+        window.playback.step()
+    assert places() == before
 
 
-def test_groups_unfolded_by_hand_get_further_rows_and_folded_ones_leave_room_for_others(window: Window) -> None:
-    widths = window.toolbar.widths
-    unfolded = Layout((1024, 640), (800, 600), 2, widths, 3, by_hand=(True,) * len(widths))
-    assert all(place.width for place in unfolded.toolbar)
-    rows = sorted({place.y for place in unfolded.toolbar})
-    assert len(rows) == 2
-    for row in rows:
-        assert max(place.right for place in unfolded.toolbar if place.y == row) > 0.75 * 1024
-
-    def layout_with(first: bool | None) -> Layout:
-        return Layout((1024, 640), (800, 600), 2, widths, 3, by_hand=(first, *(None,) * (len(widths) - 1)))
-
-    seen, seen_without_first = (
-        {k for k, place in enumerate(layout_with(first).toolbar) if place.width} for first in (None, False)
-    )
-    assert seen_without_first - seen
-    assert seen_without_first & set(range(len(widths[0]))) == {0}
-
-
-@pytest.mark.parametrize("arena", [(800.0, 600.0), (1000.0, 500.0), (300.0, 900.0)])
-def test_a_new_window_has_two_panes_side_by_side_and_fits_the_desktop(arena: tuple[float, float]) -> None:
-    for desktop in ((1400, 800), (1920, 1080)):
-        size = natural_size(arena, 2, desktop)
-        left, right = Layout(size, arena, 2).arenas
-        assert left.y == right.y
-        assert left.right < right.x
+def test_a_new_window_fits_the_desktop() -> None:
+    for desktop in ((800, 600), (1400, 800), (1920, 1080), (3840, 2160)):
+        size = natural_size(desktop)
         assert size[0] <= desktop[0]
         assert size[1] <= desktop[1]
+    assert natural_size((3840, 2160)) == (1600, 1000)
 
 
 @pytest.mark.parametrize("size", [(480, 320), (800, 600), (1680, 1010), (700, 1400)])
 @pytest.mark.parametrize("panes", [1, 2, 3, 4])
-@pytest.mark.parametrize("charts", [0, 3])
-def test_the_frame_is_what_toolbar_arenas_and_charts_leave_of_the_window(
-    size: tuple[int, int], panes: int, charts: int
+@pytest.mark.parametrize("has_column", [True, False])
+def test_the_frame_is_what_arenas_column_and_timeline_leave_of_the_window(
+    size: tuple[int, int], panes: int, has_column: bool
 ) -> None:
-    layout = Layout(size, (800.0, 600.0), panes, ((1.0, 5.0),), charts)
+    layout = Layout(size, (800.0, 600.0), panes, TEXT_HEIGHT, has_chart=True, has_controls=True, has_column=has_column)
     covered = np.zeros(size, int)
-    for place in (Rect(0, 0, size[0], layout.top), *layout.frame, *layout.arenas, layout.strip):
+    for place in (*layout.frame, *layout.arenas, layout.timeline, layout.panel):
         covered[place.left : place.right, place.top : place.bottom] += 1
     assert (covered == 1).all()

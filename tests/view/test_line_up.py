@@ -187,11 +187,11 @@ def test_what_a_new_engine_refuses_is_not_redone() -> None:
     window.line_up.add("article")
     assert names(window) == ["pymunk", "article"]
     run(window, 7)
-    press(window, "y")
+    window.playback.redo()
     assert "article: gravity" in window.notice.text
     assert (step(window), given(window)) == (27, [])
     check_replay(window)
-    press(window, "y")
+    window.playback.redo()
     assert "there is nothing to redo" in window.notice.text
 
 

@@ -18,8 +18,8 @@ from window_driver import (
     press,
     pull,
     run,
-    slider,
     step,
+    tool,
 )
 
 from sandbox.run.edits import SetVelocity
@@ -27,11 +27,11 @@ from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.state import State
-from sandbox.view.ball_card import ball_table
+from sandbox.view.cards import ball_table
 from sandbox.view.layers import Layer
 from sandbox.view.layout import GAP, Layout, Lens
 from sandbox.view.mouse_tool import ball_at
-from sandbox.view.palette import FAINT
+from sandbox.view.theme import theme
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -177,10 +177,10 @@ def test_no_tip_is_drawn_while_the_mouse_holds_something(window: Window, monkeyp
     press(window, "p")
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 600, 100))
     mouse(window, pygame.MOUSEMOTION, point(window, 600, 200))
-    mouse(window, pygame.MOUSEMOTION, window.layout.toolbar[1].center)
+    mouse(window, pygame.MOUSEMOTION, tool(window, "Undo"))
     window.draw()
     assert tips == []
-    mouse(window, pygame.MOUSEBUTTONUP, window.layout.toolbar[1].center)
+    mouse(window, pygame.MOUSEBUTTONUP, tool(window, "Undo"))
     window.draw()
     assert len(tips) == 1
 
@@ -214,7 +214,7 @@ def test_looking_at_an_earlier_drag_changes_no_input(window: Window) -> None:
     strip = window.layout.strip
     hover(window, point(window, 300, 500))
     drag(window, strip.center, (strip.x + strip.width // 3, strip.centery))
-    drag(window, window.layout.toolbar[1].center, (5, 5))
+    drag(window, tool(window, "Fit"), (5, 5))
     window.on_event(Event(pygame.WINDOWFOCUSLOST))
     window.playback.seek(10)
     run(window, 2)
@@ -242,13 +242,6 @@ def test_what_the_mouse_holds_is_released_while_the_picker_is_open(window: Windo
     window.on_event(lost)
     assert window.view.session.held is None
     press(window, "Esc")
-    knob, place = slider(window, "speed")
-    mouse(window, pygame.MOUSEBUTTONDOWN, place.midleft)
-    press(window, "/")
-    window.on_event(lost)
-    press(window, "Esc")
-    hover(window, place.midright)
-    assert knob.value() == 0.01
 
 
 def test_the_card_of_a_ball_that_turns_shows_its_spin() -> None:
@@ -275,8 +268,8 @@ def test_the_card_of_a_ball_under_the_mouse_shows_its_values_in_every_engine(x: 
     card = pygame.Rect(int(columns.min()), int(rows.min()), int(np.ptp(columns)) + 1, int(np.ptp(rows)) + 1)
     assert card.width > 200
     assert window.screen.get_rect().inflate(-1, -1).contains(card.inflate(-2, -2))
-    assert window.screen.get_at((card.x, card.y + card.height // 2))[:3] == FAINT[:3]  # its whole edge
-    assert window.screen.get_at((card.right - 1, card.y + card.height // 2))[:3] == FAINT[:3]
+    assert window.screen.get_at((card.x, card.y + card.height // 2))[:3] == theme.dim[:3]  # its whole edge
+    assert window.screen.get_at((card.right - 1, card.y + card.height // 2))[:3] == theme.dim[:3]
     window.on_event(Event(pygame.WINDOWLEAVE))
     window.draw()
     assert np.array_equal(pixels(window.screen), before)
@@ -301,7 +294,7 @@ def test_the_wheel_zooms_all_panes_about_the_pointer_and_a_key_shows_all(window:
     zoom(window, at, 6)
     assert window.layout.scale == pytest.approx(whole.scale * 1.25**6)
     assert window.layout.arenas == whole.arenas
-    assert point(window, x, y) == pytest.approx(at, abs=1)
+    assert point(window, x, y) == pytest.approx(at, abs=3)  # a pixel at first
     window.draw()
     radius = 10 * window.layout.scale
     for pane in (0, 1):

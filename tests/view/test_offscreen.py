@@ -69,7 +69,7 @@ def centre(frame: np.ndarray, place: pygame.Rect, colour: str) -> tuple[float, f
 
 def check_frame(frame: np.ndarray, scene: Scene, step: int, off: float = 1.0) -> None:
     """Check where the balls are. off: px of the picture by which each may be elsewhere."""
-    layout = Layout(SIZE, scene.arena.size, 2, charts=2)
+    layout = Layout(SIZE, scene.arena.size, 2, has_chart=True)
     for pane, engine in enumerate(("pymunk", "article")):
         position = simulate(scene, engine, steps=step).position[-1]
         for ball, colour in enumerate(COLOURS):

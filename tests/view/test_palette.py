@@ -1,6 +1,7 @@
 """Colours stand out on every background, and one engine's from another's."""
 
 import math
+from collections.abc import Iterator
 from itertools import chain, combinations, permutations, product
 from typing import Final
 
@@ -13,7 +14,8 @@ from sandbox.engines import registry
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import rgb
 from sandbox.state import Floats
-from sandbox.view.palette import chart_background, palette
+from sandbox.view.palette import chart_palette, palette
+from sandbox.view.theme import DARK, LIGHT, contrast_ratio, theme
 from sandbox.view.tuning import SCALES, has_settings, with_setting
 
 ENGINES: Final = ["pymunk", "article", "impulse", "exact", "box2d"]
@@ -26,26 +28,40 @@ SIGHTS: Final = {
 
 
 def test_colours_stand_out_from_light_and_dark() -> None:
-    def luminance(colour: Color) -> float:
-        parts = [part / 255 for part in (colour.r, colour.g, colour.b)]
-        red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
-        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-    def against(a: Color, b: Color) -> float:
-        low, high = sorted((luminance(a), luminance(b)))
-        return (high + 0.05) / (low + 0.05)
-
     for background in ("white", "black", "#22262b", "#f5f5dc", "#14532d", "tomato"):
-        on_paper = palette(chart_background(background))
-        for colour in on_paper.engines([*ENGINES, *"abcdef"]).values():
-            assert against(colour, on_paper.ground) > 2.6
         colours = palette(background)
         ground = Color(*rgb(background))
-        assert against(colours.ink, ground) > 7
+        assert contrast_ratio(colours.ink, ground) > 7
         if background == "tomato":  # which no colour but black and white stands out from
             continue
         for colour in (colours.momentum, colours.contact):
-            assert against(colour, ground) > 2.6
+            assert contrast_ratio(colour, ground) > 2.6
+
+
+@pytest.fixture(autouse=True)
+def _light() -> Iterator[None]:
+    theme.use(dark=False)
+    yield
+    theme.use(dark=False)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_every_text_can_be_read_in_both_themes(dark: bool) -> None:
+    theme.use(dark=dark)
+    for ground in (theme.ground, theme.raised, theme.hover):
+        for ink in (theme.ink, theme.dim):
+            assert contrast_ratio(ink, ground) >= 4.5
+    assert contrast_ratio(theme.on_accent, theme.accent) >= 4.5
+    colours = chart_palette()
+    for colour in colours.engines([*ENGINES, *"abcdef"]).values():
+        assert contrast_ratio(colour, colours.ground) >= 4.5
+
+
+def test_a_light_scene_does_not_glare_in_a_dark_window() -> None:
+    assert palette("white").ground == Color("white") == LIGHT.pane
+    theme.use(dark=True)
+    assert palette("white").ground == DARK.pane
+    assert palette("#101418").ground == Color("#101418")
 
 
 def test_an_engine_has_its_colour_whatever_runs_beside_it() -> None:

@@ -10,8 +10,8 @@ from window_driver import SMALL_SCENE, drag, hover, pixels, press, run, step
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
-from sandbox.view.palette import RAISED
 from sandbox.view.scene_picker import ScenePicker
+from sandbox.view.theme import theme
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -93,7 +93,7 @@ def test_a_click_runs_a_scene_and_its_preview_shows_it(window: Window) -> None:
     window.draw()
     [(_, place)] = picker.places()
     assert tuple(window.screen.get_at((place.x + 3, place.y + place.height // 3)))[:3] == rgb("#14532d")
-    assert tuple(window.screen.get_at((place.x - 4, place.bottom)))[:3] == tuple(RAISED)[:3]
+    assert tuple(window.screen.get_at((place.x - 4, place.bottom)))[:3] == tuple(theme.hover)[:3]
     drag(window, place.center, place.center)
     assert window.scene.name == "break-shot"
 

@@ -17,11 +17,14 @@ from window_driver import WorkerHere, hover, mouse, point, press, run
 
 from sandbox.scene.files import load
 from sandbox.view.case_so_far import CaseSoFar
+from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
+from sandbox.view.layers import Layer
+from sandbox.view.move_tool import Tool
 from sandbox.view.window import Window
 
 DOCS: Final = Path(__file__).parents[2] / "docs"
-SIZE: Final = (1024, 640)
+SIZE: Final = (1280, 800)
 MAX_CHANGED: Final = 0.01  # share of the pixels: the last digits of a text, or a ball by a px
 
 
@@ -29,14 +32,15 @@ def window_of(scene: str, engines: list[str] | None, steps: int) -> Window:
     """Return a window that is paused after some steps."""
     window = Window(load(scene), engines)
     window.screen = pygame.display.set_mode(SIZE)
-    window.about.close()
+    window.showing |= {Layer.GHOSTS} | ({Layer.NUMBERS} if len(window.scene.bodies) <= 30 else set())
+    window.panel.show(Panel.SCENE)
     press(window, "p")
     run(window, steps)
     return window
 
 
 def default_window() -> Window:
-    """At 5 s of 12, of which all are in the charts."""
+    """At 5 s of 12, of which all are in the chart."""
     window = window_of("article", None, 720)
     for _ in range(7):
         press(window, "PageUp")
@@ -44,10 +48,11 @@ def default_window() -> Window:
     return window
 
 
-def inspector() -> Window:
+def balls() -> Window:
     """A ball is selected, and moved by the mouse."""
     window = window_of("billiards", ["pymunk", "exact"], 40)
     press(window, "k")
+    window.mouse.choose(Tool.MOVE)
     x, y = window.view.panes[0].state.position[0].tolist()
     hover(window, point(window, x, y))
     mouse(window, pygame.MOUSEBUTTONDOWN, point(window, x, y))
@@ -56,9 +61,9 @@ def inspector() -> Window:
 
 
 def gas() -> Window:
-    """A gas with its pressure and the histogram of its speeds."""
+    """A gas with the histogram of its speeds."""
     window = window_of("gas-1000", None, 240)
-    window.view.charts.show((Instrument.PRESSURE, Instrument.SPEEDS))
+    window.view.charts.show(Instrument.SPEEDS)
     return window
 
 
@@ -83,7 +88,7 @@ def two_pymunks() -> Window:
 PICTURES: Final[dict[str, Callable[[], Window]]] = {
     "toolbar.png": default_window,
     "engines.png": two_pymunks,
-    "inspector.png": inspector,
+    "inspector.png": balls,
     "instruments.png": gas,
     "why.png": why_window,
 }

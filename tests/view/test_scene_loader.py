@@ -13,7 +13,7 @@ from window_driver import SMALL_SCENE, pixels, press, run, step
 from sandbox.errors import SandboxError
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
-from sandbox.view.file_watcher import FileWatcher
+from sandbox.view.scene_loader import FileWatcher
 from sandbox.view.window import Window
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -99,7 +99,7 @@ def test_of_many_errors_the_first_are_shown_and_the_number_of_others(
     window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shown: list[str] = []
-    monkeypatch.setattr("sandbox.view.error_card.card", lambda _, lines, *__: shown.extend(line for [line] in lines))
+    monkeypatch.setattr("sandbox.view.cards.card", lambda _, lines, *__: shown.extend(line for [line] in lines))
     window.scenes.error = "\n".join(f"mine.toml:{k}: {'k' * 500_000 if k == 3 else 'is wrong'}" for k in range(100))
     window.draw()
     assert len(shown) == 9

@@ -8,15 +8,18 @@ from pathlib import Path
 import numpy as np
 import pygame
 import pytest
+from pygame import Color, Rect
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, step
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, step, tool
 
-from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
+from sandbox.view.guard import Guard
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Kind
 from sandbox.view.palette import GREEN, VERMILLION
+from sandbox.view.theme import readable
+from sandbox.view.widgets.menu import Menu
 from sandbox.view.window import Window, has_display
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -84,39 +87,109 @@ def test_notices_of_success_and_error_look_different(window: Window) -> None:
         window.notice.show("the same", kind)
         window.draw()
         seen.append(colours(window.screen.subsurface(window.layout.status)))
-    assert [rgb(GREEN) in found for found in seen] == [False, True, False]
-    assert [rgb(VERMILLION) in found for found in seen] == [False, False, True]
+    done, failed = (tuple(readable(Color(colour), Color("white")))[:3] for colour in (GREEN, VERMILLION))
+    assert [done in found for found in seen] == [False, True, False]
+    assert [failed in found for found in seen] == [False, False, True]
 
 
-def test_the_length_of_a_recording_is_shown_beside_a_red_dot(window: Window) -> None:
+def test_the_length_of_a_recording_is_on_its_button(window: Window) -> None:
     press(window, "F9")
     for _ in range(25):
         window.frame(1 / 50)
-    window.draw()
     assert "    0.5 s    " in window.status
-    assert rgb(VERMILLION) in colours(window.screen.subsurface(window.layout.status))
+    assert tool(window, "Stop 0.5 s")
     window.recorder.stop()
 
 
-def test_what_a_scene_is_about_is_shown_after_opening_and_under_help(
-    window: Window, monkeypatch: pytest.MonkeyPatch
+def test_what_a_scene_is_about_is_in_the_header_and_whole_while_the_mouse_is_on_it(window: Window) -> None:
+    window.begin(load("article"), None)
+    window.draw()
+    [(label, place)] = [(widget, at) for widget, at in window._placed if widget is window.header._about]
+    assert label.tip.replace("\n", " ") == window.scene.about
+    assert not any(place.colliderect(at) for widget, at in window._placed if widget is not label)
+    assert place.bottom <= min(arena.y for arena in window.layout.arenas)
+
+
+def test_a_part_that_fails_switches_itself_off_and_the_run_goes_on(
+    window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    clock = [100.0]
-    monkeypatch.setattr("sandbox.view.about_card.monotonic", lambda: clock[0])
-    scene = load("head-on")
-    window.begin(scene, None)
-    press(window, "p")
-    seen = []
-    for clock[0] in (101.0, 107.0, 109.0):
-        window.frame(1 / 60)
-        seen.append(pixels(window.screen))
-    assert np.array_equal(seen[0], seen[1])
-    assert (seen[1] != seen[2]).any(axis=2).sum() > 5000
-    assert window.about.text == ""
-    press(window, "F1")
-    assert window.about.text == scene.about
+    monkeypatch.setattr(Guard, "strict", False)
+
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("in the chart")
+
+    monkeypatch.setattr(type(window.view.charts), "draw", fail)
+    window.playback.paused = False
+    for _ in range(5):
+        window.frame(1 / 30)
+    assert step(window) > 5
+    assert "The chart failed and is switched off" in window.status
+    assert window.guard.failed == ("the chart",)
+    assert "ZeroDivisionError: in the chart" in caplog.text
+    assert len(caplog.records) == 1
+    monkeypatch.undo()
+    press(window, "r")
+    assert not window.guard.failed
+
+
+def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> None:
+    for width, is_open in ((1400, True), (640, False), (1400, True)):
+        window.screen = pygame.display.set_mode((width, 700))
+        window.on_event(Event(pygame.WINDOWSIZECHANGED, x=width, y=700))
+        assert (window.panel.open is not None) == is_open
+        window.draw()
+    press(window, "w")
+    assert window.panel.open is not None
+    window.on_event(Event(pygame.WINDOWSIZECHANGED, x=1400, y=700))
+    assert window.panel.open is not None
+
+
+def test_closing_with_edits_that_are_not_saved_asks(window: Window) -> None:
+    window.editor.set_gravity(100.0)
     press(window, "Esc")
-    assert window.about.text == ""
+    assert "edits of this run are not saved" in window.status
+    press(window, "s", "o", "Esc")
+    assert window.status.endswith("Esc again quits")
+    assert "edits" not in window.status
+
+
+def test_the_theme_and_the_size_of_the_text_change_at_once(window: Window) -> None:
+    window.draw()
+    light = pixels(window.screen)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_F7, unicode="", mod=0))
+    window.draw()
+    dark = pixels(window.screen)
+    assert dark.mean() < 60
+    assert light.mean() > 200
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_F7, unicode="", mod=0))
+    window.draw()
+    assert np.array_equal(pixels(window.screen), light)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_PLUS, unicode="+", mod=pygame.KMOD_LCTRL))
+    assert (window.layout.text_height, window.playback.speed) == (15, 1.0)
+    window.on_event(Event(pygame.KEYDOWN, key=pygame.K_MINUS, unicode="-", mod=pygame.KMOD_LCTRL))
+    assert window.layout.text_height == 14
+
+
+def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None:
+    def open_menu() -> tuple[Menu, Rect]:
+        found = next((w, at) for w, at in window._placed if isinstance(w, Menu) and "fast" in w.does)
+        window.draw()
+        return found
+
+    menu, place = open_menu()
+    click(window, place.center)
+    assert menu.is_open
+    window.draw()
+    where = menu.list_place(place, window.layout.text_height, window.screen.get_rect())
+    assert window.screen.get_rect().contains(where)
+    click(window, (where.x + 20, where.y + 10))
+    assert (window.playback.speed, menu.is_open) == (0.01, False)
+    window.widgets.focus = menu
+    press(window, "Enter", "Down", "Enter")
+    assert window.playback.speed == 0.02
+    press(window, "Enter", "Esc")
+    assert not menu.is_open
+    assert window.running
 
 
 def test_full_screen_and_back(window: Window) -> None:

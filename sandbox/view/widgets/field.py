@@ -8,8 +8,8 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.palette import FAINT, INK, RAISED
 from sandbox.view.primitives import fitting, text_width, write
+from sandbox.view.theme import theme
 from sandbox.view.widgets.widget import ENTER, Widget, draw_ground
 
 MAX_TYPED: Final = 200  # characters
@@ -21,7 +21,8 @@ class Field(Widget):
     """Shows a value by its name. A press begins typing, and so does Enter or a digit while the keyboard is on it.
 
     Enter or Tab chooses what was typed, and keys are the window's again; Esc, or going elsewhere, leaves the value as
-    it was. refusal: why it cannot be typed into, or nothing. typed: so far; None while nothing is being typed.
+    it was. refusal: why it cannot be typed into, or nothing. typed: so far; None while nothing is being typed. begin:
+    called when typing begins.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Field(Widget):
     refusal: Callable[[], str] = str
     width: float = 5.0
     typed: str | None = None
+    begin: Callable[[], None] | None = None
 
     takes_text = True
 
@@ -47,23 +49,25 @@ class Field(Widget):
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw name, value and unit, smaller if need be; what is typed has a cursor behind it."""
-        draw_ground(surface, place, RAISED, text_height, hot=hot)
+        draw_ground(surface, place, theme.raised, text_height, hot=hot)
         line = place.inflate(-text_height, 0)
         text = self.typed or f"{self.value()} {self.unit}".rstrip()
         gap = text_height // 2
         width = text_width(self.name, text_height) + gap + text_width(text, text_height)
         height = fitting(width, line.width, text_height)
-        end = write(surface, self.name, line, FAINT, height)
+        end = write(surface, self.name, line, theme.dim, height)
         x = max(end + gap, line.right - text_width(text, height))
-        ink = FAINT if self.refusal() or self.typed == "" else INK
+        ink = theme.dim if self.refusal() or self.typed == "" else theme.ink
         right = write(surface, text, Rect(x, line.y, line.right - x, line.height), ink, height)
         if self.typed is not None:
-            surface.fill(INK, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8))
+            surface.fill(
+                theme.ink, (min(right + 1, line.right), place.y + 4, max(1, text_height // 10), place.height - 8)
+            )
 
-    def press(self, place: Rect, x: int) -> None:
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Begin to type."""
         if not self.refusal():
-            self.typed = ""
+            self._begin()
 
     def key(self, event: Event) -> bool:
         """Type a character, or choose what was typed."""
@@ -72,7 +76,7 @@ class Field(Widget):
         if self.typed is None:
             if event.key not in ENTER and (not event.unicode or event.unicode not in FIRST_CHARACTERS):
                 return False
-            self.typed = ""
+            self._begin()
             return event.key in ENTER or self._type(event)
         if event.key in ENTER or event.key == pygame.K_TAB:
             self._choose_typed()
@@ -81,6 +85,11 @@ class Field(Widget):
             self.typed = None
             return True
         return self._type(event)
+
+    def _begin(self) -> None:
+        self.typed = ""
+        if self.begin:
+            self.begin()
 
     def _choose_typed(self) -> None:
         typed, self.typed = self.typed, None

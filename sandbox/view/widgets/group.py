@@ -7,6 +7,7 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.view.primitives import card
+from sandbox.view.widgets.menu import Menu
 from sandbox.view.widgets.widget import Widget
 
 Placed = tuple[Widget, Rect]
@@ -19,6 +20,22 @@ class WidgetGroup:
         self.over: Widget | None = None
         self.held: Widget | None = None
         self.focus: Widget | None = None
+        self._text_height = 14
+        self._within = Rect(0, 0, 1, 1)
+
+    def fit(self, within: Rect, text_height: int) -> None:
+        """Set where lists may be, and the height of their text, px."""
+        self._within, self._text_height = within, text_height
+
+    @staticmethod
+    def open_menu(placed: Sequence[Placed]) -> Menu | None:
+        """Return the menu whose list is open."""
+        return next((widget for widget, _ in placed if isinstance(widget, Menu) and widget.is_open), None)
+
+    def draw_list(self, surface: Surface, placed: Sequence[Placed]) -> None:
+        """Draw the list of the menu that is open."""
+        if menu := self.open_menu(placed):
+            menu.draw_list(surface, _place_of(menu, placed), self._text_height)
 
     @property
     def is_typed_into(self) -> bool:
@@ -32,17 +49,20 @@ class WidgetGroup:
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
         self._forget_all_but(placed)
+        menu = self.open_menu(placed)
+        if menu and menu.on_event(event, _place_of(menu, placed), self._text_height, self._within):
+            return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
         if event.type == pygame.MOUSEMOTION:
             self.over = widget_at(event.pos, placed)
-            self._drag(event.pos[0], placed)
+            self._drag(event.pos, placed)
             return self.held is not None
         if event.type == pygame.MOUSEBUTTONDOWN and event.button == 1:
             self.held = pressed = widget_at(event.pos, placed)
             self._move_focus(pressed if pressed and pressed.takes_text else None)
             if pressed:
-                pressed.press(_place_of(pressed, placed), event.pos[0])
+                pressed.press(_place_of(pressed, placed), event.pos)
             return pressed is not None
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
@@ -62,9 +82,9 @@ class WidgetGroup:
         if self.held is not None and not _contains(shown, self.held):
             self.held = None
 
-    def _drag(self, x: int, placed: Sequence[Placed]) -> None:
+    def _drag(self, point: tuple[int, int], placed: Sequence[Placed]) -> None:
         if self.held is not None and self.held.follows_mouse:
-            self.held.press(_place_of(self.held, placed), x)
+            self.held.press(_place_of(self.held, placed), point)
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:

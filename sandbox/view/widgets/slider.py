@@ -9,8 +9,8 @@ import pygame
 from pygame import Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.palette import ACCENT, FAINT, INK, RAISED
 from sandbox.view.primitives import lettering
+from sandbox.view.theme import theme
 from sandbox.view.widgets.widget import ARROWS, ENTER, Widget, draw_ground
 
 SLIDER_WIDTH: Final = 5.0  # in heights of the toolbar
@@ -56,23 +56,23 @@ class Slider(Widget):
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw its name and value over a track with a knob, grey if no other value can be chosen."""
-        ink, knob = (FAINT, FAINT) if self.refusal() else (INK, ACCENT)
-        draw_ground(surface, place, RAISED, text_height, hot=hot)
+        ink, knob = (theme.dim, theme.dim) if self.refusal() else (theme.ink, theme.accent)
+        draw_ground(surface, place, theme.raised, text_height, hot=hot)
         height = round(0.38 * place.height)
         track = self._track(place)
-        name, value = lettering(self.name, FAINT, height), lettering(self._value_text(), ink, height)
+        name, value = lettering(self.name, theme.dim, height), lettering(self._value_text(), ink, height)
         surface.blit(name, (track.x, place.y + height // 6))
         surface.blit(value, (track.right - value.get_width(), place.y + height // 6))
-        pygame.draw.line(surface, FAINT, track.midleft, track.midright, max(1, place.height // 14))
+        pygame.draw.line(surface, theme.dim, track.midleft, track.midright, max(1, place.height // 14))
         x = track.x + track.width * self._nearest() / max(1, len(self.values) - 1)
         pygame.draw.circle(surface, knob, (round(x), track.centery), round(0.16 * place.height))
 
-    def press(self, place: Rect, x: int) -> None:
-        """Choose the value at x of the track."""
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Choose the value at a point of the track."""
         if self.refusal():
             return
         track = self._track(place)
-        share = min(max((x - track.x) / track.width, 0.0), 1.0)
+        share = min(max((point[0] - track.x) / track.width, 0.0), 1.0)
         index = round(share * (len(self.values) - 1))
         if self.at_once:
             self._choose(index)

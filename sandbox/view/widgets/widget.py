@@ -6,7 +6,7 @@ import pygame
 from pygame import Color, Rect, Surface
 from pygame.event import Event
 
-from sandbox.view.palette import FAINT, INK
+from sandbox.view.theme import theme
 
 ENTER: Final = (pygame.K_RETURN, pygame.K_KP_ENTER)
 ARROWS: Final = {pygame.K_LEFT: -1, pygame.K_DOWN: -1, pygame.K_RIGHT: 1, pygame.K_UP: 1}
@@ -35,16 +35,20 @@ class Widget:
         """What is drawn; something else if the widget must be drawn again."""
         raise NotImplementedError
 
+    def natural_width(self, text_height: int) -> int:
+        """Return the width that it has in a row of the window, px."""
+        return round(1.75 * text_height * self.width)
+
     def height(self, width: int, text_height: int) -> int:
         """Return the height that it needs in the side panel, px. width, text_height: px."""
-        return round(1.75 * text_height)
+        return round(1.85 * text_height)
 
     def draw(self, surface: Surface, place: Rect, text_height: int, *, hot: bool) -> None:
         """Draw it. hot: the mouse or the keyboard is on it."""
         raise NotImplementedError
 
-    def press(self, place: Rect, x: int) -> None:
-        """Handle the mouse going down on it, or moving since then, at x (px of the window)."""
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
+        """Handle the mouse going down on it, or moving since then, at a point of the window."""
 
     def release(self) -> None:
         """Handle the mouse button going up."""
@@ -64,7 +68,7 @@ class Pressable(Widget):
         """Do it."""
         raise NotImplementedError
 
-    def press(self, place: Rect, x: int) -> None:
+    def press(self, place: Rect, point: tuple[int, int]) -> None:
         """Do it."""
         self.act()
 
@@ -79,11 +83,12 @@ def draw_fold(surface: Surface, centre: tuple[int, int], size: int, *, is_open: 
     """Draw a triangle that points down if something is unfolded, else to the right. size: half its width, px."""
     x, y = centre
     tips = [(-1, -0.5), (1, -0.5), (0, 0.7)] if is_open else [(-0.5, -1), (-0.5, 1), (0.7, 0)]
-    pygame.draw.polygon(surface, FAINT, [(x + size * across, y + size * down) for across, down in tips])
+    pygame.draw.polygon(surface, theme.dim, [(x + size * across, y + size * down) for across, down in tips])
 
 
 def draw_ground(surface: Surface, place: Rect, colour: Color, text_height: int, *, hot: bool) -> None:
-    """Draw what a widget stands on, with a frame while the mouse or the keyboard is on it."""
-    pygame.draw.rect(surface, colour, place, border_radius=text_height // 3)
-    if hot:
-        pygame.draw.rect(surface, INK, place, max(1, text_height // 9), border_radius=text_height // 3)
+    """Draw what a widget stands on, with a stronger edge while the mouse or the keyboard is on it."""
+    radius = round(0.4 * text_height)
+    pygame.draw.rect(surface, theme.hover if hot and colour == theme.raised else colour, place, border_radius=radius)
+    edge = theme.accent if hot else theme.line
+    pygame.draw.rect(surface, edge, place, max(1, text_height // 12), border_radius=radius)

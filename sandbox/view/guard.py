@@ -1,0 +1,50 @@
+"""What is drawn may fail: it then switches itself off, and the run goes on."""
+
+import logging
+from collections.abc import Callable
+from typing import Final, TypeVar
+
+from sandbox.view.events import Stopped
+from sandbox.view.notice import Kind, Notice
+
+LOG: Final = logging.getLogger("sandbox.view")
+Result = TypeVar("Result")
+
+
+class Guard:
+    """Runs parts of the drawing; one that raises an exception is left out from then on, until `try_again`.
+
+    strict: whether exceptions are raised, as tests want it.
+    """
+
+    strict = False
+
+    def __init__(self, notice: Notice) -> None:
+        self._notice = notice
+        self._failed: list[str] = []
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """The parts that are switched off."""
+        return tuple(self._failed)
+
+    def run(self, name: str, draw: Callable[..., Result], *given: object) -> Result | None:
+        """Call what draws a part, or says where it is; nothing of it if that failed before."""
+        if name in self._failed:
+            return None
+        try:
+            return draw(*given)
+        except (Stopped, SystemExit, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            if self.strict:
+                raise
+            LOG.exception("%s failed", name)
+            self._failed.append(name)
+            text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+            self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+            return None
+
+    def try_again(self) -> None:
+        """Show the parts again that failed."""
+        self._failed.clear()

@@ -1,0 +1,137 @@
+"""Light or dark: the colours of everything round the panes, as the system prefers them."""
+
+import os
+import subprocess
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+from pygame import Color
+
+THEME: Final = "SANDBOX_THEME"  # environment variable: light or dark, whatever the system prefers
+ASK_SECONDS: Final = 1.0  # s, that the system may take to say what it prefers
+PORTAL: Final = (
+    *("gdbus", "call", "--session", "--dest", "org.freedesktop.portal.Desktop"),
+    *("--object-path", "/org/freedesktop/portal/desktop", "--method", "org.freedesktop.portal.Settings.Read"),
+    *("org.freedesktop.appearance", "color-scheme"),
+)
+GNOME: Final = ("gsettings", "get", "org.gnome.desktop.interface", "color-scheme")
+MAC: Final = ("defaults", "read", "-g", "AppleInterfaceStyle")
+REGISTRY_KEY: Final = r"Software\Microsoft\Windows\CurrentVersion\Themes\Personalize"
+
+
+@dataclass(frozen=True)
+class Colours:
+    """The colours of one theme.
+
+    ground: of the window; raised: of panels and buttons; hover: of a button under the mouse; ink, dim: of text; line:
+    round buttons; accent, on_accent: of what is on or chosen, and of text on it; wall: the frame of a pane; pane: of a
+    scene whose background would glare.
+    """
+
+    ground: Color
+    raised: Color
+    hover: Color
+    ink: Color
+    dim: Color
+    line: Color
+    accent: Color
+    on_accent: Color
+    wall: Color
+    pane: Color
+
+
+LIGHT: Final = Colours(
+    ground=Color("#f4f5f7"),
+    raised=Color("#ffffff"),
+    hover=Color("#e8edf3"),
+    ink=Color("#1d2430"),
+    dim=Color("#5a6475"),
+    line=Color("#d5dae1"),
+    accent=Color("#0b66c3"),
+    on_accent=Color("#ffffff"),
+    wall=Color("#9aa5b4"),
+    pane=Color("#ffffff"),
+)
+DARK: Final = Colours(
+    ground=Color("#171a1f"),
+    raised=Color("#20242b"),
+    hover=Color("#2b313a"),
+    ink=Color("#e8ebf0"),
+    dim=Color("#9aa4b2"),
+    line=Color("#3d4450"),
+    accent=Color("#5aa9f0"),
+    on_accent=Color("#0b1016"),
+    wall=Color("#6b7686"),
+    pane=Color("#14171b"),
+)
+
+
+class Theme:
+    """The colours in use: those of `LIGHT` until another theme is chosen."""
+
+    def __init__(self) -> None:
+        self.use(dark=False)
+
+    def use(self, *, dark: bool) -> None:
+        """Use the light theme, or the dark one."""
+        colours = DARK if dark else LIGHT
+        self.is_dark = dark
+        self.ground, self.raised, self.hover = colours.ground, colours.raised, colours.hover
+        self.ink, self.dim, self.line = colours.ink, colours.dim, colours.line
+        self.accent, self.on_accent = colours.accent, colours.on_accent
+        self.wall, self.pane = colours.wall, colours.pane
+
+
+theme: Final = Theme()
+
+
+def prefers_dark() -> bool:
+    """Return whether the system prefers dark windows."""
+    chosen = os.environ.get(THEME, "")
+    if chosen:
+        return chosen == "dark"
+    if sys.platform == "win32":
+        return _windows_prefers_dark()
+    if sys.platform == "darwin":
+        return "Dark" in _answer(MAC)
+    if os.environ.get("DBUS_SESSION_BUS_ADDRESS"):
+        return "uint32 1" in (_answer(PORTAL) or "") or "dark" in _answer(GNOME)
+    return False
+
+
+def _answer(command: tuple[str, ...]) -> str:
+    """Return what a command prints; nothing if it is not there, or does not answer."""
+    with suppress(OSError, subprocess.SubprocessError):
+        asked = subprocess.run(command, capture_output=True, text=True, timeout=ASK_SECONDS, check=False)
+        return asked.stdout
+    return ""
+
+
+def _windows_prefers_dark() -> bool:
+    import winreg  # noqa: PLC0415  # there is none elsewhere
+
+    with suppress(OSError), winreg.OpenKey(winreg.HKEY_CURRENT_USER, REGISTRY_KEY) as key:  # type: ignore[attr-defined]
+        return not winreg.QueryValueEx(key, "AppsUseLightTheme")[0]  # type: ignore[attr-defined]
+    return False
+
+
+def luminance(colour: Color) -> float:
+    """Return the relative luminance of a colour, as WCAG defines it: 0 is black, 1 white."""
+    shares = [value / 255 for value in (colour.r, colour.g, colour.b)]
+    red, green, blue = (s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def contrast_ratio(one: Color, other: Color) -> float:
+    """Return the contrast of two colours, as WCAG defines it: from 1 to 21."""
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def readable(colour: Color, ground: Color) -> Color:
+    """Return the colour nearest to another, on the way to black or white, in which text can be read on a ground."""
+    to = Color("black") if luminance(ground) > 0.18 else Color("white")
+    shades = (colour.lerp(to, k / 20) for k in range(21))
+    return next((shade for shade in shades if contrast_ratio(shade, ground) >= 4.5), to)

@@ -1,0 +1,156 @@
+"""The timeline: the buttons of time, the track, and below them the chart with its tabs."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+
+import pygame
+from pygame import Color, Rect, Surface
+
+from sandbox.view.controls import Action
+from sandbox.view.header import tip_of
+from sandbox.view.instruments import MEANINGS, Instrument
+from sandbox.view.layout import GAP, TIME_LETTERS, Layout
+from sandbox.view.palette import chart_palette
+from sandbox.view.playback import SPEEDS, Playback
+from sandbox.view.primitives import text_width, write
+from sandbox.view.theme import theme
+from sandbox.view.track import draw_track, track_end
+from sandbox.view.widgets.buttons import TextButton
+from sandbox.view.widgets.group import Placed, WidgetGroup
+from sandbox.view.widgets.menu import Item, Menu
+from sandbox.view.widgets.row import WidgetRow
+
+TABS: Final = (Instrument.ENERGY, Instrument.GAP, Instrument.MOMENTUM, Instrument.SPEEDS)  # the others are in a menu
+TIMES: Final = "\N{MULTIPLICATION SIGN}"
+FASTEST: Final = "fastest"
+KEPT_UP: Final = 0.95  # share of the speed asked for, below which the measured one is shown too
+WIDEST: Final = f"1{TIMES} (0.88{TIMES})"
+
+
+def speed_text(speed: float) -> str:
+    """Return a speed as the menu shows it."""
+    return FASTEST if speed == float("inf") else f"{speed:g}{TIMES}"
+
+
+class Timeline:
+    """The lowest part of the window. do: does an action; time: what is written before the track."""
+
+    def __init__(
+        self, group: WidgetGroup, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]
+    ) -> None:
+        self._playback = playback
+        self._time = time
+
+        def button(text: str, action: Action) -> TextButton:
+            return TextButton(text, lambda: do(action), tip_of(action))
+
+        play = TextButton(
+            "", lambda: do(Action.PAUSE), tip_of(Action.PAUSE), lambda: playback.paused,
+            said=lambda: "Play" if playback.paused else "Pause", widest="Pause",
+        )  # fmt: skip
+        left, right = "\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", "\N{SINGLE RIGHT-POINTING ANGLE QUOTATION MARK}"
+        self._before = WidgetRow(
+            group,
+            [button(f"|{left}", Action.GO_TO_START), button(left, Action.STEP_BACK), play, button(right, Action.STEP)],
+            [],
+            lambda: theme.raised,
+        )
+        speeds = Menu(self._speed_text, "how fast time passes  (+ and -)", self._speeds, widest=WIDEST)
+        self._after = WidgetRow(group, [], [button(f"{right}|", Action.GO_TO_END), speeds], lambda: theme.raised)
+        tabs = [self._tab(instrument) for instrument in TABS]
+        more = Menu(self._more_text, "choose another chart  (1: the next one)", self._others, self._shows_other)
+        scale = TextButton(
+            "", lambda: do(Action.SCALE), tip_of(Action.SCALE), widest="logarithmic",
+            said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
+            refusal=lambda: playback.view.charts.why_one_scale,
+        )  # fmt: skip
+        self._tabs = WidgetRow(group, [*tabs, more], [scale], lambda: theme.raised)
+
+    # What its widgets do
+
+    def _speed_text(self) -> str:
+        """Return the speed asked for, and the measured one if the machine does not keep up."""
+        speed, measured = self._playback.speed, self._playback.pace.measured
+        if measured is None or measured >= KEPT_UP * speed or self._playback.paused:
+            return speed_text(speed)
+        return f"{speed_text(speed)} ({measured:.2g}{TIMES})"
+
+    def _speeds(self) -> list[Item]:
+        playback = self._playback
+        return [
+            Item(speed_text(speed), partial(playback.set_speed, speed), is_on=partial(_is, playback, speed))
+            for speed in SPEEDS
+        ]
+
+    def _show(self, instrument: Instrument) -> None:
+        self._playback.view.charts.show(instrument)
+
+    def _is_shown(self, instrument: Instrument) -> bool:
+        return self._playback.view.charts.instrument is instrument
+
+    def _tab(self, instrument: Instrument) -> TextButton:
+        name = instrument.value
+        does = f"{name[0].upper()}{name[1:]}: {MEANINGS[instrument]}"
+        show, is_shown = partial(self._show, instrument), partial(self._is_shown, instrument)
+        return TextButton(name.capitalize(), show, does, is_shown)
+
+    def _others(self) -> list[Item]:
+        others = [instrument for instrument in Instrument if instrument not in TABS]
+        return [
+            Item(each.value.capitalize(), partial(self._show, each), MEANINGS[each], partial(self._is_shown, each))
+            for each in others
+        ]
+
+    def _shows_other(self) -> bool:
+        return self._playback.view.charts.instrument not in TABS
+
+    def _more_text(self) -> str:
+        return self._playback.view.charts.instrument.value.capitalize() if self._shows_other() else "More"
+
+    # Places and drawing
+
+    def widths(self, text_height: int) -> tuple[int, int]:
+        """Return the widths of the buttons before the track and after it, px."""
+        return self._before.width(text_height), self._after.width(text_height)
+
+    def placed(self, layout: Layout) -> list[Placed]:
+        """Return its widgets with their places."""
+        rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
+        return [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
+
+    def draw(self, surface: Surface, layout: Layout, marks: Mapping[int, Color]) -> None:
+        """Draw its ground, its widgets, the time and the track with marks at some steps; without the chart."""
+        place, height = layout.timeline, layout.text_height
+        surface.fill(theme.ground, place)
+        pygame.draw.rect(surface, theme.raised, place, border_radius=8)
+        pygame.draw.rect(surface, theme.line, place, 1, border_radius=8)
+        for row, where in (
+            (self._before, layout.transport),
+            (self._after, layout.transport),
+            (self._tabs, layout.tabs),
+        ):
+            row.draw(surface, row.placed(where, height, layout.side), height)
+        session, track = self._playback.session, layout.bar
+        time = self._time()
+        width = text_width(time, height, bold=True)
+        write(
+            surface, time, Rect(track.x - GAP - width, track.y, width + 2, track.height), theme.ink, height, bold=True
+        )
+        end = track_end(session)
+        step = self._playback.view.moment.step
+        draw_track(surface, track, step, session.end, end, marks, height)
+        last = f"{session.start.clock.time(end):.4g} s"
+        room = Rect(track.right + GAP, track.y, TIME_LETTERS * height - GAP, track.height)
+        write(surface, last, room, theme.dim, height)
+
+
+def _is(playback: Playback, speed: float) -> bool:
+    return playback.speed == speed
+
+
+def marks_of_track(playback: Playback) -> dict[int, Color]:
+    """Return the steps of first differences, in the colours of their engines."""
+    session, marks = playback.session, playback.view.charts.marks
+    colours = chart_palette().engines([*session.names, session.reference])
+    return {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}

@@ -1,0 +1,100 @@
+"""Pymunk's pane is drawn by `Space.debug_draw`; above 300 shapes by a batch that looks the same."""
+
+from unittest.mock import patch
+
+import numpy as np
+import pymunk
+import pytest
+from conftest import scene_of
+from numpy.typing import NDArray
+from pygame import Color, Surface
+from pymunk.pygame_util import DrawOptions
+from window_driver import colour_at, pixels, press
+
+from sandbox.bench.engines import gas
+from sandbox.engines import create
+from sandbox.engines.pymunk import PymunkEngine
+from sandbox.scene.fields import rgb
+from sandbox.scene.spawn import spawn
+from sandbox.view import debug_draw
+from sandbox.view.debug_draw import DebugDraw
+from sandbox.view.window import Window
+
+BALL = 'radius = 30\nposition = [200, 300]\ncolors = ["#d55e00"]'
+SCALE, ORIGIN = 0.71, (3.3, -7.1)
+
+
+def drawn(draw: DebugDraw) -> NDArray[np.uint8]:
+    surface = Surface((640, 480))
+    surface.fill("white")
+    draw.draw(surface, SCALE, None, ORIGIN)
+    return pixels(surface)
+
+
+@pytest.mark.parametrize("balls", [50, 300, 301])
+def test_the_batch_draws_the_same_pixels_as_debug_draw(balls: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = gas(balls, 0.6, 400)
+    engine = create("pymunk", scene, spawn(scene))
+    assert isinstance(engine, PymunkEngine)
+    for _ in range(30):
+        engine.step()  # until some touch
+    draw = DebugDraw(engine.space, scene.colors, Color("black"))
+    pictures = []
+    for limit in (1_000_000, 0):
+        monkeypatch.setattr(debug_draw, "MAX_SHAPES", limit)
+        assert draw.is_batch == (not limit)
+        pictures.append(drawn(draw))
+    # Lines of contacts that cross are blended in another order.
+    assert np.abs(np.subtract(*pictures, dtype=int)).max() <= 1
+    red = DrawOptions(Surface((1, 1))).collision_point_color.as_int()[:3]
+    assert (pictures[0] == red).all(axis=2).any()
+
+
+@pytest.mark.parametrize(("balls", "is_batch"), [(296, False), (297, True)])
+def test_up_to_300_shapes_are_drawn_by_debug_draw(balls: int, is_batch: bool) -> None:
+    scene = gas(balls, 0.3, 400)
+    engine = create("pymunk", scene, spawn(scene))
+    assert isinstance(engine, PymunkEngine)
+    draw = DebugDraw(engine.space, scene.colors, Color("black"))
+    assert len(engine.space.shapes) == balls + 4
+    with patch.object(pymunk.Space, "debug_draw") as called:
+        drawn(draw)
+    assert called.called != is_batch
+
+
+def test_the_colour_of_the_space_s_own_shape_decides(memory_screen: None) -> None:
+    window = Window(scene_of(BALL), ["pymunk", "impulse"])
+    engine = window.view.session.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+    window.draw()
+    assert colour_at(window, 200, 315) == rgb("#d55e00")
+    for shape in engine.space.shapes:
+        if isinstance(shape, pymunk.Circle):
+            shape.color = (0, 114, 178, 255)
+    again = DebugDraw(engine.space, window.scene.colors, Color("black"))
+    surface = Surface((400, 400))
+    again.draw(surface, 1.0)
+    assert tuple(surface.get_at((200, 315)))[:3] == (0, 114, 178)
+
+
+def test_a_key_shows_the_plain_look_of_pymunk(memory_screen: None) -> None:
+    window = Window(scene_of(BALL), ["pymunk"])
+    arena, engine = window.layout.arenas[0], window.view.session.lockstep.engines["pymunk"].engine
+    assert isinstance(engine, PymunkEngine)
+
+    def pane() -> NDArray[np.uint8]:
+        window.draw()
+        return pixels(window.screen.subsurface(arena)).copy()
+
+    smooth = pane()
+    press(window, "d")
+    plain = pane()
+    stock = Surface(arena.size)
+    stock.fill(window.screen.get_at(arena.move(5, 5).topleft))
+    options = DrawOptions(stock)
+    options.transform = pymunk.Transform.scaling(window.layout.scale)
+    engine.space.debug_draw(options)
+    assert np.array_equal(plain, pixels(stock))
+    assert not np.array_equal(plain, smooth)
+    press(window, "d")
+    assert np.array_equal(pane(), smooth)
