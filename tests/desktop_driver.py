@@ -70,7 +70,7 @@ class Desktop:
         """Wait until there is a window, and direct keys to it. Return whether it has a size, or any by default."""
         self.window = str(self.wait_for(lambda: self.xdo("search", "--onlyvisible", "--class", "^sandbox$")))
         self.xdo("windowfocus", "--sync", self.window)
-        return size in (None, self.size)
+        return size is None or size == self.size
 
     def open(self) -> None:
         """Wait until keys reach the window: they are lost before it is ready."""
@@ -268,4 +268,4 @@ class Mirror:
 
     def check_picture(self) -> None:
         """Wait until both windows show the same."""
-        self._desktop.wait_for(self.has_picture, seconds=10)
+        self._desktop.wait_for(self.has_picture)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sandbox.analysis.difference import Difference, Passage, difference_at_start, differences, passages
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
+from sandbox.analysis.misreports import Misreport, Reports
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Judge
 from sandbox.judge.ledger import Entry, entries_of
@@ -21,7 +22,7 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
 from sandbox.scores.energy_scale import EnergyScale
 from sandbox.scores.expectations import Score, overlap_in, score
-from sandbox.state import PUSH, Bools, Contacts, Floats, State, States
+from sandbox.state import NO_DAMPING, PUSH, Bools, Contacts, Floats, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
@@ -77,8 +78,8 @@ class Run:
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: as reported, in order of time; impacts: the motion before and after the first MAX_IMPACTS
     of them; differences: its wrong steps, in order; missed: the contacts that did not happen; escape: the balls that
-    left the arena, None if none did; suffered: what the run suffers from, the worst first; scores: for the scene's
-    expectations that fall into the run;
+    left the arena, None if none did; suffered: what the run suffers from, the worst first; misreport: where the
+    contacts reported are others than what the balls did; scores: for the scene's expectations that fall into the run;
     theory: figures of a gas, measured and expected; path:
     (frames, n, 2) px, float32, one frame in every so many steps.
     """
@@ -100,6 +101,7 @@ class Run:
     missed: tuple[Passage, ...]
     escape: Escape | None
     suffered: tuple[Suffered, ...]
+    misreport: Misreport | None
     scores: list[Score]
     theory: tuple[TheoryRow, ...]
     path: NDArray[np.float32]
@@ -166,6 +168,9 @@ class Measurement:
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
+        self._reports = Reports(scene)
+        traits = self._traits
+        self._are_reports_known = traits.reports_contacts and not traits.soft and traits.damping == NO_DAMPING
         self.energy = np.empty(steps + 1)  # kg px²/s², after each step
         self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
         self._momentum = np.empty((steps + 1, 2))
@@ -248,7 +253,11 @@ class Measurement:
         pushes = np.array(self.pushes, PUSH)
         steps, clock = self._entered + np.arange(1, rows), self._scene.clock
         self._judge_steps(states, pushes, 1 / clock.rates(steps))
-        self._add_impacts(states.after_pushes(pushes), contacts)
+        pushed = states.after_pushes(pushes)
+        self._add_impacts(pushed, contacts)
+        if self._are_reports_known:
+            found = np.clip(clock.steps_containing(contacts["time"]) - self._entered, 1, rows - 1)
+            self._reports.add(pushed, contacts, found, 1 / clock.rates(steps), self._entered)
         deepest = (deepest_overlap(position, self._scene.bodies.radius)[0] for position in states.position[1:])
         self._max_overlap = max(self._max_overlap, *deepest)
         self.scale.follow(self._scene, states, contacts, self._entered)
@@ -347,6 +356,7 @@ class Measurement:
             missed=passages(self.timeline),
             escape=escape,
             suffered=self.timeline.suffered,
+            misreport=self._reports.found(self.timeline.errors),
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),

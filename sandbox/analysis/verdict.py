@@ -141,6 +141,7 @@ def _assessment(comparison: Comparison) -> list[str]:
         _end,
         _start,
         _failures,
+        _misreports,
         _paths,
         _expectations,
         _trust,
@@ -213,6 +214,20 @@ def _apart_at_start(comparison: Comparison) -> str:
 def _failures(comparison: Comparison) -> str:
     """Say which engines failed, and when."""
     return " ".join(f"{name} failed at {error.time:.3f} s." for name, error in comparison.failed.items())
+
+
+def _misreports(comparison: Comparison) -> str:
+    """Say which engines report other contacts than their balls had."""
+    sentences = []
+    for name, run in comparison.runs.items():
+        if found := run.misreport:
+            (x, y), (u, v) = found.seen, found.reported
+            time = comparison.scene.clock.time(found.step)
+            sentences.append(
+                f"{name} misreports contacts in {counted(found.steps, 'step')}, first at {time:.3f} s: "
+                f"ball {found.ball} changed by ({x:.4g}, {y:.4g}) px/s, and its contacts give ({u:.4g}, {v:.4g})."
+            )
+    return " ".join(sentences)
 
 
 def _suffered(comparison: Comparison, name: str) -> str:

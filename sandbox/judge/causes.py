@@ -39,14 +39,12 @@ class Cause(IntEnum):
     MISSED = 18, "contact missed"
     GRAVITY = 19, "inexact gravity"
     DAMPING = 20, "damping"
-    UNTOLD = 21, "velocity changed without a reported contact"
+    UNTOLD = 21, "velocity changed without a contact"
     ROUNDING = 22, "rounding"
     UNKNOWN = 23, "unknown"
-    SILENT = 24, "no contacts reported"
-    SOFT = 25, "contacts that last several steps"
-    START = 26, "apart at the start"
-    OVERLAPPED = 27, "overlapping at the start"
-    RESCALED = 28, "impulse of a lasting contact rescaled"
+    SOFT = 24, "contacts that last several steps"
+    START = 25, "apart at the start"
+    OVERLAPPED = 26, "overlapping at the start"
 
     @property
     def key(self) -> str:

@@ -226,6 +226,8 @@ class WhyPage:
         return f"{others} from {self._playback.session.reference}{most}; the newest first:"
 
     def _verdict(self, parts: Sequence[str]) -> str:
+        """Return the verdict, what is said of the engine that the page speaks of first."""
+        parts = sorted(parts, key=lambda part: not part.startswith(f"{self.engine}, "))
         return " ".join(parts) if self._is_whole or len(parts) < 2 else f"{parts[0]} …"
 
     def _toggle_verdict(self) -> None:

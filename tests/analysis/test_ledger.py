@@ -48,7 +48,7 @@ def test_the_lines_add_up_to_the_whole_change(name: str) -> None:
         if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
             assert Cause.UNTOLD not in energies, engine
             rounding = abs(energies.get(Cause.ROUNDING, 0.0))
-            assert rounding < 1e-4 * np.abs(run.energy).max(), engine  # most in the hops of a heap, by the thousand
+            assert rounding < 1e-3 * np.abs(run.energy).max(), engine  # most in the hops of a heap
 
 
 def test_small_bounces_of_an_exact_ball_take_energy_by_its_elasticity_alone() -> None:

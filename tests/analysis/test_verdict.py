@@ -264,7 +264,7 @@ def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_name
     assert "exact is not exact in this heap after 1.20 s: " in said
     assert (
         "exact is not free of errors: its own ledger has -2 % of the energy in error, mostly through “velocity changed "
-        "without a reported contact”."
+        "without a contact”."
     ) in said
 
 

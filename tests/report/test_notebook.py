@@ -50,7 +50,7 @@ def test_only_the_first_of_three_outputs_has_bokeh(outputs: list[str]) -> None:
     assert [has_bokeh(output) for output in outputs] == [True, False, False]
     assert not any(bokeh_script()[:200] in output for output in outputs)
     assert len(outputs[0]) < MAX_OUTPUT_BYTES
-    assert len(outputs[1]) < MAX_OUTPUT_BYTES / 3
+    assert len(outputs[1]) < MAX_OUTPUT_BYTES / 2
 
 
 def test_the_output_of_many_balls_is_below_a_megabyte() -> None:
