@@ -241,7 +241,8 @@ def _suffered(comparison: Comparison, name: str) -> str:
         often = f"{counted(most.times, 'time')}, {_percent(most.share)} of its error"
         sentences.append(f"{name}, {often}: {_lower(most.because)}")
     if unknown > UNKNOWN_SHOWN:
-        sentences.append(f"{_percent(unknown)} of {name}'s error fits no single cause.")
+        fits_none = f"{_percent(unknown)} of {name}'s error fits no single cause."
+        sentences.insert(0 if known and unknown > known[0].share else len(sentences), fits_none)
     if first and not (known and first.because == known[0].because):
         who = pair_name(comparison.scene, first)
         sentences.append(f"{name} is wrong first at {first.time:.3f} s, {who}: {_lower(first.because)}")

@@ -227,7 +227,8 @@ class WhyPage:
 
     def _verdict(self, parts: Sequence[str]) -> str:
         """Return the verdict, what is said of the engine that the page speaks of first."""
-        parts = sorted(parts, key=lambda part: not part.startswith(f"{self.engine}, "))
+        of_engine = f"{self.engine}, ", f" of {self.engine}'s error fits "
+        parts = sorted(parts, key=lambda part: not (part.startswith(of_engine[0]) or of_engine[1] in part))
         return " ".join(parts) if self._is_whole or len(parts) < 2 else f"{parts[0]} …"
 
     def _toggle_verdict(self) -> None:
