@@ -477,10 +477,11 @@ class Judge:
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
         if (wall_distance(self._scene, x) <= self._scene.bodies.radius[balls] + way).any():
             return np.zeros(3)
-        given = self._flown(f.before.rows(slice(step, step + 1)), f.dt[step : step + 1], self._given)
-        at, fallen = given.position[0, balls] - centre, given.velocity[0, balls]
+        before = States(*(rows[step : step + 1, balls] for rows in f.before))
+        given = self._flown(before, f.dt[step : step + 1], self._given)
+        at, fallen = given.position[0] - centre, given.velocity[0]
         turned = _cross(y - centre, w) - _cross(at, fallen)
-        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - given.spin[0, balls])
+        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - given.spin[0])
         return np.array([*(mass @ (w - fallen)), mass @ turned + spun.sum()])
 
     @property

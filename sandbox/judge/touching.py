@@ -222,10 +222,17 @@ class Springs:
     def __init__(self) -> None:
         self._streaks: dict[tuple[int, int], tuple[int, list[tuple[Touch, list[StepError]]]]] = {}
         self._step = 0
+        self._indexed = -1  # the step whose contacts are in `_of_ball`, by their bodies
+        self._of_ball: dict[int, list[tuple[int, int]]] = {}
 
     def pushing(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
-        """Return the contacts of some balls that push in a step."""
-        return [pair for pair, (last, _) in self._streaks.items() if last == step and not {*balls}.isdisjoint(pair)]
+        """Return the contacts of some balls that push in a step, once all of it is noted."""
+        if step != self._indexed:
+            self._indexed, self._of_ball = step, {}
+            for pair in (pair for pair, (last, _) in self._streaks.items() if last == step):
+                for body in pair:
+                    self._of_ball.setdefault(body, []).append(pair)
+        return list(dict.fromkeys(pair for ball in balls for pair in self._of_ball.get(ball, ())))
 
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
         """Note what touches in a step with some errors. Steps come in their order."""
