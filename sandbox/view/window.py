@@ -57,6 +57,7 @@ QUIT_HINT: Final = "Esc again quits"
 UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
 WHY_PAGE: Final = "the page Why"
 STOPPED: Final = "stopped running again"
+ANYWHERE: Final = (Action.FULL_SCREEN, Action.THEME, Action.SAVE_PICTURE, Action.RECORD)  # whatever is open
 RELEASES: Final = (pygame.MOUSEBUTTONUP, pygame.WINDOWFOCUSLOST)  # handled even while the picker is open
 
 
@@ -353,7 +354,9 @@ class Window:
         """Handle a key."""
         self._outdated = True
         control = control_of(event)
-        if self.scenes.picker:
+        if control and control.action in ANYWHERE:
+            self.do(control)
+        elif self.scenes.picker:
             self.scenes.picker.on_event(event)
         elif self.widgets.on_event(event, self._placed):
             self.panel.show_focus(self.layout.panel, self.layout.text_height)

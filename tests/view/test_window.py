@@ -192,6 +192,12 @@ def test_a_menu_is_used_by_mouse_alone_and_by_keys_alone(window: Window) -> None
     assert window.running
 
 
+def test_full_screen_is_left_while_the_picker_is_open(window: Window) -> None:
+    press(window, "F11", "/", "F11")
+    assert window.scenes.picker
+    assert not window.screen.get_flags() & pygame.FULLSCREEN
+
+
 def test_full_screen_and_back(window: Window) -> None:
     press(window, "F11")
     assert window.screen.get_size() == pygame.display.get_desktop_sizes()[0]
