@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.law import Slows
+from sandbox.judge.thresholds import SINGLE
 from sandbox.quantity import dot, length
 from sandbox.state import Bools, Floats, States
 
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
-
+SPINS_TOO: Final = "multiplies velocities", "multiplies velocities and spins"
+LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 
 Complexes = NDArray[np.complex128]
-LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 
 
 class Habit(NamedTuple):
@@ -108,8 +109,16 @@ def find_habit(
     habits: Iterator[Habit] = chain(_damped(left, g, times) if left != 1 else (), _candidates(legs, g, floor))
     for habit in habits:
         if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
-            return habit
+            return _with_spins(habit, before.spin[moving], after.spin[moving])
     return right
+
+
+def _with_spins(habit: Habit, before: Floats, after: Floats) -> Habit:
+    """Return a habit that keeps a share of velocities, with spins if most keep the same. before, after: (k,) rad/s."""
+    kept, turning = habit.fields.get("kept", 1.0), before != 0
+    if kept == 1 or not turning.any() or abs(np.median(after[turning] / before[turning]) - kept) > SINGLE * kept:
+        return habit
+    return habit._replace(fields={**habit.fields, "kept_spin": kept}, because=habit.because.replace(*SPINS_TOO))
 
 
 def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tuple[float, float], floor: float) -> Bools:

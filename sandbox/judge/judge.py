@@ -39,7 +39,7 @@ from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.start_overlaps import StartOverlaps
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, NEARLY, SINGLE
 from sandbox.judge.touching import Missed, Springs, StepError, Touches
-from sandbox.judge.words import of_depth, of_impulses, of_missed, of_outcome, of_push, of_turn
+from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push, of_turn
 from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of, wall_distance
@@ -200,9 +200,7 @@ class Judge:
     ) -> list[tuple[np.void, Integers]]:
         """Return the parts of some groups with what explains them, and their balls."""
         self._tried = self._likely
-        self._bases = [self.habit] if self._knows_flight else ways_to_fall(self._gravity, float(f.dt[0]))
-        if self._falls:
-            self._bases = [self._bases[self._falls.most_common(1)[0][0]]]
+        self._bases = self._ways_to_fly(float(f.dt[0]))
         flights = [Trial(habit.fields) for habit in self._bases]
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
         parts = np.zeros(int(groups["count"].sum()), PART)
@@ -301,9 +299,14 @@ class Judge:
     @property
     def flight(self) -> Habit:
         """How the engine flies, as far as it shows."""
-        if self._knows_flight or not self._falls:
-            return self.habit
-        return ways_to_fall(self._gravity, 1 / self._scene.rate)[self._falls.most_common(1)[0][0]]
+        return self._ways_to_fly(1 / self._scene.rate)[0]
+
+    def _ways_to_fly(self, dt: float) -> list[Habit]:
+        """Return how the engine may fly: as it was seen to or, before, as explains most steps of balls that touch."""
+        if self._knows_flight:
+            return [self.habit]
+        ways = ways_to_fall(self._gravity, dt)
+        return [ways[k] for k, _ in self._falls.most_common(1)] or ways
 
     @property
     def radius(self) -> float | None:
@@ -370,8 +373,7 @@ class Judge:
             alone = np.flatnonzero(off[step] & strange[step])
             beside = self._beside(f, step, alone)
             if beside.any():
-                because = "What the step did fits no single error."
-                errors.append(self._flight(f, step, alone[beside], Cause.UNKNOWN, because))
+                errors.append(self._flight(f, step, alone[beside], Cause.UNKNOWN, NO_SINGLE_ERROR))
             alone = alone[~beside]
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
             spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone])
@@ -661,7 +663,7 @@ class Judge:
         touches = self._touches.among(f, step, balls.tolist(), nearly)
         if contact is None and not touches:
             return self._apart(f, step, balls, problem, wrong)
-        return [self._error(f, step, balls, contact, Cause.UNKNOWN, "What the step did fits no single error.")]
+        return [self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)]
 
     def _apart(self, f: Flown, step: int, balls: Integers, problem: Problem, wrong: Bools) -> list[StepError]:
         """Return the errors of balls that are near each other, but touch nothing."""
@@ -672,7 +674,7 @@ class Judge:
             return [self._error(f, step, balls[kicked], None, Cause.UNKNOWN, because)]
         beside = kicked & self._beside(f, step, balls)
         if (met := balls[beside]).size:
-            errors.append(self._flight(f, step, met, Cause.UNKNOWN, "What the step did fits no single error."))
+            errors.append(self._flight(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))
         if (changed := balls[kicked & ~beside]).size:
             errors.append(self._flight(f, step, changed, Cause.UNTOLD, self._kicked(f, step, int(changed[0]))))
         if (put := balls[wrong & ~kicked]).size:

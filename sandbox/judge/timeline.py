@@ -16,7 +16,7 @@ from sandbox.judge.fit import Outcome
 from sandbox.judge.judge import Judge
 from sandbox.judge.models import BY_NAME, FAULTS
 from sandbox.judge.touching import StepError
-from sandbox.judge.words import found_range, of_outcome, summed
+from sandbox.judge.words import NO_SINGLE_ERROR, found_range, of_outcome, summed
 from sandbox.state import Floats
 
 MODELS: Final = ["", *(fault.name for fault in FAULTS)]  # the likelier first, of those that tell the same
@@ -79,7 +79,7 @@ class Timeline:
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
             if _key(outcome) in refuted:
-                error.cause, error.because = Cause.UNKNOWN, "What the step did fits no single error."
+                error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
             elif most < 2 and error.numbers <= _freedom(outcome):
                 error.cause, error.because = Cause.UNKNOWN, f"{error.because} Nothing else in the run confirms that."
             elif len(causes) > 1:
@@ -98,7 +98,7 @@ class Timeline:
         late = sum(error.cause == Cause.LATE and not _model(error) for error in self.errors)
         for error in self.errors:
             if error.cause in (Cause.STALE, Cause.UNCONVERGED) and faulty > late and not error.candidates:
-                error.cause, error.because = Cause.UNKNOWN, "What the step did fits no single error."
+                error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
 
     def gained(self, steps: int) -> Floats:
         """Return what the balls gained up to each step that nothing outside gave them, (steps, 3): see `StepError`."""

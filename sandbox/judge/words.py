@@ -15,6 +15,7 @@ from sandbox.state import Floats
 
 SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
 LONG = 1000.0  # ms; a contact that closes so slowly that it would be later is said by its depth
+NO_SINGLE_ERROR = "What the step did fits no single error."
 ALIKE = 1e-3  # of a value, by which those of several steps may differ to be said once
 
 

@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from conftest import scene_of
 
+from sandbox.analysis.comparison import compare
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Judge
 from sandbox.judge.timeline import Timeline
+from sandbox.run.inputs import Kick
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 from sandbox.state import PUSH, Floats, States
 
 DT = 1 / 60
@@ -132,3 +135,29 @@ def test_the_impulse_of_the_article_is_named_with_its_restitution() -> None:
     [error] = judged(scene, *rows).errors
     said = "The impulse is 0.05 of what is due. It is divided by the diameter, 40 px: a restitution of -0.9."
     assert error.because.startswith(said)
+
+
+def test_a_ball_that_is_kicked_after_a_block_at_rest_is_judged() -> None:
+    """What of gravity's integration showed while it lay is no longer asked once it flies."""
+    resting = "radius = 15\nposition = [200, 285]"
+    scene = scene_of(resting, size="[400, 300]", more="gravity = [0, 900]\nseconds = 8")
+    run = compare(scene, ["pymunk", "exact"], inputs=[Kick(step=300, ball=0, velocity=(0.0, -300.0))]).runs["pymunk"]
+    [of_flight] = [found for found in run.suffered if found.cause == Cause.GRAVITY]
+    assert of_flight.because.endswith("each step ends 0.125 px short of the parabola.")  # 900 / 60² / 2
+
+
+def test_a_share_of_velocities_and_spins_that_every_step_takes_is_one_habit() -> None:
+    spinning = (
+        "radius = 15\nspin = 3.0\nposition = [200, 150]\nvelocity = [60, 20]",
+        "radius = 15\nposition = [300, 50]",
+    )
+    scene = scene_of(*spinning, size="[800, 600]\nfriction = 0.5")
+    judge, steps = Judge(scene), 10
+    start, kept = spawn(scene), 0.99 ** np.arange(steps + 1)[:, None]
+    velocity = kept[..., None] * start.velocity
+    position = start.position + DT * np.cumsum(np.vstack([0 * velocity[:1], velocity[1:]]), axis=0)
+    judge.add(
+        States(position, velocity, 0 * kept * start.spin, kept * start.spin), np.empty(0, PUSH), np.full(steps, DT)
+    )
+    [found] = Timeline(judge).suffered
+    assert found.because == "Every step multiplies velocities and spins by 0.99, without a contact."
