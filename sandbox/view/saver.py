@@ -93,6 +93,6 @@ def _copy(text: str) -> bool:
     for kind in TEXT_TYPES:
         with suppress(pygame.error):
             pygame.scrap.init()
-            pygame.scrap.put(kind, text.encode())
+            pygame.scrap.put(kind, os.fsencode(text))  # the name of a file may be no text
             return True
     return False
