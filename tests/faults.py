@@ -424,7 +424,7 @@ class OneWallTooHard(EventDriven):
         return super().restitution(i, other) * (1.03 if other == ~FLOOR else 1.0)
 
 
-@fault(Cause.VELOCITY, Cause.LARGE)
+@fault(Cause.UNEXPLAINED_IMPULSE, Cause.LARGE)
 class MoreThanReported(EventDriven):
     """It applies 2 % more than it reports: something else than the reported impulse, and too large."""
 
@@ -432,7 +432,7 @@ class MoreThanReported(EventDriven):
         super().push(i, other, 1.02 * impulse)
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class AddsTangentialPart(EventDriven):
     """A twentieth of the pair's impulse is added along the tangent, without being reported."""
 
@@ -440,7 +440,7 @@ class AddsTangentialPart(EventDriven):
         super().push(i, other, impulse * (1 + 0.05j) if other >= 0 else impulse)
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class FrictionWhereNoneIs(EventDriven):
     """A tenth of a wall's impulse brakes the ball along the wall, though the product of their frictions is 0."""
 
@@ -450,7 +450,7 @@ class FrictionWhereNoneIs(EventDriven):
         super().push(i, other, impulse + (0.1 * against * along if other < 0 else 0))
 
 
-@fault(Cause.VELOCITY, fits=lambda scene: len(set(scene.bodies.mass.tolist())) > 1)
+@fault(Cause.UNEXPLAINED_IMPULSE, fits=lambda scene: len(set(scene.bodies.mass.tolist())) > 1)
 class SwapsMasses(EventDriven):
     """Each of a pair is accelerated by the reported impulse over the mass of the other."""
 
@@ -462,7 +462,7 @@ class SwapsMasses(EventDriven):
             self.v[other] += impulse / self.m[i]
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class LosesMomentum(EventDriven):
     """The second of a pair gets only half of the reported impulse."""
 
@@ -472,7 +472,7 @@ class LosesMomentum(EventDriven):
             self.v[other] -= 0.5 * impulse / self.m[other]
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class LeavesOutSecond(EventDriven):
     """In the third contact of a pair, only the first gets the reported impulse."""
 
@@ -485,7 +485,7 @@ class LeavesOutSecond(EventDriven):
             self.v[other] -= impulse / self.m[other]
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class MakesMomentum(EventDriven):
     """The second of a pair gets a tenth more than the reported impulse."""
 
@@ -495,7 +495,7 @@ class MakesMomentum(EventDriven):
             self.v[other] += 0.1 * impulse / self.m[other]
 
 
-@fault(Cause.VELOCITY)
+@fault(Cause.UNEXPLAINED_IMPULSE)
 class ReportsOnly(EventDriven):
     """The third contact of a pair is reported, but changes no velocity."""
 
@@ -513,7 +513,7 @@ class ReportsOnly(EventDriven):
         return not reported
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class DoesNotReport(EventDriven):
     """The third contact of a pair is resolved, but not reported."""
 
@@ -529,7 +529,7 @@ class DoesNotReport(EventDriven):
             self.seen += 1
 
 
-@fault(Cause.UNTOLD, Cause.VELOCITY, fits=lambda scene: len(scene.bodies) > 2, named=0.0)
+@fault(Cause.UNREPORTED, Cause.UNEXPLAINED_IMPULSE, fits=lambda scene: len(scene.bodies) > 2, named=0.0)
 class ReportsWrongPair(EventDriven):
     """Contacts of a pair are reported of its first ball and a third: one changes untold, and one does not change."""
 
@@ -543,7 +543,7 @@ class ReportsWrongPair(EventDriven):
         super().report(time, i, other, n, impulse, depth, *slipping)
 
 
-@fault(Cause.TURNED)
+@fault(Cause.DOUBLE_BOUNCE)
 class TurnsTwice(EventDriven):
     """At the right wall, a ball already on its way back is reversed again, once: the second time it was leaving."""
 
@@ -559,7 +559,7 @@ class TurnsTwice(EventDriven):
         return other != ~2 or not self.done
 
 
-@fault(Cause.VELOCITY, Cause.UNTOLD)
+@fault(Cause.UNEXPLAINED_IMPULSE, Cause.UNREPORTED)
 class LimitsSpeed(EventDriven):
     """A speed above the limit is cut: after a contact that gave it, or in flight."""
 
@@ -663,7 +663,7 @@ class FrictionOfSmoothBalls(EventDriven):
         return 0.1
 
 
-@fault(Cause.VELOCITY, fits=is_rough)
+@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
 class NeverTurns(EventDriven):
     """Friction acts on velocities, and turns no ball."""
 
@@ -671,7 +671,7 @@ class NeverTurns(EventDriven):
         pass
 
 
-@fault(Cause.VELOCITY, fits=is_rough)
+@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
 class TurnsAsRings(EventDriven):
     """Friction turns balls as if they were rings of moment m r²: half as much as discs."""
 
@@ -679,7 +679,7 @@ class TurnsAsRings(EventDriven):
         super().turn(i, rubs / 2)
 
 
-@fault(Cause.VELOCITY, Cause.FRICTION_LARGE, fits=is_rough)
+@fault(Cause.UNEXPLAINED_IMPULSE, Cause.FRICTION_LARGE, fits=is_rough)
 class Rings(TurnsAsRings):
     """Besides turning as rings do, balls need half of the slip's momentum to stop it, where discs need a third."""
 
@@ -687,7 +687,7 @@ class Rings(TurnsAsRings):
         return super().rub(1.5 * slip, mass, most)
 
 
-@fault(Cause.VELOCITY, fits=is_rough)
+@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
 class FirstOfPairDoesNotTurn(EventDriven):
     """The first of a pair is not turned by the friction that turns the second."""
 
@@ -706,7 +706,7 @@ class DoesNotReportFriction(EventDriven):
         super().report(time, i, other, n, impulse, depth, 0.0, 0.0)
 
 
-@fault(Cause.VELOCITY, fits=is_rough)
+@fault(Cause.UNEXPLAINED_IMPULSE, fits=is_rough)
 class KnowsNoSpin(DoesNotReportFriction):
     """Friction is right, but not reported, and turns no ball."""
 
@@ -714,7 +714,7 @@ class KnowsNoSpin(DoesNotReportFriction):
         pass
 
 
-@fault(Cause.UNTOLD, fits=lambda scene: any(group.spin for group in scene.balls))
+@fault(Cause.UNREPORTED, fits=lambda scene: any(group.spin for group in scene.balls))
 class SpinsDieAway(EventDriven):
     """Every step takes 1 % of each spin, without a contact."""
 
@@ -722,7 +722,7 @@ class SpinsDieAway(EventDriven):
         self.w = [0.99 * w for w in self.w]
 
 
-@fault(Cause.UNTOLD, named=0.7)
+@fault(Cause.UNREPORTED, named=0.7)
 class SpinsOnce(EventDriven):
     """Ball 0 gets another spin once, in mid-flight; if it has a contact in that step, that may have done it."""
 
@@ -750,7 +750,7 @@ class TurnsNormal(EventDriven):
         super().resolve(time, i, other, n * turned(3) if other >= 0 else n, depth)
 
 
-@fault(Cause.NORMAL, Cause.VELOCITY)
+@fault(Cause.NORMAL, Cause.UNEXPLAINED_IMPULSE)
 class TurnsNormalUnreported(EventDriven):
     """The impulse acts along a normal that is turned by 3°; the normal is reported true, so it is not along that."""
 
@@ -778,7 +778,7 @@ class FindsEarly(EventDriven):
         return super().reach(i, other) + 0.5
 
 
-@fault(Cause.LATE, Cause.PUSHED, Cause.MISSED)
+@fault(Cause.LATE, Cause.POSITION_CORRECTION, Cause.MISSED)
 class PushesApart(FindsLate):
     """Found half a pixel deep, two balls are pushed apart by it, not to where a contact in time would have them."""
 
@@ -798,7 +798,7 @@ class WallElsewhere(EventDriven):
 
 
 @fault(
-    *(Cause.LATE, Cause.EARLY, Cause.PLACED, Cause.UNTOLD, Cause.VELOCITY),
+    *(Cause.LATE, Cause.EARLY, Cause.TELEPORTED, Cause.UNREPORTED, Cause.UNEXPLAINED_IMPULSE),
     fits=lambda scene: not with_gravity(scene),
     named=0.3,
 )
@@ -897,7 +897,7 @@ class IgnoresEnds(EventDriven):
 # Positions
 
 
-@fault(Cause.PLACED)
+@fault(Cause.TELEPORTED)
 class PutsApart(EventDriven):
     """After each contact of a pair, both are put 0.2 px further apart, though they do not overlap."""
 
@@ -908,7 +908,7 @@ class PutsApart(EventDriven):
             self.x[other] += 0.2 * n
 
 
-@fault(Cause.PLACED)
+@fault(Cause.TELEPORTED)
 class PutsElsewhereOnce(EventDriven):
     """Ball 0 is put 3 px away once, in mid-flight."""
 
@@ -919,14 +919,14 @@ class PutsElsewhereOnce(EventDriven):
             self.x[0] += self.by
 
 
-@fault(Cause.PLACED)
+@fault(Cause.TELEPORTED)
 class PutsFarAway(PutsElsewhereOnce):
     """Ball 0 is put 35 px away once, more than its radius."""
 
     by: ClassVar = 30 - 20j
 
 
-@fault(Cause.PLACED)
+@fault(Cause.TELEPORTED)
 class JittersPlaces(EventDriven):
     """Every ball is put some hundredths of a pixel elsewhere after each step."""
 
@@ -935,7 +935,7 @@ class JittersPlaces(EventDriven):
         self.x = [x + complex(*by) for x, by in zip(self.x, jitter.tolist(), strict=True)]
 
 
-@fault(Cause.PLACED)
+@fault(Cause.TELEPORTED)
 class Drifts(EventDriven):
     """Every ball is put 0.01 px to the right after each step."""
 
@@ -943,7 +943,7 @@ class Drifts(EventDriven):
         self.x = [x + 0.01 for x in self.x]
 
 
-@fault(Cause.PLACED, fits=with_gravity)
+@fault(Cause.TELEPORTED, fits=with_gravity)
 class DriftsDown(EventDriven):
     """Every ball is put 0.03 px further along gravity after each step: no integrator of gravity does that."""
 
@@ -951,7 +951,7 @@ class DriftsDown(EventDriven):
         self.x = [x + 0.03 * self.g / abs(self.g) for x in self.x]
 
 
-@fault(Cause.PLACED, Cause.UNTOLD)
+@fault(Cause.TELEPORTED, Cause.UNREPORTED)
 class FastClock(EventDriven):
     """Each step flies for 1 % longer than it lasts: balls are ahead of their flight; gravity adds 1 % more."""
 
@@ -965,7 +965,7 @@ class FastClock(EventDriven):
         super().report(self.now + (time - self.now) / 1.01, i, other, n, impulse, depth, *slipping)
 
 
-@fault(Cause.PLACED, named=0.0)
+@fault(Cause.TELEPORTED, named=0.0)
 class SinglePrecision(EventDriven):
     """Places and velocities are rounded to single precision after each step: mostly by less than an error."""
 
@@ -976,7 +976,7 @@ class SinglePrecision(EventDriven):
 # Velocities in flight
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class Drag(EventDriven):
     """Every step takes 0.1 % of each velocity, without a contact."""
 
@@ -984,7 +984,7 @@ class Drag(EventDriven):
         self.v = [0.999 * v for v in self.v]
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class Growth(EventDriven):
     """Every step adds 0.1 % to each velocity, without a contact."""
 
@@ -992,7 +992,7 @@ class Growth(EventDriven):
         self.v = [1.001 * v for v in self.v]
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class Rotation(EventDriven):
     """Every step turns each velocity by 0.05°, without a contact."""
 
@@ -1000,7 +1000,7 @@ class Rotation(EventDriven):
         self.v = [turned(0.05) * v for v in self.v]
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class JittersVelocities(EventDriven):
     """Every step adds a random 0.1 px/s to each velocity, without a contact."""
 
@@ -1009,7 +1009,7 @@ class JittersVelocities(EventDriven):
         self.v = [v + complex(*by) for v, by in zip(self.v, jitter.tolist(), strict=True)]
 
 
-@fault(Cause.UNTOLD)
+@fault(Cause.UNREPORTED)
 class KicksOnce(EventDriven):
     """Ball 0 gets another velocity once, in mid-flight."""
 
@@ -1018,7 +1018,7 @@ class KicksOnce(EventDriven):
             self.v[0] += 12 - 7j
 
 
-@fault(Cause.UNTOLD, Cause.PLACED)
+@fault(Cause.UNREPORTED, Cause.TELEPORTED)
 class Sticks(EventDriven):
     """Ball 0 stands still for five steps, and then goes on: its velocity becomes 0, and what it was."""
 
@@ -1137,7 +1137,7 @@ class SteppedDiscardsOvershoot(Stepped):
     reflects: ClassVar = False
 
 
-@fault(*LATE_BY_ITSELF, Cause.PUSHED, fits=without_inner_walls)
+@fault(*LATE_BY_ITSELF, Cause.POSITION_CORRECTION, fits=without_inner_walls)
 class SteppedPushesApart(Stepped):
     """Balls found overlapping are pushed apart by half of it each."""
 
@@ -1171,7 +1171,7 @@ class SteppedIgnoresPair(Stepped):
         return (i, other) != (0, 1)
 
 
-@fault(*LATE_BY_ITSELF, Cause.VELOCITY, fits=without_inner_walls)
+@fault(*LATE_BY_ITSELF, Cause.UNEXPLAINED_IMPULSE, fits=without_inner_walls)
 class SteppedAddsTangentialPart(Stepped):
     """Besides being late, a twentieth of the pair's impulse is added along the tangent, without being reported."""
 
@@ -1181,8 +1181,15 @@ class SteppedAddsTangentialPart(Stepped):
 
 # Engines of the sandbox with one thing changed
 
-OF_IMPULSE: Final = (Cause.LATE, Cause.PUSHED, Cause.MISSED)
-OF_PYMUNK: Final = (Cause.LATE, Cause.PUSHED, Cause.MISSED, Cause.GRAVITY, Cause.UNCONVERGED, Cause.STALE)
+OF_IMPULSE: Final = (Cause.LATE, Cause.POSITION_CORRECTION, Cause.MISSED)
+OF_PYMUNK: Final = (
+    Cause.LATE,
+    Cause.POSITION_CORRECTION,
+    Cause.MISSED,
+    Cause.GRAVITY,
+    Cause.UNCONVERGED,
+    Cause.WARM_START,
+)
 
 
 class _Kicked:
@@ -1201,14 +1208,14 @@ class _Kicked:
             self.engine.kick(ball, (-0.002 * vx, -0.002 * vy))
 
 
-@fault(*OF_IMPULSE, Cause.UNTOLD)
+@fault(*OF_IMPULSE, Cause.UNREPORTED)
 class ImpulseWithDrag(_Kicked):
     """Besides what `impulse` does, every step takes 0.2 % of each velocity, without a contact."""
 
     made = ImpulseEngine
 
 
-@fault(*OF_PYMUNK, Cause.UNTOLD)
+@fault(*OF_PYMUNK, Cause.UNREPORTED)
 class PymunkWithDrag(_Kicked):
     """Besides what Pymunk does, every step takes 0.2 % of each velocity, without a contact."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.thresholds import SINGLE
 from sandbox.judge.timeline import Timeline
-from sandbox.judge.touching import StepError
+from sandbox.judge.touching import StepError, Touches
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
@@ -106,20 +106,21 @@ def differences(scene: Scene, timeline: Timeline, *, in_reference: bool = False)
             flights.add(error.because)
         if len(found) == MAX_DIFFERENCES:
             break
-    return tuple(_of_step(scene, error, in_reference=in_reference) for error in found)
+    return tuple(_of_step(scene, timeline.touches, error, in_reference=in_reference) for error in found)
 
 
-def _of_step(scene: Scene, error: StepError, *, in_reference: bool) -> Difference:
+def _of_step(scene: Scene, touches: Touches, error: StepError, *, in_reference: bool) -> Difference:
     before, after, should = (tuple((x, y) for x, y in v.tolist()) for v in (error.before, error.after, error.should))
     spin_before, spin_after, should_spin = (tuple(each.tolist()) for each in error.spins)
     first, second = error.contact or (error.balls[0], None)
+    because, (normal, should_normal) = touches.said(error), touches.normals(error)
     return Difference(
         _kind(error),
         scene.clock.time(error.step),
         first,
         second,
         error.cause,
-        f"The reference is wrong here. {error.because}" if in_reference else error.because,
+        f"The reference is wrong here. {because}" if in_reference else because,
         in_reference=in_reference,
         before=before,
         after=after,
@@ -129,10 +130,10 @@ def _of_step(scene: Scene, error: StepError, *, in_reference: bool) -> Differenc
         spin_after=spin_after,
         should_spin_before=spin_before,
         should_spin_after=should_spin,
-        normal=error.normal,
+        normal=normal,
         depth=error.depth,
-        normal_at_touch=error.should_normal,
-        should_normal=error.should_normal,
+        normal_at_touch=should_normal,
+        should_normal=should_normal,
     )
 
 
@@ -141,7 +142,7 @@ def _kind(error: StepError) -> Kind:
         return Kind.FLIGHT
     if error.cause == Cause.MISSED:
         return Kind.MISSING
-    return Kind.EXTRA if error.cause in (Cause.TURNED, Cause.STALE) else Kind.OUTCOME
+    return Kind.EXTRA if error.cause in (Cause.DOUBLE_BOUNCE, Cause.WARM_START) else Kind.OUTCOME
 
 
 def difference_at_start(scene: Scene, own: State, reference: State) -> Difference | None:

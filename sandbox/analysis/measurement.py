@@ -1,6 +1,7 @@
 """Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple, Protocol
@@ -22,7 +23,7 @@ from sandbox.scene.fields import Vector
 from sandbox.scene.model import Expect, Scene
 from sandbox.scores.energy_scale import EnergyScale
 from sandbox.scores.expectations import Score, overlap_in, score
-from sandbox.state import NO_DAMPING, PUSH, Bools, Contacts, Floats, State, States
+from sandbox.state import NO_DAMPING, PUSH, Bools, Contacts, Floats, Integers, State, States
 
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
@@ -254,9 +255,10 @@ class Measurement:
         steps, clock = self._entered + np.arange(1, rows), self._scene.clock
         self._judge_steps(states, pushes, 1 / clock.rates(steps))
         pushed = states.after_pushes(pushes)
-        self._add_impacts(pushed, contacts)
+        step_of = clock.steps_containing(contacts["time"])
+        found = np.clip(step_of - self._entered, 1, rows - 1)
+        self._add_impacts(pushed, contacts, step_of, found)
         if self._are_reports_known:
-            found = np.clip(clock.steps_containing(contacts["time"]) - self._entered, 1, rows - 1)
             self._reports.add(pushed, contacts, found, 1 / clock.rates(steps), self._entered)
         deepest = (deepest_overlap(position, self._scene.bodies.radius)[0] for position in states.position[1:])
         self._max_overlap = max(self._max_overlap, *deepest)
@@ -274,12 +276,14 @@ class Measurement:
             dt = np.repeat(dt / self._substeps, self._substeps)
         self._judge.add(states, pushes, dt)
 
-    def _add_impacts(self, states: States, contacts: Contacts) -> None:
-        """Keep the motion before and after each contact of a block, of the first MAX_IMPACTS."""
-        contacts, clock = contacts[: MAX_IMPACTS - sum(map(len, self._impacts))], self._scene.clock
-        step_of = clock.steps_containing(contacts["time"])
+    def _add_impacts(self, states: States, contacts: Contacts, step_of: Integers, rows: Integers) -> None:
+        """Keep the motion before and after each contact of a block, of the first MAX_IMPACTS.
+
+        step_of: (k,), the step that each contact is in; rows: (k,), of the states that these lead to.
+        """
+        most, clock = MAX_IMPACTS - sum(map(len, self._impacts)), self._scene.clock
+        contacts, step_of, rows = contacts[:most], step_of[:most], rows[:most]
         within = np.clip(contacts["time"] - clock.times(step_of - 1), 0.0, 1 / clock.rates(step_of))
-        rows = np.clip(step_of - self._entered, 1, len(states.spin) - 1)
         together = self._traits.together
         self._impacts.append(impacts_in(self._scene, states, contacts, rows, within, together=together))
 
@@ -311,43 +315,21 @@ class Measurement:
         """
         scene, contacts, final = self._scene, self.contacts, self._final
         energy_scale = reference.energy_scale if reference else self.scale.value
-        gap_rms, gap_max = self._gap_rms, self._gap_max
         trusted = math.inf if trusted_until is None else trusted_until
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference.energy if reference else self.energy, energy_scale, means_energy)
         differing = self._differences(reference) if reference else ()
-        pairs = int(np.count_nonzero(contacts["second"] >= 0))
-        change = change_of(self.energy, energy_scale)
         scores, escape = self._scores(energy_scale), self._escape(final)
-        gained = self.timeline.gained(len(self.energy) - 1)
-        figures = Figures(
-            energy_ratio=float(1 + change[-1]) if energy_scale else None,
-            energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if energy_scale else None,
-            energy_error=float(np.nanmax(np.abs(energy_gap))) if energy_scale else None,
-            momentum_drift=_largest(length(gained[:, :2]), self._lengths),
-            angular_momentum_drift=_largest(np.abs(gained[:, 2]), self._levers),
-            gap_rms=float(np.sqrt(np.mean(gap_rms**2))),
-            gap_max=float(gap_max.max()),
-            pair_contacts=pairs if self._traits.reports_contacts else None,
-            wall_contacts=len(contacts) - pairs if self._traits.reports_contacts else None,
-            max_overlap=self._max_overlap,
-            escaped=escape.balls if escape else 0,
-            expected=sum(not one.skipped for one in scores),
-            met=sum(one.passed for one in scores if not one.skipped),
-            skipped=sum(bool(one.skipped) for one in scores),
-            first_difference=differing[0] if differing else None,
-            ledger=entries_of(self.timeline.sums),
-        )
         return Run(
-            figures=figures,
+            figures=self._figures(energy_scale, energy_gap, differing, scores, escape),
             energy=self.energy,
             energy_scale=energy_scale,
             energy_gap=energy_gap,
             momentum=self._momentum,
             angular_momentum=self._angular_momentum,
             centre_of_mass=self._centre_of_mass,
-            gap_rms=gap_rms,
-            gap_max=gap_max,
+            gap_rms=self._gap_rms,
+            gap_max=self._gap_max,
             gap_of_ball=self._gap_of_ball,
             apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
             contacts=contacts,
@@ -361,6 +343,37 @@ class Measurement:
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
             final=final,
+        )
+
+    def _figures(
+        self,
+        scale: float,
+        energy_gap: Floats,
+        differing: Sequence[Difference],
+        scores: Sequence[Score],
+        escape: Escape | None,
+    ) -> Figures:
+        """Return the figures of the run. scale: of energy, kg px²/s²; the others: as in `Run`."""
+        pairs = int(np.count_nonzero(self.contacts["second"] >= 0))
+        change = change_of(self.energy, scale)
+        gained = self.timeline.gained(len(self.energy) - 1)
+        return Figures(
+            energy_ratio=float(1 + change[-1]) if scale else None,
+            energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if scale else None,
+            energy_error=float(np.nanmax(np.abs(energy_gap))) if scale else None,
+            momentum_drift=_largest(length(gained[:, :2]), self._lengths),
+            angular_momentum_drift=_largest(np.abs(gained[:, 2]), self._levers),
+            gap_rms=float(np.sqrt(np.mean(self._gap_rms**2))),
+            gap_max=float(self._gap_max.max()),
+            pair_contacts=pairs if self._traits.reports_contacts else None,
+            wall_contacts=len(self.contacts) - pairs if self._traits.reports_contacts else None,
+            max_overlap=self._max_overlap,
+            escaped=escape.balls if escape else 0,
+            expected=sum(not one.skipped for one in scores),
+            met=sum(one.passed for one in scores if not one.skipped),
+            skipped=sum(bool(one.skipped) for one in scores),
+            first_difference=differing[0] if differing else None,
+            ledger=entries_of(self.timeline.sums),
         )
 
     def _differences(self, reference: "MeasuredReference") -> tuple[Difference, ...]:

@@ -19,7 +19,7 @@ from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
 NEGLIGIBLE_ENERGY: Final = 1e-6  # fraction of the energy; a smaller change counts as none: 100.0000 % is left
-NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.HAND)  # what the scene and the mouse ask for
+NO_ERROR: Final = (Cause.ELASTICITY, Cause.FRICTION, Cause.APPLIED)  # what the scene and the mouse ask for
 NO_CAUSES: Final = (
     Cause.SPIN,
     Cause.ROUNDING,
@@ -35,7 +35,7 @@ _FINDS_SOONER: Final = "a higher rate, or more substeps, finds contacts sooner"
 REMEDIES: Final = {
     Cause.LATE: _FINDS_SOONER,
     Cause.MISSED: _FINDS_SOONER,
-    Cause.STALE: "collision_persistence = 1 discards the impulses of earlier touches",
+    Cause.WARM_START: "collision_persistence = 1 discards the impulses of earlier touches",
     Cause.UNCONVERGED: "more iterations, with collision_persistence = 1, let simultaneous contacts converge",
     Cause.GRAVITY: "a higher rate integrates gravity in finer steps",
 }
@@ -390,14 +390,14 @@ def _energy(comparison: Comparison) -> str:
 def _pushed(comparison: Comparison, name: str) -> str:
     """Say by how much more energy pushes gave an engine than the reference: they act on other velocities there."""
     own, reference = (
-        sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.HAND)
+        sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.APPLIED)
         for one in (name, comparison.against)
     )
     scale = comparison.energy_scale
     if abs(own - reference) <= NEGLIGIBLE_ENERGY * scale:
         return ""
     than = f"{'less' if own < reference else 'more'} than {_reference(comparison)}"
-    return f" In all, {Cause.HAND.label} gave it {100 * abs(own - reference) / scale:.3g} % {than}."
+    return f" In all, {Cause.APPLIED.label} gave it {100 * abs(own - reference) / scale:.3g} % {than}."
 
 
 def _damping(comparison: Comparison) -> str:
@@ -439,7 +439,7 @@ def _rightful(comparison: Comparison, step: int) -> str:
     errors = sum(abs(entry.energy) for entry in run.figures.ledger if entry.cause not in NO_ERROR)
     if errors > least and comparison.against != REFERENCE:
         return ""  # part of the change is the reference's own error
-    if not causes or abs(share) <= NEGLIGIBLE_ENERGY or (share > 0 and Cause.HAND not in causes):
+    if not causes or abs(share) <= NEGLIGIBLE_ENERGY or (share > 0 and Cause.APPLIED not in causes):
         return ""
     change = "lost" if share < 0 else "gained"
     return (

@@ -202,6 +202,34 @@ def _smallest(group: Group) -> float:
 
 
 @kernel
+def _leaves(group: Group, law: Record, scratch: Scratch, end: Floats) -> float:
+    """Return what is over of some ends (k, 5) when a law has done its step, px; infinite if that has no end."""
+    s, k = scratch, len(group.ball)
+    ended = run_law(group, law, Scratch(s.ball[:k], s.met, s.tally, s.touch, s.gap, s.room, s.elastic))
+    return _left(s.ball[:k], end, group.dt) if ended else math.inf
+
+
+@kernel
+def _try_exact(
+    desk: Desk, group: Group, end: Floats, laws: NDArray[Any], scratch: Scratch, part: Record, floor: float, first: bool
+) -> int:
+    """Try the exact step, with contacts at its ends or not. Returns the kind. Parameters: as for `_try_laws`."""
+    k, enough = len(group.ball), max(3 * floor, NEGLIGIBLE * _smallest(group))
+    part.left = _leaves(group, laws[0], scratch, end)
+    if part.left == math.inf:
+        return UNCOMPUTED
+    if first:
+        part.elastic = scratch.elastic[0]
+        _keep(scratch.ball[:k], desk.exact)
+    for number in range(EXACT_LAWS if k <= MAX_TRIED else 2):
+        left = part.left if number == 0 else _leaves(group, laws[number], scratch, end)
+        if left <= enough:
+            part.elastic = scratch.elastic[0]
+            return EXACT
+    return UNEXPLAINED
+
+
+@kernel
 def _try_laws(
     desk: Desk,
     group: Group,
@@ -217,36 +245,19 @@ def _try_laws(
 
     end: (k, 5), what the laws should come to; first: whether this is the step as it was: the exact one is written.
     """
-    k, dt, kind, smallest = len(group.ball), group.dt, UNEXPLAINED, _smallest(group)
+    k, kind = len(group.ball), UNEXPLAINED
+    part.fits = np.uint64(0)
     if k > MAX_COMPUTED:
         return UNCOMPUTED
-    part.fits, enough = np.uint64(0), 0.0
-    for number in range(len(laws)):
+    by_exact = _try_exact(desk, group, end, laws, scratch, part, floor, first)
+    if by_exact != UNEXPLAINED:
+        return int(by_exact)
+    enough = max(2 * floor, LEFT_OVER * part.left)
+    for number in range(EXACT_LAWS, len(laws)):
         law = laws[number]
-        if number > 1 and k > MAX_TRIED and law.when == When.IN_TIME:
+        if k > MAX_TRIED and law.when == When.IN_TIME:
             continue
-        ended = run_law(
-            group,
-            law,
-            Scratch(
-                scratch.ball[:k], scratch.met, scratch.tally, scratch.touch, scratch.gap, scratch.room, scratch.elastic
-            ),
-        )
-        left = _left(scratch.ball[:k], end, dt) if ended else math.inf
-        if number == 0:
-            if not ended:
-                return UNCOMPUTED
-            enough = max(3 * floor, NEGLIGIBLE * smallest)
-            if first:
-                part.elastic = scratch.elastic[0]
-                _keep(scratch.ball[:k], desk.exact)
-            part.left = left
-        if number < EXACT_LAWS:
-            if left <= enough:
-                part.elastic = scratch.elastic[0]
-                return EXACT
-            continue
-        enough = max(2 * floor, LEFT_OVER * part.left)
+        left = _leaves(group, law, scratch, end)
         if left > enough or (law.when != When.IN_TIME and scratch.tally[0] == 0):
             continue
         if number < EXACT_LAWS + bases:
@@ -256,7 +267,7 @@ def _try_laws(
         if kind == UNEXPLAINED:
             kind = BY_LAW
             _note_contact(scratch, part)
-            part.moved = 1 if _left_of_velocities(scratch.ball[:k], desk.exact, dt) > enough else 0
+            part.moved = 1 if _left_of_velocities(scratch.ball[:k], desk.exact, group.dt) > enough else 0
     return kind
 
 
@@ -344,16 +355,8 @@ def _unpush(
     if found == 0 or found > len(scratch.touch):
         return 0
     touch, enough = scratch.touch[:found], max(2 * floor, LEFT_OVER * largest)
-    for c in range(found):
-        t = touch[c]
-        t.mu = 0.0
-        if way >= PUSHED_WAYS:
-            t.per_mass = 2.0 if t.second >= 0 else 1.0
     for directly in range(2):
-        for i in range(k):
-            work[i].vx, work[i].vy, work[i].spin = shift[i, 0], shift[i, 1], 0.0
-            if way >= PUSHED_WAYS:
-                work[i].mass = 1.0
+        _begin_pushes(work[:k], touch, shift, way >= PUSHED_WAYS)
         if directly == 1:
             fit_impulses(work[:k], touch, True, enough)
         elif not fit_directly(work[:k], touch, scratch.room):
@@ -361,6 +364,20 @@ def _unpush(
         if _is_explained(work[:k], touch, enough):
             return int(_note_push(group, touch, shift, way, enough, part))
     return 0
+
+
+@kernel
+def _begin_pushes(work: NDArray[Any], touch: NDArray[Any], shift: Floats, by_halves: bool) -> None:
+    """Let balls have their shifts for velocities, and contacts no friction. by_halves: whatever the masses."""
+    for c in range(len(touch)):
+        t = touch[c]
+        t.mu = 0.0
+        if by_halves:
+            t.per_mass = 2.0 if t.second >= 0 else 1.0
+    for i in range(len(work)):
+        work[i].vx, work[i].vy, work[i].spin = shift[i, 0], shift[i, 1], 0.0
+        if by_halves:
+            work[i].mass = 1.0
 
 
 @kernel
@@ -808,28 +825,26 @@ def explain(
     count, g, whole = 0, 0, False
     while g < len(found):
         step, begin, k, first = found[g].step, found[g].begin, found[g].count, count
-        _fill(f, desk.ball, desk.after, ball, step, member[begin : begin + k])
-        group, leans = Group(desk.ball[:k], piece, f.dt[step]), found[g].ended == 0
-        _order_parts(f, desk, group, laws[0], step, leans, whole, member[begin : begin + k])
+        members = member[begin : begin + k]
+        _fill(f, desk.ball, desk.after, ball, step, members)
+        leans = found[g].ended == 0
+        _order_parts(f, desk, Group(desk.ball[:k], piece, f.dt[step]), laws[0], step, leans, whole, members)
         at, apart = 0, True
         while at < k and apart:
-            size, root = 0, desk.label[at]
-            while at + size < k and desk.label[at + size] == root:
-                size += 1
-            part, members = parts[count], member[begin + at : begin + at + size]
-            _fill(f, desk.mine, desk.after, ball, step, members)
+            size, part = _size_of_part(desk.label[at:k]), parts[count]
+            of_part = members[at : at + size]
             part.step, part.begin, part.count = step, begin + at, size
+            _fill(f, desk.mine, desk.after, ball, step, of_part)
             _explain(desk, Group(desk.mine[:size], piece, f.dt[step]), laws, bases, scratch, part, f.floor)
-            apart = size == k or found[g].ended == 0 or _is_apart(f, desk, step, members, f.floor)
-            _save(desk, remains, step, members, part)
+            apart = size == k or leans or _is_apart(f, desk, step, of_part, f.floor)
+            _save(desk, remains, step, of_part, part)
             at += size
             count += 1
         whole = not apart
         if whole:  # balls that meet only as others lead them to
             count = first
             continue
-        if found[g].ended:
-            elastic[step] -= found[g].elastic
+        elastic[step] -= 0.0 if leans else found[g].elastic
         for p in range(first, count):
             part = parts[p]
             if part.kind != UNCOMPUTED:
@@ -837,6 +852,15 @@ def explain(
                 elastic[step] += part.elastic
         g += 1
     return count
+
+
+@kernel
+def _size_of_part(label: Integers) -> int:
+    """Return how many balls the first part has. label: (k,), of parts one after another."""
+    size = 0
+    while size < len(label) and label[size] == label[0]:
+        size += 1
+    return size
 
 
 @kernel

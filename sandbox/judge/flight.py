@@ -140,13 +140,13 @@ def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
     way = x_after - x - dt * (v + dt * g / 2)
     clock = 1 + float(np.median(dot(way, v) / np.maximum(dot(v, v), 1e-300) / dt[:, 0]))
     for ticks in dict.fromkeys((clock, *_clock_of(change, g))):
-        yield Habit({"clock": ticks}, Cause.PLACED, f"Each step flies for {ticks:.6g} of its length.")
+        yield Habit({"clock": ticks}, Cause.TELEPORTED, f"Each step flies for {ticks:.6g} of its length.")
     shift = np.median(way, axis=0)
     size = np.hypot(*shift)
     because = (
         f"Every step puts each ball {size:.3g} px further than its flight leads, by ({shift[0]:.3g}, {shift[1]:.3g})."
     )
-    yield Habit({"dx": float(shift[0]), "dy": float(shift[1])}, Cause.PLACED, because)
+    yield Habit({"dx": float(shift[0]), "dy": float(shift[1])}, Cause.TELEPORTED, because)
 
 
 def _clock_of(change: Floats, g: Floats) -> list[float]:
@@ -219,12 +219,12 @@ def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
         for fields, because in ((slower, much), (turned, far), (slower | turned, f"{much} {far}")):
             for theta in (0.5, 1.0, 0.0) if g.any() else (0.5,):
                 more = {"slows_first": slows, "theta": theta}
-                yield Habit(fields | more, Cause.UNTOLD, because)
+                yield Habit(fields | more, Cause.UNREPORTED, because)
                 if slows == Slows.LAST:  # the move is at the velocity after
-                    yield Habit(fields | more | {"slows_first": Slows.FIRST}, Cause.UNTOLD, because)
-                    yield Habit(fields | {"slows_first": Slows.BEFORE_MOVE, "theta": 1.0}, Cause.UNTOLD, because)
+                    yield Habit(fields | more | {"slows_first": Slows.FIRST}, Cause.UNREPORTED, because)
+                    yield Habit(fields | {"slows_first": Slows.BEFORE_MOVE, "theta": 1.0}, Cause.UNREPORTED, because)
                 else:
-                    yield Habit(fields | more | {"slows_first": Slows.AFTER_MOVE}, Cause.UNTOLD, because)
+                    yield Habit(fields | more | {"slows_first": Slows.AFTER_MOVE}, Cause.UNREPORTED, because)
 
 
 def _complex(v: Floats) -> Complexes:

@@ -309,15 +309,14 @@ def screen(
             if w.root[r] != r or not w.touched[r]:
                 continue
             k = _members(w, r)
-            is_off = not w.ended[r] or _any_differs(f, ball, w, step, k)
             if w.ended[r]:
                 elastic[step] += w.elastic[r]
                 contacts[0] += w.met[r]
-            if not is_off:
-                continue
+                if not _any_differs(f, ball, w, step, k):
+                    continue
             if rows < len(found) and filled + k <= len(member):
-                found[rows].step, found[rows].begin, found[rows].count, found[rows].ended = step, filled, k, w.ended[r]
-                found[rows].elastic = w.elastic[r]
+                g = found[rows]
+                g.step, g.begin, g.count, g.ended, g.elastic = step, filled, k, w.ended[r], w.elastic[r]
                 for a in range(k):
                     member[filled + a] = w.members[a]
             rows += 1

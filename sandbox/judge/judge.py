@@ -39,7 +39,7 @@ from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.start_overlaps import StartOverlaps
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, NEARLY, SINGLE
 from sandbox.judge.touching import Missed, Springs, StepError, Touches
-from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push, of_turn
+from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push
 from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of, wall_distance
@@ -47,9 +47,10 @@ from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pu
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
 BLOCK_STATES: Final = 100_000  # balls times steps, of many
-MAX_PAIRS: Final = 2_000_000  # pairs of balls in steps that are looked through for how an engine flies
+MAX_PAIRS: Final = 400_000  # pairs of balls in steps that are looked through for how an engine flies
 MAX_KNOWN: Final = 40  # trials that are tried first
 MAX_CHUNK: Final = 256  # groups that are explained by the same known trials
+SOLVED: Final = {PULLING: Cause.WARM_START, COMPRESSIVE: Cause.UNCONVERGED}  # what impulses along contacts show
 
 
 class End(NamedTuple):
@@ -58,6 +59,13 @@ class End(NamedTuple):
     position: Floats
     velocity: Floats
     spin: Floats
+
+
+class Sums(NamedTuple):
+    """What is over of a part's step, as `Judge._sums` returns it: by pushes of what overlaps, and the rest."""
+
+    pushes: Floats
+    rest: Floats
 
 
 class Judge:
@@ -69,7 +77,7 @@ class Judge:
     def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
         self._damping = damping
         self._scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
-        n = len(scene.bodies)
+        self._bodies, n = scene.bodies, len(scene.bodies)
         self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
@@ -84,13 +92,14 @@ class Judge:
         self.against: Counter[str] = Counter()
         self._desk = desk_for(n)
         self._soft_memory = SoftMemory()
-        self._touches = Touches(scene)
-        self._missed, self._springs = Missed(self._touches), Springs()
+        self.touches = Touches(scene)
+        self._missed, self._springs = Missed(self.touches), Springs()
         self.contacts = np.zeros(1, np.int64)
         self.habit, self._knows_flight = Habit({}), False
         self._block = max(1, min(BLOCK_STEPS, BLOCK_STATES // n))
         self._held = States.empty(self._block + 1, n)
         self._held_pushes, self._held_dt = np.empty(0, PUSH), np.empty(0)
+        self._gaining: list[tuple[StepError, Integers]] = []  # errors whose `gained` is to be set, with all their balls
         self.errors: list[StepError] = []
         self.rightful = np.zeros((4, len(Cause)))
 
@@ -143,12 +152,12 @@ class Judge:
                 rows[off & ~strange] = flown_rows[off & ~strange]
             off &= strange
         for error in self._flights(f, off, strange):
-            row = error.step - self._steps - 1
-            error.gained = self._gained(f, row, np.array(error.balls))
-            errors.setdefault(row, []).append(error)
+            self._gaining.append((error, np.array(error.balls)))
+            errors.setdefault(error.step - self._steps - 1, []).append(error)
+        self._set_gained(f)
         found = []
         if not self._steps:
-            self._start_overlaps = StartOverlaps(self._scene, states.position[0], self._touches)
+            self._start_overlaps = StartOverlaps(self._scene, states.position[0], self.touches)
         for step in range(len(dt)):
             of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
             self._start_overlaps.follow(after.position[step], of_step)
@@ -166,18 +175,18 @@ class Judge:
         begin, size = 0, 1
         while begin < len(groups):
             chunk = groups[begin : begin + size]
-            for part, balls in self._explain(f, chunk, member, elastic, remains):
+            for part, balls, sums in self._explain(f, chunk, member, elastic, remains):
                 step = int(part["step"])
                 grouped[step, balls] = True
-                wrong = self._judge_part(f, part, balls, elastic, remains)
+                wrong = self._judge_part(f, part, balls, sums, elastic, remains)
                 if wrong:
-                    wrong[0].gained = self._gained(f, step, balls)
+                    self._gaining.append((wrong[0], balls))
                 errors.setdefault(step, []).extend(wrong)
             begin, size = begin + size, min(2 * size, MAX_CHUNK)
         return errors
 
     def _judge_part(
-        self, f: Flown, part: np.void, balls: Integers, elastic: Floats, remains: Remains
+        self, f: Flown, part: np.void, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
     ) -> list[StepError]:
         """Return what is wrong with a part of a group, and note what pushes in it as a spring may."""
         step, touches = int(part["step"]), []
@@ -185,20 +194,22 @@ class Judge:
             tried = self._fitting(part) if part["kind"] == BY_LAW else []
             wrong = self._judge_group(f, step, balls, elastic, tried, ended=part["kind"] != UNCOMPUTED)
         else:
-            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(f, part, balls, elastic, remains)
+            wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(
+                f, part, balls, sums, elastic, remains
+            )
         if wrong and len(balls) <= MAX_BALLS and part["kind"] == UNEXPLAINED:
-            touches = self._touches.among(f, step, balls.tolist())
+            touches = self.touches.among(f, step, balls.tolist())
         elif len(balls) <= 2:
             contacts = dict.fromkeys(error.contact for error in wrong if error.contact)
             contacts |= dict.fromkeys(self._springs.pushing(self._steps + step, balls.tolist()))
-            touches = [self._touches.of(f, step, contact) for contact in contacts]
+            touches = [self.touches.of(f, step, contact) for contact in contacts]
         self._springs.follow(touches, self._steps + step + 1, wrong)
         return wrong
 
     def _explain(
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
-    ) -> list[tuple[np.void, Integers]]:
-        """Return the parts of some groups with what explains them, and their balls."""
+    ) -> list[tuple[np.void, Integers, Sums]]:
+        """Return the parts of some groups with what explains them, their balls, and their sums."""
         self._tried = self._likely
         self._bases = self._ways_to_fly(float(f.dt[0]))
         flights = [Trial(habit.fields) for habit in self._bases]
@@ -208,12 +219,19 @@ class Judge:
         count = explain(
             f, ball, self._piece, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic
         )
+        parts = parts[:count]
         if not self._knows_flight:
             ways = ways_to_fall(self._gravity, float(f.dt[0]))
             shown = (parts["pushed"] == 0) & np.isin(parts["kind"], (BY_FLIGHT, TOGETHER, COMPRESSIVE))
             self._falls.update(ways.index(self._bases[int(base)]) for base in parts["base"][shown])
-        self._contradict(parts["fits"][:count][parts["kind"][:count] == BY_LAW])
-        return [(part, member[part["begin"] : part["begin"] + part["count"]]) for part in parts[:count]]
+        self._contradict(parts["fits"][parts["kind"] == BY_LAW])
+        first, begins, counts = int(parts["begin"][0]), parts["begin"], parts["count"]
+        rows, balls = np.repeat(parts["step"], counts), member[first : first + int(counts.sum())]
+        end, exact = _end(f.after, rows, balls), _end(f.exact, rows, balls)
+        without = end._replace(position=end.position - remains.shift[rows, balls])
+        pushes, rest = (self._sums(*ends, balls, begins - first) for ends in ((end, without), (without, exact)))
+        each = zip(parts, begins.tolist(), counts.tolist(), pushes, rest, strict=True)
+        return [(part, member[at : at + k], Sums(*of_part)) for part, at, k, *of_part in each]
 
     def _contradict(self, fits: NDArray[np.uint64]) -> None:
         """Count the parts that are explained without a fault which an engine that has it has in every contact."""
@@ -233,27 +251,29 @@ class Judge:
         bits = int(part["fits"])
         return [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
 
-    def _of_part(self, f: Flown, part: np.void, balls: Integers, elastic: Floats, remains: Remains) -> list[StepError]:
+    def _of_part(
+        self, f: Flown, part: np.void, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
+    ) -> list[StepError]:
         """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
-        step, kind, errors = int(part["step"]), part["kind"], []
-        end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
+        step, kind, errors = int(part["step"]), part["kind"], list[StepError]()
+        if kind in (EXACT, LEANING) and not part["pushed"]:
+            return errors
         if part["pushed"]:
-            without = end._replace(position=end.position - remains.shift[step, balls])
-            pair = int(part["pushed_first"]), int(part["pushed_second"])
-            cause = cause_of_push(part)
-            errors.append(self._error(f, step, balls, pair, cause, of_push(part, cause), (end, without)))
-            end = without
+            pair, cause = (int(part["pushed_first"]), int(part["pushed_second"])), cause_of_push(part)
+            errors.append(self._error(f, step, balls, pair, cause, of_push(part, cause), sums.pushes))
         if kind in (EXACT, LEANING):
             return errors
+        end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
+        end, over = end._replace(position=end.position - remains.shift[step, balls]), sums.rest
         if kind == BY_FLIGHT:
             return [*self._by_habit(f, step, balls, self._bases[int(part["base"])], (end, exact)), *errors]
         contact = int(part["first"]), int(part["second"])
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
             solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
-            cause = Cause.STALE if kind == PULLING else Cause.UNCONVERGED
-            errors.append(self._error(f, step, balls, contact, cause, of_impulses(part, cause), (end, solution)))
-            end = solution
+            cause, [over] = SOLVED[int(kind)], self._sums(end, solution, balls)
+            errors.append(self._error(f, step, balls, contact, cause, of_impulses(part, cause), over))
+            end, [over] = solution, self._sums(solution, exact, balls)
         if self._is_in_time(f, part):  # all at once, of which the law says nothing
             self._take(f, step, balls, elastic, end)
             return errors
@@ -261,24 +281,23 @@ class Judge:
         if kind == BY_LAW:
             trial = self._fitting(part)[0]
             cause = cause_of_rule(trial, float(part["least"]), contact[1] >= 0, moved=bool(part["moved"]))
-        late = self._error(f, step, balls, contact, cause, of_depth(part), (end, exact))
+        late = self._error(f, step, balls, contact, cause, of_depth(part), over)
         late.depth, late.by_rule = float(part["depth"]), kind in (TOGETHER, BY_LAW)
         late.candidates = [(Outcome(trial, 0.0, _met(part), exact.position), cause)] if kind == BY_LAW else []
         return [late, *errors] if late.speed * f.dt[step] + late.displacement > f.floor else errors
 
     def _is_in_time(self, f: Flown, part: np.void) -> bool:
         """Return whether the contacts of a part were found where the bodies touch."""
-        return bool(part["depth"] <= 3 * f.floor + NEGLIGIBLE * float(self._scene.bodies.radius.min()))
+        return bool(part["depth"] <= 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min()))
 
     def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
         """Take what some balls do for what is right."""
         elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
-        for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
-            rows[step, balls] = values
+        _set_exact(f, step, balls, end)
 
     def _free_balls(self, before: States, after: States) -> Bools:
         """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
-        n, radius = len(self._order), self._scene.bodies.radius
+        n, radius = len(self._order), self._bodies.radius
         rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
         free = np.zeros((len(before.position), n), bool)
         free[:rows] = True
@@ -311,7 +330,7 @@ class Judge:
     @property
     def radius(self) -> float | None:
         """The radius of all balls, px, None if they have several."""
-        radius = self._scene.bodies.radius
+        radius = self._bodies.radius
         return float(radius[0]) if (radius == radius[0]).all() else None
 
     @property
@@ -337,7 +356,7 @@ class Judge:
 
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
-        spun = np.abs(after.spin - at.spin) * self._scene.bodies.radius * dt[:, None]
+        spun = np.abs(after.spin - at.spin) * self._bodies.radius * dt[:, None]
         strays: Bools = np.maximum(misses(after, dt, (at.position, at.velocity)), spun) > floor
         return strays
 
@@ -371,24 +390,25 @@ class Judge:
                 ends = _end(f.after, step, balls), _end(f.exact, step, balls)
                 errors += self._by_habit(f, step, balls, self.habit, ends, times=len(balls))
             alone = np.flatnonzero(off[step] & strange[step])
-            beside = self._beside(f, step, alone)
-            if beside.any():
-                errors.append(self._flight(f, step, alone[beside], Cause.UNKNOWN, NO_SINGLE_ERROR))
-            alone = alone[~beside]
             slower = length(f.after.velocity[step, alone] - f.exact.velocity[step, alone])
-            spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone])
-            changed = slower * f.dt[step] > f.floor
-            turned = spun * self._scene.bodies.radius[alone] * f.dt[step] > f.floor
-            if (kicked := alone[changed | turned]).size:
-                worst = int(kicked[0])
-                errors.append(self._flight(f, step, kicked, Cause.UNTOLD, self._kicked(f, step, worst)))
-            if (put := alone[~(changed | turned)]).size:
-                errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
+            spun = np.abs(f.after.spin[step, alone] - f.exact.spin[step, alone]) * self._bodies.radius[alone]
+            errors += self._alone(f, step, alone, np.maximum(slower, spun) * f.dt[step] > f.floor)
+        return errors
+
+    def _alone(self, f: Flown, step: int, balls: Integers, kicked: Bools) -> list[StepError]:
+        """Return the errors of balls that touch nothing. kicked: (k,), whether a velocity or spin is wrong."""
+        beside, errors = kicked & self._beside(f, step, balls), list[StepError]()
+        if (met := balls[beside]).size:
+            errors.append(self._flight(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))
+        if (changed := balls[kicked & ~beside]).size:
+            errors.append(self._flight(f, step, changed, Cause.UNREPORTED, self._kicked(f, step, int(changed[0]))))
+        if (put := balls[~kicked]).size:
+            errors.append(self._flight(f, step, put, Cause.TELEPORTED, self._put(f, step, int(put[0]))))
         return errors
 
     def _beside(self, f: Flown, step: int, balls: Integers) -> Bools:
         """Return which of some balls may have met another that is elsewhere than its flight leads: (k,)."""
-        row, radius = slice(step, step + 1), self._scene.bodies.radius
+        row, radius = slice(step, step + 1), self._bodies.radius
         flown = self._flown(f.before.rows(row), f.dt[row], self.habit.fields)
         x = f.after.position[step]
         off = length(x - flown.position[0]) + f.dt[step] * length(f.after.velocity[step] - flown.velocity[0])
@@ -425,7 +445,8 @@ class Judge:
             middle = _end(self._flown(f.before.rows(row), f.dt[row], habit.within.fields), 0, balls)
             errors = self._by_habit(f, step, balls, habit.within, (middle, should), times)
             should = middle
-        error = self._error(f, step, balls, None, habit.cause or Cause.UNKNOWN, habit.because, (end, should), times)
+        [over] = self._sums(end, should, balls)
+        error = self._error(f, step, balls, None, habit.cause or Cause.UNKNOWN, habit.because, over, times)
         return [error, *errors]
 
     def _flight(self, f: Flown, step: int, balls: Integers, cause: Cause, because: str) -> StepError:
@@ -439,52 +460,70 @@ class Judge:
         contact: tuple[int, int] | None,
         cause: Cause,
         because: str,
-        ends: tuple[End, End] | None = None,
+        over: Floats | None = None,
         times: int = 1,
     ) -> StepError:
-        """Return the error of balls that end a step so, and should have ended it otherwise.
-
-        ends: both, by default of all that is over of the exact step.
-        """
-        end, should = ends or (_end(f.after, step, balls), _end(f.exact, step, balls))
+        """Return the error of some balls. over: as `_sums`, by default of all that is over of the exact step."""
+        if over is None:
+            [over] = self._sums(_end(f.after, step, balls), _end(f.exact, step, balls), balls)
         shown = [b for b in contact if b >= 0] if contact else [int(balls[0])]
-        off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
-        error = StepError(
+        energy, momentum, displacement, speed = over.tolist()
+        before, after, exact = ((rows.velocity[step, shown], rows.spin[step, shown]) for rows in f[:3])
+        return StepError(
             self._steps + step + 1,
             tuple(balls.tolist()),
             contact,
             cause,
             because,
-            self._energy(end, balls) - self._energy(should, balls),
-            float((self._scene.bodies.mass[balls] * off_v).sum()) / len(shown),
-            float(off_x.sum()),
-            float(off_v.sum()),
-            f.before.velocity[step, shown],
-            f.after.velocity[step, shown],
-            f.exact.velocity[step, shown],
-            (f.before.spin[step, shown], f.after.spin[step, shown], f.exact.spin[step, shown]),
+            energy,
+            momentum / len(shown),
+            displacement,
+            speed,
+            before[0],
+            after[0],
+            exact[0],
+            (before[1], after[1], exact[1]),
+            f.before.position[step, shown],
+            float(f.dt[step]),
             times=times,
         )
-        if contact:
-            error.normal, error.should_normal = self._touches.normals(f, step, contact)
-            if cause == Cause.LATE:
-                error.because = of_turn(because, error.normal, error.should_normal)
-        return error
 
-    def _gained(self, f: Flown, step: int, balls: Integers) -> Floats:
-        """Return what some balls gained in a step, see `StepError`; zeros if a wall is near enough to have given it."""
-        mass, dt, centre = self._scene.bodies.mass[balls], f.dt[step], np.divide(self._scene.arena.size, 2)
-        x, v = f.before.position[step, balls], f.before.velocity[step, balls]
-        y, w = f.after.position[step, balls], f.after.velocity[step, balls]
+    def _sums(self, end: End, should: End, balls: Integers, begins: Integers | None = None) -> Floats:
+        """Return what is over of how some balls should have ended a step, of each part of them: (parts, 4).
+
+        Its energy (kg px²/s²), momentum (kg px/s), displacement (px) and speed (px/s). begins: of the parts in balls,
+        by default of one.
+        """
+        off_v, off_x = length(end.velocity - should.velocity), length(end.position - should.position)
+        energy = self._energies(end, balls) - self._energies(should, balls)
+        of_ball = np.stack([energy, self._bodies.mass[balls] * off_v, off_x, off_v], axis=1)
+        sums: Floats = np.add.reduceat(of_ball, np.zeros(1, np.int64) if begins is None else begins)
+        return sums
+
+    def _set_gained(self, f: Flown) -> None:
+        """Set what the balls of errors gained, see `StepError`; zeros if a wall is near enough to have given it."""
+        if not self._gaining:
+            return
+        errors, parts = zip(*self._gaining, strict=True)
+        self._gaining = []
+        counts, balls = [len(part) for part in parts], np.concatenate(parts)
+        begins, rows = np.cumsum([0, *counts[:-1]]), np.repeat([e.step - self._steps - 1 for e in errors], counts)
+        mass, moment, radius = (
+            values[balls] for values in (self._bodies.mass, self._bodies.moment, self._bodies.radius)
+        )
+        dt, centre = f.dt[rows], np.divide(self._scene.arena.size, 2)
+        x, v, y, w = (a[rows, balls] for states in (f.before, f.after) for a in (states.position, states.velocity))
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
-        if (wall_distance(self._scene, x) <= self._scene.bodies.radius[balls] + way).any():
-            return np.zeros(3)
-        before = States(*(rows[step : step + 1, balls] for rows in f.before))
-        given = self._flown(before, f.dt[step : step + 1], self._given)
-        at, fallen = given.position[0] - centre, given.velocity[0]
-        turned = _cross(y - centre, w) - _cross(at, fallen)
-        spun = self._scene.bodies.moment[balls] * (f.after.spin[step, balls] - given.spin[0])
-        return np.array([*(mass @ (w - fallen)), mass @ turned + spun.sum()])
+        by_wall = np.logical_or.reduceat(wall_distance(self._scene, x) <= radius + way, begins)
+        before = States(*(a[rows, balls][:, None] for a in f.before))
+        given = self._flown(before, dt, self._given)
+        at, fallen = given.position[:, 0] - centre, given.velocity[:, 0]
+        turned = mass * (_cross(y - centre, w) - _cross(at, fallen))
+        spun = moment * (f.after.spin[rows, balls] - given.spin[:, 0])
+        gained = np.add.reduceat(np.column_stack([mass[:, None] * (w - fallen), turned + spun]), begins)
+        gained[by_wall] = 0.0
+        for error, of_error in zip(errors, gained, strict=True):
+            error.gained = of_error
 
     @property
     def _given(self) -> Fields:
@@ -493,9 +532,14 @@ class Judge:
 
     def _energy(self, end: End, balls: Integers) -> float:
         """Return the energy of some balls, kg px²/s²."""
-        b = self._scene.bodies
+        return float(self._energies(end, balls).sum())
+
+    def _energies(self, end: End, balls: Integers) -> Floats:
+        """Return the energy of each of some balls, kg px²/s²: (k,)."""
+        b = self._bodies
         moving = 0.5 * b.mass[balls] * (end.velocity**2).sum(axis=1) + 0.5 * b.moment[balls] * end.spin**2
-        return float((moving - b.mass[balls] * (end.position @ self._gravity)).sum())
+        energies: Floats = moving - b.mass[balls] * (end.position @ self._gravity)
+        return energies
 
     def _judge_group(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
@@ -584,8 +628,8 @@ class Judge:
         """Return how two bodies passed each other without a contact."""
         balls = [ball for ball in contact if ball >= 0]
         way = f.after.position[step, balls] - f.before.position[step, balls]
-        is_through = self._touches.is_through(f, step, contact)
-        return of_missed(self._scene, contact, way, self._touches.overlap_time(f, step, contact), is_through=is_through)
+        is_through = self.touches.is_through(f, step, contact)
+        return of_missed(self._scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
 
     def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
         """Return a group's step as a problem."""
@@ -608,8 +652,7 @@ class Judge:
             elastic[step] += outcome.met["elastic"].sum() - problem.exact.met["elastic"].sum()
         else:
             elastic[step] += self._energy(end, balls) - self._energy(_end(f.exact, step, balls), balls)
-        for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
-            rows[step, balls] = values
+        _set_exact(f, step, balls, end)
 
     def _learn(self, fitting: Sequence[Outcome]) -> None:
         """Remember what explains a step, to be tried first in others."""
@@ -627,10 +670,7 @@ class Judge:
     def _uncomputed(self, f: Flown, step: int, balls: Integers) -> list[StepError]:
         """Return the error of a group whose exact step is not known; none if it rests, as it did."""
         still = self._rests(f, step, balls)
-        source = f.after if still else f.before
-        for mine, theirs in zip(f.exact[:2], source[:2], strict=True):
-            mine[step, balls] = theirs[step, balls]
-        f.exact.spin[step, balls] = source.spin[step, balls]
+        _set_exact(f, step, balls, _end(f.after if still else f.before, step, balls))
         if still:
             return []
         because = (
@@ -659,8 +699,8 @@ class Judge:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
         off = (problem.after - problem.exact.after) * problem.scale
         wrong = np.abs(off).max(axis=1) > f.floor
-        nearly = NEARLY * float(self._scene.bodies.radius.min())
-        touches = self._touches.among(f, step, balls.tolist(), nearly)
+        nearly = NEARLY * float(self._bodies.radius.min())
+        touches = self.touches.among(f, step, balls.tolist(), nearly)
         if contact is None and not touches:
             return self._apart(f, step, balls, problem, wrong)
         return [self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)]
@@ -668,18 +708,11 @@ class Judge:
     def _apart(self, f: Flown, step: int, balls: Integers, problem: Problem, wrong: Bools) -> list[StepError]:
         """Return the errors of balls that are near each other, but touch nothing."""
         off = np.abs((problem.after - problem.exact.after) * problem.scale)
-        kicked, errors = off[:, 2:].max(axis=1) > f.floor, []
+        kicked = off[:, 2:].max(axis=1) > f.floor
         if _is_exchange(problem, kicked):
             because = "Velocities changed as in a contact, though nothing touches, and as no single error explains."
             return [self._error(f, step, balls[kicked], None, Cause.UNKNOWN, because)]
-        beside = kicked & self._beside(f, step, balls)
-        if (met := balls[beside]).size:
-            errors.append(self._flight(f, step, met, Cause.UNKNOWN, NO_SINGLE_ERROR))
-        if (changed := balls[kicked & ~beside]).size:
-            errors.append(self._flight(f, step, changed, Cause.UNTOLD, self._kicked(f, step, int(changed[0]))))
-        if (put := balls[wrong & ~kicked]).size:
-            errors.append(self._flight(f, step, put, Cause.PLACED, self._put(f, step, int(put[0]))))
-        return errors
+        return self._alone(f, step, balls[wrong], kicked[wrong])
 
     def _enter(self, states: States, f: Flown, elastic: Floats, errors: Sequence[StepError]) -> None:
         """Enter what is right about a block."""
@@ -689,7 +722,7 @@ class Judge:
         start = energy(states.rows(slice(-1)), bodies, gravity, size)
         pushed, exact = (energy(s, bodies, gravity, size) for s in (f.before, f.exact))
         end = energy(f.after, bodies, gravity, size)
-        sums[Cause.HAND] += float((pushed - start).sum())
+        sums[Cause.APPLIED] += float((pushed - start).sum())
         sums[Cause.ELASTICITY] += float(elastic.sum())
         rest = float((exact - pushed).sum() - elastic.sum())
         sums[Cause.FRICTION if scene.is_rough else Cause.ROUNDING] += rest
@@ -718,8 +751,14 @@ def _met(part: np.void) -> NDArray[np.void]:
     return met
 
 
-def _end(states: States, step: int, balls: Integers) -> End:
+def _end(states: States, step: int | Integers, balls: Integers) -> End:
     return End(states.position[step, balls], states.velocity[step, balls], states.spin[step, balls])
+
+
+def _set_exact(f: Flown, step: int, balls: Integers, end: End) -> None:
+    """Take an end of a step for the exact one."""
+    for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
+        rows[step, balls] = values
 
 
 def _is_exchange(problem: Problem, kicked: Bools) -> bool:

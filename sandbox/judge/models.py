@@ -56,7 +56,7 @@ def _always(cause: Cause) -> Callable[[float], Cause]:
     return lambda _: cause
 
 
-_VELOCITY: Final = _always(Cause.VELOCITY)
+_VELOCITY: Final = _always(Cause.UNEXPLAINED_IMPULSE)
 
 
 def _figure(p: float) -> str:
@@ -214,7 +214,7 @@ FAULTS: Final = (
     ),
     Fault(
         "cap",
-        _always(Cause.UNTOLD),
+        _always(Cause.UNREPORTED),
         lambda p: f"Speeds are cut to {p:.5g} px/s.",
         {},
         ("cap",),
@@ -225,7 +225,7 @@ FAULTS: Final = (
     ),
     Fault(
         "apart",
-        _always(Cause.PLACED),
+        _always(Cause.TELEPORTED),
         lambda p: (
             f"After the contact, each is put {abs(p):.4g} px {'further from' if p > 0 else 'nearer to'} the other."
         ),
@@ -238,7 +238,7 @@ FAULTS: Final = (
     Fault("missed", _always(Cause.MISSED), lambda _: "The contact is missed.", {"missed": 1}),
     Fault(
         "twice",
-        _always(Cause.TURNED),
+        _always(Cause.DOUBLE_BOUNCE),
         lambda _: "Resolved twice: the second time the two were already parting.",
         {"twice": 1},
         odd=True,

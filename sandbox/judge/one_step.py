@@ -338,6 +338,16 @@ def _brake(law: Record, a: Record, nx: float, ny: float) -> None:
 
 
 @kernel
+def _normal_in(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: float) -> tuple[float, float]:
+    """Return the normal that a law takes for the right one."""
+    if pair and law.exchange == Exchange.ALONG_VELOCITY:
+        along_x, along_y, _ = unit(a.vx - b.vx, a.vy - b.vy)
+        return along_x, along_y
+    c, s = math.cos(law.turn), math.sin(law.turn)
+    return nx * c - ny * s, nx * s + ny * c
+
+
+@kernel
 def _resolve(
     group: Group, law: Record, scratch: Scratch, i: int, j: int, nx: float, ny: float, depth: float, time: float
 ) -> float:
@@ -346,11 +356,8 @@ def _resolve(
     a, b = ball[i], ball[j if pair else i]
     first, second = np.int64(a.number), _number_of(group, j, ball)
     right = not _concerns(law, first, second)
-    if not right and law.turn != 0:
-        c, s = math.cos(law.turn), math.sin(law.turn)
-        nx, ny = nx * c - ny * s, nx * s + ny * c
-    if not right and law.exchange == Exchange.ALONG_VELOCITY and pair:
-        nx, ny, _ = unit(a.vx - b.vx, a.vy - b.vy)
+    if not right:
+        nx, ny = _normal_in(law, a, b, pair, nx, ny)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
     other_e = b.elasticity if pair else group.piece[~j].elasticity
@@ -362,7 +369,6 @@ def _resolve(
     m_a, m_b = _mass_in(law, right, a), _mass_in(law, right, b)
     per_a, per_b = 1 / m_a, 1 / m_b if pair else 0.0
     impulse = (closing + parting) / (per_a + per_b) * (1.0 if right else law.impulse)
-
     tangential = _friction(law, right, a, b, pair, other_mu, along, impulse, e, per_a + per_b)
     moment = 1.0 if right else law.moment
     if not right and law.exchange != Exchange.NONE and law.exchange < Exchange.FIRST_ONLY:
@@ -376,19 +382,8 @@ def _resolve(
         b.spin -= 2 * tangential * per_b / (b.radius * moment) * (1.0 if right else law.second_turns)
     if not right and law.slope != 1:
         _brake(law, a, nx, ny)
-    _note(
-        scratch,
-        time,
-        first,
-        second,
-        nx,
-        ny,
-        closing,
-        impulse,
-        depth,
-        tangential,
-        -(1 - e * e) * closing * closing / 2 / (per_a + per_b),
-    )
+    elastic = -(1 - e * e) * closing * closing / 2 / (per_a + per_b)
+    _note(scratch, time, first, second, nx, ny, closing, impulse, depth, tangential, elastic)
     if not right and law.apart != 0:
         _put_apart(law, a, b, pair, nx, ny)
     return float(parting)

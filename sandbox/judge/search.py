@@ -163,12 +163,12 @@ def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     model = BY_NAME.get(trial.fault)
     odd = model is not None and model.odd
     if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
-        return Cause.TURNED
+        return Cause.DOUBLE_BOUNCE
     if trial.is_soft:
         return cause_of_soft(outcome, problem)
     if model is None:
         if trial.is_in_time:
-            return Cause.UNTOLD
+            return Cause.UNREPORTED
         moved = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
         pair = any(m["second"] >= 0 for m in outcome.met)
         return cause_of_rule(trial, float(outcome.met["closing"].min()), pair, moved=bool(moved))
@@ -182,18 +182,18 @@ def cause_of_rule(trial: Trial, closing: float, pair: bool, *, moved: bool) -> C
     closing: px/s, the least of its contacts; pair: whether one is of two balls; moved: whether velocities are wrong.
     """
     if trial.rule["parting"] == 1 and closing <= 0:
-        return Cause.TURNED
+        return Cause.DOUBLE_BOUNCE
     if moved:
         return Cause.LATE
     if pair and trial.rule["pair_place"] != Place.LEAVE:
-        return Cause.PUSHED
+        return Cause.POSITION_CORRECTION
     return Cause.OVERSHOOT if not pair and trial.rule["wall_place"] == Place.ON else Cause.LATE
 
 
 def cause_of_push(part: np.void) -> Cause:
     """Return the cause of a push: a ball that is put onto the wall in which it is found has its overshoot discarded."""
     onto_wall = part["pushed_second"] < 0 and part["pushed"] >= (1 - NEGLIGIBLE) * part["overlap"]
-    return Cause.OVERSHOOT if onto_wall and part["way"] % PUSHED_WAYS == 1 else Cause.PUSHED
+    return Cause.OVERSHOOT if onto_wall and part["way"] % PUSHED_WAYS == 1 else Cause.POSITION_CORRECTION
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:

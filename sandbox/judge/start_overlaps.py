@@ -19,8 +19,8 @@ from sandbox.state import Floats
 
 SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later
 OF_OVERLAP: Final = (
-    *(Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED, Cause.OVERSHOOT, Cause.TURNED),
-    *(Cause.STALE, Cause.UNCONVERGED, Cause.UNKNOWN),
+    *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
+    *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
 )
 
 
@@ -49,7 +49,7 @@ class StartOverlaps:
             return next((pair for pair in self._depths if pair[1] < 0 and error.balls == pair[:1]), None)
         if error.contact not in self._depths or error.cause not in OF_OVERLAP:
             return None
-        depth = error.displacement if error.depth is None or error.cause == Cause.PLACED else error.depth
+        depth = error.displacement if error.depth is None or error.cause == Cause.TELEPORTED else error.depth
         return error.contact if depth <= SEVERAL * self._depths[error.contact] else None
 
     def _because(self, pair: tuple[int, int]) -> str:

@@ -35,7 +35,7 @@ class Timeline:
     """What a judge has found, once all steps are judged. errors: in order; sums: (4, causes), of the ledger."""
 
     def __init__(self, judge: Judge) -> None:
-        self._judge = judge
+        self._judge, self.touches = judge, judge.touches
         judge.finish()
         undecided = {id(error) for error in judge.undecided}
         decided = [error for error in judge.errors if id(error) not in undecided]
@@ -74,7 +74,10 @@ class Timeline:
             best = [(o, c) for o, c in best if not o.is_fitted] or best
             best = [(o, c) for o, c in best if not o.is_odd] or best
             best.sort(key=lambda one: MODELS.index(one[0].trial.fault))
-            if {c for _, c in best} == {Cause.PUSHED, Cause.OVERSHOOT}:  # put where the two touch, it is both
+            if {c for _, c in best} == {
+                Cause.POSITION_CORRECTION,
+                Cause.OVERSHOOT,
+            }:  # put where the two touch, it is both
                 best = [(o, c) for o, c in best if c == Cause.OVERSHOOT]
             causes = list(dict.fromkeys(c for _, c in best))
             outcome, cause = best[0]
@@ -97,7 +100,7 @@ class Timeline:
         faulty = sum(bool(_model(error)) for error in self.errors)
         late = sum(error.cause == Cause.LATE and not _model(error) for error in self.errors)
         for error in self.errors:
-            if error.cause in (Cause.STALE, Cause.UNCONVERGED) and faulty > late and not error.candidates:
+            if error.cause in (Cause.WARM_START, Cause.UNCONVERGED) and faulty > late and not error.candidates:
                 error.cause, error.because = Cause.UNKNOWN, NO_SINGLE_ERROR
 
     def gained(self, steps: int) -> Floats:
@@ -118,20 +121,19 @@ class Timeline:
         sizes = {key: sum(e.displacement + e.speed * reach for e in of) for key, of in groups.items()}
         whole = sum(sizes.values()) or 1.0
         ordered = sorted(groups, key=lambda key: -sizes[key])
-        return tuple(_suffered(key[0], groups[key], sizes[key] / whole, self._judge.radius) for key in ordered)
+        return tuple(self._suffered(key[0], groups[key], sizes[key] / whole) for key in ordered)
 
-
-def _suffered(cause: Cause, errors: Sequence[StepError], share: float, radius: float | None) -> Suffered:
-    outcomes = [o for error in errors for o, _ in error.candidates[:1]]
-    fault = outcomes[0].trial.fault if outcomes else ""
-    because = errors[0].because
-    if fault and BY_NAME[fault].of:
-        because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]), radius)
-    elif not fault and cause in (Cause.LATE, Cause.EARLY):
-        sign = 1 if cause == Cause.LATE else -1
-        depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
-        because = found_range(cause, depths) if len(depths) > 1 else because
-    return Suffered(cause, because, sum(error.times for error in errors), share)
+    def _suffered(self, cause: Cause, errors: Sequence[StepError], share: float) -> Suffered:
+        outcomes = [o for error in errors for o, _ in error.candidates[:1]]
+        fault = outcomes[0].trial.fault if outcomes else ""
+        because = self.touches.said(errors[0])
+        if fault and BY_NAME[fault].of:
+            because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]), self._judge.radius)
+        elif not fault and cause in (Cause.LATE, Cause.EARLY):
+            sign = 1 if cause == Cause.LATE else -1
+            depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
+            because = found_range(cause, depths) if len(depths) > 1 else because
+        return Suffered(cause, because, sum(error.times for error in errors), share)
 
 
 def _model(error: StepError) -> str:

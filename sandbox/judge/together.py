@@ -298,6 +298,15 @@ def _solve_directly(ball: NDArray[Any], touch: NDArray[Any], room: Room, fastest
 
 
 @kernel
+def _fastest(ball: NDArray[Any]) -> float:
+    """Return the largest component of a velocity, or speed of a rim, px/s."""
+    fastest = 0.0
+    for i in range(len(ball)):
+        fastest = max(fastest, abs(ball[i].vx), abs(ball[i].vy), abs(ball[i].spin) * ball[i].radius)
+    return float(fastest)
+
+
+@kernel
 def solve_together(
     ball: NDArray[Any], touch: NDArray[Any], fall_x: float, fall_y: float, kept: float, room: Room
 ) -> None:
@@ -305,9 +314,7 @@ def solve_together(
 
     fall_x, fall_y, kept: the velocities are kept times those which bounce, and this in px/s.
     """
-    fastest = 0.0
-    for i in range(len(ball)):
-        fastest = max(fastest, abs(ball[i].vx), abs(ball[i].vy), abs(ball[i].spin) * ball[i].radius)
+    fastest = _fastest(ball)
     for k in range(len(touch)):
         t = touch[k]
         t.closing = closing_speed(ball, t)

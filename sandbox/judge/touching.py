@@ -12,11 +12,12 @@ from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown
 from sandbox.judge.overlaps import in_each_other, in_walls
 from sandbox.judge.thresholds import SPRING_STEPS
+from sandbox.judge.words import of_turn
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, pieces_of
-from sandbox.state import Floats, Integers
+from sandbox.state import Bools, Floats, Integers
 
 UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed
 OUTWARD: Final = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])  # of the arena's walls
@@ -32,8 +33,8 @@ class StepError:
     should: velocities (k, 2) px/s of the contact's balls, and their spins; times: how many balls or contacts it stands
     for; numbers: how many numbers the places, velocities and spins have that it shows wrong; depth: px, of the contact
     when it was found; gained: momentum (kg px/s) and angular momentum about the arena's centre (kg px²/s) that neither
-    gravity gave nor a wall can have given; normal, should_normal: of the contact, from first to second, as found and in
-    the exact step; by_rule: whether a rule of steps explains it, which has no parameter.
+    gravity gave nor a wall can have given; places: (k, 2) px, of the contact's balls before; flown: s, from there to
+    where it is found; by_rule: whether a rule of steps explains it, which has no parameter.
     """
 
     step: int
@@ -49,14 +50,14 @@ class StepError:
     after: Floats
     should: Floats
     spins: tuple[Floats, Floats, Floats]
+    places: Floats
+    flown: float
     candidates: list[tuple[Outcome, Cause]] = field(default_factory=list)
     times: int = 1
     numbers: int = 9
     by_rule: bool = False
     depth: float | None = None
     gained: Floats = field(default_factory=lambda: np.zeros(3))
-    normal: Vector | None = None
-    should_normal: Vector | None = None
 
 
 class Touch(NamedTuple):
@@ -84,60 +85,82 @@ class Touches:
 
     def of(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
         """Return how two bodies touch in a step."""
-        mass, (first, second) = self._scene.bodies.mass, pair
-        free, change = self._change(f, row, [first, max(second, 0)])
-        ends = [self._away(states.position[row], pair) for states in (f.before, f.after)]
-        away, depth = ends[0]
-        central = True
-        if second >= 0:
-            relative, moving = change[0] - change[1], free[0] - free[1]
-            given = mass[[first, second], None] * change
-            central = bool(length(given.sum(axis=0)) <= length(given).sum() / 2)
-        else:
-            relative, moving = change[0], free[0]
-            x, radius = f.before.position[row], self._scene.bodies.radius
-            near = np.flatnonzero(length(x - x[first]) < 2 * (radius + radius[first]))
-            near = near[near != first]
-            given = (mass[near, None] * self._change(f, row, near)[1]).sum(axis=0)
-            central = bool(length(given) <= mass[first] * length(change[0]) / 2)
+        return self._of_balls(f, row, pair) if pair[1] >= 0 else self._of_wall(f, row, pair)
+
+    def _of_balls(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
+        """Return how two balls touch in a step. In complex numbers, which are faster than arrays of two."""
+        first, second = pair
+        x, v, _, _ = f.before
+        y, w, _, _ = f.after
+        away, after = (complex(*at[row, second]) - complex(*at[row, first]) for at in (x, y))
+        fall = float(f.dt[row]) * complex(*self._gravity)
+        free = [complex(*v[row, ball]) + fall for ball in pair]
+        change = [complex(*w[row, ball]) - each for ball, each in zip(pair, free, strict=True)]
+        given = [float(self._scene.bodies.mass[ball]) * each for ball, each in zip(pair, change, strict=True)]
+        n, relative = away / (abs(away) or 1.0), change[0] - change[1]
+        pushed, closing = -(relative * n.conjugate()).real, ((free[0] - free[1]) * n.conjugate()).real
+        depth = float(self._scene.bodies.radius[[first, second]].sum()) - min(abs(away), abs(after))
+        central = abs(sum(given)) <= (abs(given[0]) + abs(given[1])) / 2 and 2 * pushed**2 > abs(relative) ** 2
+        return Touch(pair, depth, closing, closing - pushed, pushed, central)
+
+    def _of_wall(self, f: Flown, row: int, pair: tuple[int, int]) -> Touch:
+        """Return how a ball touches a wall in a step."""
+        bodies, first = self._scene.bodies, pair[0]
+        [free], [change] = self._change(f, row, [first])
+        (away, depth), (_, after) = (self._away(states.position[row], pair) for states in (f.before, f.after))
+        near = length(f.before.position[row] - f.before.position[row, first]) < 2 * (
+            bodies.radius + bodies.radius[first]
+        )
+        near[first] = False
+        given = (bodies.mass[near, None] * self._change(f, row, near)[1]).sum(axis=0)
         n = away / (float(length(away)) or 1.0)
-        pushed, closing = -float(relative @ n), float(moving @ n)
-        central = central and 2 * pushed * pushed > float(relative @ relative)
-        return Touch(pair, max(depth, ends[1][1]), closing, closing - pushed, pushed, central)
+        pushed, closing = -float(change @ n), float(free @ n)
+        alone = bool(length(given) <= bodies.mass[first] * length(change) / 2)
+        central = alone and 2 * pushed * pushed > float(change @ change)
+        return Touch(pair, max(depth, after), closing, closing - pushed, pushed, central)
 
-    def normals(self, f: Flown, row: int, pair: tuple[int, int]) -> tuple[Vector | None, Vector | None]:
-        """Return the normals of a contact, from first to second: where the step's move ends, and where the two touch.
+    def normals(self, error: StepError) -> tuple[Vector | None, Vector | None]:
+        """Return the normals of an error's contact, from first to second: where the move ends, and at first touch.
 
-        None where they are apart.
+        None where they are apart, or the error was found to be of that contact only later.
         """
-        first, last = self._overlap(f, row, pair)
-        dt = float(f.dt[row])
-        end = self._normal(f, row, pair, dt) if first <= dt <= last else None
-        return end, self._normal(f, row, pair, max(first, 0.0)) if first <= dt and last >= 0 else None
+        if error.contact is None or len(error.places) != sum(body >= 0 for body in error.contact):
+            return None, None
+        end, x, v = error.flown, error.places, error.before
+        first, last = self._overlap(x, v, error.contact, end)
+        at_end = self._normal(x, v, error.contact, end) if first <= end <= last else None
+        at_touch = self._normal(x, v, error.contact, max(first, 0.0)) if first <= end and last >= 0 else None
+        return at_end, at_touch
+
+    def said(self, error: StepError) -> str:
+        """Return the sentence of an error; of a contact found late, with how far its normal is turned by that."""
+        return of_turn(error.because, *self.normals(error)) if error.cause == Cause.LATE else error.because
 
     def overlap_time(self, f: Flown, row: int, pair: tuple[int, int]) -> float:
         """Return for how long two balls overlap on straight ways, s; 0 for a wall."""
-        first, last = self._overlap(f, row, pair)
-        return last - first if pair[1] >= 0 and last > first else 0.0
+        if pair[1] < 0:
+            return 0.0
+        first, last = self._overlap(f.before.position[row, pair], f.before.velocity[row, pair], pair, float(f.dt[row]))
+        return max(last - first, 0.0)
 
-    def _overlap(self, f: Flown, row: int, pair: tuple[int, int]) -> tuple[float, float]:
-        """Return from when until when two overlap on straight ways, s since the step began; all of it at a wall."""
-        first, second = pair
-        if second < 0:
-            return 0.0, float(f.dt[row])
-        x, v = f.before.position[row], f.before.velocity[row]
-        away, speed = x[second] - x[first], v[second] - v[first]
-        reach = self._scene.bodies.radius[[first, second]].sum()
+    def _overlap(self, x: Floats, v: Floats, pair: tuple[int, int], dt: float) -> tuple[float, float]:
+        """Return from when until when two overlap on straight ways, s since the step began; all of it at a wall.
+
+        x, v: (2, 2) px and px/s.
+        """
+        if pair[1] < 0:
+            return 0.0, dt
+        away, speed = x[1] - x[0], v[1] - v[0]
+        reach = self._scene.bodies.radius[[*pair]].sum()
         square, along = float(speed @ speed), float(away @ speed)
         inside = along * along - square * (float(away @ away) - reach * reach)
         if square == 0 or inside < 0:
             return np.inf, -np.inf
         return (-along - inside**0.5) / square, (-along + inside**0.5) / square
 
-    def _normal(self, f: Flown, row: int, pair: tuple[int, int], time: float) -> Vector:
-        """Return the normal of a contact at a time since a step began, s."""
-        x = f.before.position[row] + time * (f.before.velocity[row] + time * self._gravity / 2)
-        away, _ = self._away(x, pair)
+    def _normal(self, x: Floats, v: Floats, pair: tuple[int, int], time: float) -> Vector:
+        """Return the normal of a contact at a time since a step began, s. x, v: (k, 2) px and px/s, of its balls."""
+        away, _ = self._between(x + time * (v + time * self._gravity / 2), pair)
         across = float(length(away)) or 1.0
         return float(away[0] / across), float(away[1] / across)
 
@@ -151,21 +174,25 @@ class Touches:
         return self._away(x, pair)[1]
 
     def _away(self, x: Floats, pair: tuple[int, int]) -> tuple[Floats, float]:
-        """Return the way from the first body to the second, and how deep they are in each other, px."""
+        """Return the way from the first body to the second, and how deep they are in each other, px. x: (n, 2) px."""
+        return self._between(x[[pair[0], max(pair[1], 0)]], pair)
+
+    def _between(self, x: Floats, pair: tuple[int, int]) -> tuple[Floats, float]:
+        """Return what `_away` does. x: (k, 2) px, of the pair's balls only."""
         radius, (first, second) = self._scene.bodies.radius, pair
         if second >= 0:
-            away = x[second] - x[first]
+            away = x[1] - x[0]
             return away, float(radius[first] + radius[second] - length(away))
         wall = ~second
         if wall < ARENA_COUNT:
             n = OUTWARD[wall]
             face = max(0.0, float(n @ self._scene.arena.size))
-            return n, float(radius[first] + n @ x[first] - face)
+            return n, float(radius[first] + n @ x[0] - face)
         start, to, thickness = self._scene.wall_line(wall)
-        away = nearest_on_segment(x[first], np.array(start), np.array(to)) - x[first]
+        away = nearest_on_segment(x[0], np.array(start), np.array(to)) - x[0]
         return away, float(radius[first] + thickness / 2 - length(away))
 
-    def _change(self, f: Flown, row: int, balls: Integers | Sequence[int]) -> tuple[Floats, Floats]:
+    def _change(self, f: Flown, row: int, balls: Bools | Sequence[int]) -> tuple[Floats, Floats]:
         """Return the velocities that balls would have after a step without a contact, and what they have besides."""
         free = f.before.velocity[row, balls] + f.dt[row] * self._gravity
         return free, f.after.velocity[row, balls] - free
@@ -204,7 +231,7 @@ class Missed:
                 error.cause, late = Cause.LATE, step - error.step
                 error.because = f"Found {late} step{'s' * (late > 1)} late."
                 error.displacement, error.momentum = error.displacement + error.speed * late * float(f.dt[row]), 0.0
-                error.speed = 0.0
+                error.speed, error.flown = 0.0, error.flown + late * float(f.dt[row])
                 del self._open[pair]
         kept = []
         for error in errors:

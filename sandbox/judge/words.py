@@ -30,7 +30,7 @@ def of_outcome(outcome: Outcome, cause: Cause, radius: float | None) -> str:
         late = f"{late[:-1]}, and kept in touch until the step ends."
     elif cause == Cause.OVERSHOOT:
         late = f"{late[:-1]}, and put back on the wall: that much of its way is discarded."
-    elif cause == Cause.PUSHED:
+    elif cause == Cause.POSITION_CORRECTION:
         late = f"{late[:-1]}, and put apart by that."
     return f"{said} {late}".strip()
 
@@ -67,7 +67,7 @@ def of_push(part: np.void, cause: Cause) -> str:
 def of_impulses(part: np.void, cause: Cause) -> str:
     """Say what is wrong with the impulses of contacts that are solved together."""
     two = _named(int(part["first"]), int(part["second"]))
-    if cause == Cause.STALE:
+    if cause == Cause.WARM_START:
         return f"The contact of {two} pulls them together."
     if part["after"] > 0:
         return f"The solver has not converged: {two} still approach at {part['after']:.3g} px/s."

@@ -37,7 +37,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         counts={name: len(run.contacts) for name, run in comparison.runs.items()},
         energy={name: float(run.energy[-1]) for name, run in comparison.runs.items()},
         work={
-            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.HAND)
+            name: sum(entry.energy for entry in run.figures.ledger if entry.cause == Cause.APPLIED)
             for name, run in comparison.runs.items()
         },
         balls=tuple(range(len(scene.bodies))),

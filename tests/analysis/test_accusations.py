@@ -76,7 +76,7 @@ def touching_pair(overlap: float) -> Scene:
     [
         ("impulse", Cause.LATE),
         ("pymunk", Cause.LATE),
-        (PutsApart, Cause.PLACED),
+        (PutsApart, Cause.TELEPORTED),
         (IgnoresPair, Cause.MISSED),
     ],
 )
@@ -104,7 +104,7 @@ def test_a_contact_that_puts_balls_far_away_is_not_only_late() -> None:
     runs = compare(row((100, 200), (300, 0)), {"apart": LateAndApart, "exact": "exact"}).runs
     one = runs["apart"].figures.first_difference
     assert one is not None
-    assert one.cause == Cause.PLACED
+    assert one.cause == Cause.TELEPORTED
 
 
 @pytest.mark.parametrize("engine", ["impulse", "pymunk"])
@@ -158,7 +158,7 @@ def test_a_touching_row_that_is_hit_as_a_step_ends_does_not_differ(
     balls = [(400 + direction * x, direction * v) for x, v in ((-300, 240), (-100, 0), (-60, 0), (-20, 0))]
     run = compare(row(*balls), ["faultless", "exact"]).runs["faultless"]
     assert run.differences == ()
-    assert Cause.UNTOLD not in [entry.cause for entry in run.figures.ledger]
+    assert Cause.UNREPORTED not in [entry.cause for entry in run.figures.ledger]
 
 
 @pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
@@ -167,7 +167,7 @@ def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) 
     """Box2D lets two that touch go on together, and gives them their velocities at the end of the step."""
     one = first_of(row((100, 240), (x, 0)), "box2d")
     assert one is not None
-    assert one.cause in (Cause.LATE, Cause.PUSHED)
+    assert one.cause in (Cause.LATE, Cause.POSITION_CORRECTION)
     assert one.because.startswith("Found ")
 
 
@@ -223,7 +223,7 @@ def test_friction_while_a_ball_rolls_between_hits_is_no_wrong_time_of_the_next_h
     """Exact writes what the floor gave a ball since its last contact at the next one, which it slid to meanwhile."""
     runs = compare(load("billiards").changed(seconds=0.45), ["impulse", "exact"]).runs
     causes = {entry.cause for entry in runs["exact"].figures.ledger}
-    assert not causes & {Cause.LATE, Cause.EARLY, Cause.PUSHED, Cause.PLACED}
+    assert not causes & {Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED}
     assert not any(one.in_reference for one in runs["impulse"].differences)
 
 
@@ -233,7 +233,7 @@ def test_a_heap_that_stands_still_has_no_impulses_that_are_too_large() -> None:
     heavy = f"radius = 20\nmass = 10\nposition = [40, {580 - 20 * math.sqrt(3)}]"
     scene = scene_of(light, heavy, size="[80, 600]", more="gravity = [0, 900]\nseconds = 0.5")
     causes = {entry.cause for entry in compare(scene, ["exact"]).runs["exact"].figures.ledger}
-    assert not causes & {Cause.SMALL, Cause.LARGE, Cause.TURNED}
+    assert not causes & {Cause.SMALL, Cause.LARGE, Cause.DOUBLE_BOUNCE}
 
 
 def test_balls_that_are_in_their_places_are_on_no_other_courses() -> None:
@@ -308,7 +308,7 @@ def test_a_spin_that_is_wrong_shows_although_all_balls_are_in_their_places() -> 
     assert run.gap_max.max() < 1e-6
     one = run.figures.first_difference
     assert one is not None
-    assert (one.cause, one.because) == (Cause.VELOCITY, "Friction turns the balls by 2 of what it should.")
+    assert (one.cause, one.because) == (Cause.UNEXPLAINED_IMPULSE, "Friction turns the balls by 2 of what it should.")
 
 
 def test_a_contact_is_not_late_by_more_than_a_step_if_each_step_looks_for_it() -> None:

@@ -158,8 +158,8 @@ def test_paths_keep_their_stride_and_the_mouse_its_step_from_block_to_block(monk
     ledgers = [
         {one.cause: one.energy for one in comparison.runs["impulse"].figures.ledger} for comparison in (whole, blocks)
     ]
-    assert ledgers[0][Cause.HAND] != 0
-    assert ledgers[1] == pytest.approx(ledgers[0], abs=1e-9 * abs(ledgers[0][Cause.HAND]))
+    assert ledgers[0][Cause.APPLIED] != 0
+    assert ledgers[1] == pytest.approx(ledgers[0], abs=1e-9 * abs(ledgers[0][Cause.APPLIED]))
 
 
 def test_energy_counts_gravity() -> None:

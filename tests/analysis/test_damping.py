@@ -10,7 +10,15 @@ from sandbox.analysis.verdict import verdict
 from sandbox.judge.causes import Cause
 from sandbox.scene.model import Scene
 
-OWN = (Cause.DAMPING, Cause.LATE, Cause.PUSHED, Cause.ELASTICITY, Cause.FRICTION, Cause.SPIN, Cause.ROUNDING)
+OWN = (
+    Cause.DAMPING,
+    Cause.LATE,
+    Cause.POSITION_CORRECTION,
+    Cause.ELASTICITY,
+    Cause.FRICTION,
+    Cause.SPIN,
+    Cause.ROUNDING,
+)
 
 
 def ball(**changes: Any) -> Scene:

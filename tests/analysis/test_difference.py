@@ -208,7 +208,7 @@ def test_balls_falling_together_have_the_same_contact_later() -> None:
     assert one.after is not None
     assert one.should_after is not None
     assert one.after == one.should_after
-    assert one.cause == Cause.PUSHED
+    assert one.cause == Cause.POSITION_CORRECTION
     assert one.because.startswith("Found 6.67 ms late, 1.6 px deep")
 
 
@@ -388,7 +388,7 @@ def test_a_kick_near_the_end_is_a_difference(at: int) -> None:
     late = type("KicksLate", (KicksLate,), {"at": at})
     one = compare(scene, {"late": late, "exact": "exact"}).runs["late"].figures.first_difference
     assert one is not None
-    assert (one.kind, one.cause, round(one.time * 60)) == ("flight", Cause.UNTOLD, at)
+    assert (one.kind, one.cause, round(one.time * 60)) == ("flight", Cause.UNREPORTED, at)
 
 
 def test_a_ball_that_passes_into_another_in_the_last_steps_is_missed() -> None:
@@ -414,7 +414,7 @@ def test_a_contact_without_impulse_is_no_difference() -> None:
     run = compare(scene, ["article", "exact"]).runs["article"]
     assert run.figures.wall_contacts == 60
     assert run.differences == ()
-    assert not {Cause.TURNED, Cause.LARGE} & {entry.cause for entry in run.figures.ledger}
+    assert not {Cause.DOUBLE_BOUNCE, Cause.LARGE} & {entry.cause for entry in run.figures.ledger}
 
 
 def test_balls_at_rest_that_are_pushed_out_of_an_overlap_at_the_start_are_not_blamed() -> None:

@@ -131,7 +131,7 @@ def test_the_mouse_is_the_scale_if_it_gives_more_than_there_is(gravity: str) -> 
     inputs: list[Input] = [Grab(step=0, ball=0, at=(100, 300)), Move(step=1, at=(2000, 300)), Release(step=20)]
     comparison = compare(scene, ["impulse", "exact"], inputs=inputs)
     run = comparison.runs["exact"]
-    [given] = [entry.energy for entry in run.figures.ledger if entry.cause is Cause.HAND]
+    [given] = [entry.energy for entry in run.figures.ledger if entry.cause is Cause.APPLIED]
     assert given > 0.5 * 2 * 500**2
     if gravity:  # against which the mouse also lifts the ball
         assert comparison.energy_scale >= given

@@ -46,7 +46,7 @@ def test_the_lines_add_up_to_the_whole_change(name: str) -> None:
         energies = {entry.cause: entry.energy for entry in run.figures.ledger}
         assert remainder(run) < 1e-9, engine
         if engine in OWN and name != "funnel":  # exact keeps discs at rest in a heap without contacts
-            assert Cause.UNTOLD not in energies, engine
+            assert Cause.UNREPORTED not in energies, engine
             rounding = abs(energies.get(Cause.ROUNDING, 0.0))
             assert rounding < 1e-3 * np.abs(run.energy).max(), engine  # most in the hops of a heap
 
@@ -260,7 +260,7 @@ def test_the_mouse_s_work_is_entered_as_the_mouse_s() -> None:
     for engine in OWN:
         run = compare(scene, [engine], inputs=inputs).runs[engine]
         [entry] = [entry for entry in run.figures.ledger if entry.cause != Cause.ROUNDING]
-        assert entry.cause == Cause.HAND
+        assert entry.cause == Cause.APPLIED
         assert entry.energy == pytest.approx(run.energy[-1])
 
 

@@ -252,7 +252,7 @@ def test_a_stepped_reference_whose_answer_depends_on_numbers_is_undecided() -> N
 
 def test_a_heap_is_said_to_be_unresolved_and_the_reference_s_own_errors_are_named() -> None:
     comparison = compare(load("head-on"), ["pymunk", "exact"])
-    line = (Entry(Cause.UNTOLD, 1, -0.02 * float(comparison.runs["exact"].energy[0]), 0.0, 0.0),)
+    line = (Entry(Cause.UNREPORTED, 1, -0.02 * float(comparison.runs["exact"].energy[0]), 0.0, 0.0),)
     exact = comparison.runs["exact"]
     heap = replace(
         comparison,

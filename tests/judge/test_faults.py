@@ -34,7 +34,7 @@ BY_STATES: Final = {  # where what is true of the states differs from what is tr
     "SwapsTimes": NOTHING,
     "MoreThanReported": {Cause.LARGE},
     "TurnsNormalUnreported": {Cause.NORMAL},
-    "TurnsTwice": {Cause.TURNED, Cause.MISSED},  # the same where nothing is lost
+    "TurnsTwice": {Cause.DOUBLE_BOUNCE, Cause.MISSED},  # the same where nothing is lost
 }
 
 

@@ -99,12 +99,14 @@ def test_a_late_contact_has_the_normal_at_its_touch_and_the_one_it_was_found_on(
     after: Floats = np.array([[speed, 0.0], [0.0, 0.0]]) + np.array([-push, push])
     start = ((300.0, 300.0), (x, 320.0)), ((speed, 0.0), (0.0, 0.0))
     end = ((300.0 + speed * DT, 300.0), (x, 320.0)), after.tolist()
-    [error] = judged(scene, start, end).errors
+    timeline = judged(scene, start, end)
+    [error] = timeline.errors
     assert error.cause == Cause.LATE
-    assert error.should_normal == pytest.approx((math.sqrt(3) / 2, 0.5))
-    assert error.normal == pytest.approx(tuple(n))
+    normal, should_normal = timeline.touches.normals(error)
+    assert should_normal == pytest.approx((math.sqrt(3) / 2, 0.5))
+    assert normal == pytest.approx(tuple(n))
     turned = math.degrees(math.asin(n[1]) - math.asin(0.5))
-    assert error.because.endswith(f"so the normal is turned by {turned:.2g}°.")
+    assert timeline.touches.said(error).endswith(f"so the normal is turned by {turned:.2g}°.")
 
 
 def test_balls_that_pass_each_other_within_a_step_are_missed() -> None:

@@ -34,7 +34,7 @@ def test_a_late_contact_and_the_pushes_after_it_are_two_errors() -> None:
     scene = scene_of("radius = 10\nposition = [295, 100]\nvelocity = [600, 0]", size="[400, 200]")
     timeline = judged(scene.changed(seconds=0.5))
     late, pushed = timeline.errors
-    assert (late.cause, pushed.cause) == (Cause.LATE, Cause.PUSHED)
+    assert (late.cause, pushed.cause) == (Cause.LATE, Cause.POSITION_CORRECTION)
     assert late.depth == pytest.approx(5.0)
     assert pushed.step == late.step + 1
     assert pushed.displacement == pytest.approx(0.1 * (5.0 - 0.1), rel=1e-6)
@@ -46,7 +46,7 @@ def test_a_resting_ball_that_bounces_fully_is_pushed_up_as_the_closed_form_says(
     In 12 steps: it falls for one without moving, moves by 0.25 px in the second, is found there and reversed.
     """
     scene = scene_of("radius = 20\nposition = [100, 280]", size="[400, 300]", more="gravity = [0, 900]\nseconds = 0.2")
-    pushed = [error for error in judged(scene).errors if error.cause == Cause.PUSHED]
+    pushed = [error for error in judged(scene).errors if error.cause == Cause.POSITION_CORRECTION]
     for error in pushed:
         assert error.energy == pytest.approx(900 * float(scene.bodies.mass[0]) * error.displacement, rel=1e-9)
     assert pushed[0].displacement == pytest.approx(0.1 * (0.25 - 0.1), rel=1e-6)
@@ -69,12 +69,12 @@ def test_a_dense_gas_loses_its_energy_by_stale_impulses_and_few_iterations() -> 
 def test_with_many_iterations_and_fresh_impulses_nothing_is_stale_nor_unconverged() -> None:
     timeline = judged(dense(iterations=200, collision_persistence=1))
     named = {error.cause for error in timeline.errors}
-    assert Cause.PUSHED in named
-    assert not named & {Cause.STALE, Cause.UNCONVERGED}
+    assert Cause.POSITION_CORRECTION in named
+    assert not named & {Cause.WARM_START, Cause.UNCONVERGED}
 
 
 def test_without_correction_nothing_is_pushed() -> None:
-    assert Cause.PUSHED not in {error.cause for error in judged(dense(collision_bias=1.0)).errors}
+    assert Cause.POSITION_CORRECTION not in {error.cause for error in judged(dense(collision_bias=1.0)).errors}
 
 
 PYRAMID = (
@@ -90,7 +90,7 @@ def test_a_heap_that_stands_has_no_error_but_pushes(engine: str) -> None:
     balls = [ball if "friction" in ball else f"{ball}\nfriction = 0.8" for ball in PYRAMID]
     scene = scene_of(*balls, size="[400, 300]\nfriction = 0.8\nelasticity = 0", more="gravity = [0, 900]\nseconds = 1")
     errors = [error for error in judged(scene, engine).errors if error.step > 20]
-    assert {error.cause for error in errors} <= ({Cause.PUSHED} if engine == "pymunk" else set())
+    assert {error.cause for error in errors} <= ({Cause.POSITION_CORRECTION} if engine == "pymunk" else set())
 
 
 def test_damping_that_an_engine_declares_is_damping() -> None:
@@ -100,7 +100,7 @@ def test_damping_that_an_engine_declares_is_damping() -> None:
     damped = scene.changed(pymunk=scene.pymunk.model_copy(update={"damping": 0.5}))
     declared, silent = (judged(damped, damping=damping) for damping in (Damping(0.5), NO_DAMPING))
     assert declared.suffered[0].cause == Cause.DAMPING
-    assert silent.suffered[0].cause == Cause.UNTOLD
+    assert silent.suffered[0].cause == Cause.UNREPORTED
     turning = 0.5 * float(scene.bodies.moment.sum()) * 5**2
     whole = 0.5 * float(scene.bodies.mass.sum()) * 50**2 + turning
     assert declared.sums[0, Cause.DAMPING] == pytest.approx(-whole / 2, rel=1e-6)

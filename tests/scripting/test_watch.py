@@ -118,7 +118,7 @@ def test_velocities_that_the_program_sets_are_booked_to_it_and_given_to_the_refe
             space.step(1 / RATE)
     given = (90**2 - 30**2) / 2 + 80**2  # m (v2² - v1²) / 2, of 1 kg and of 2 kg
     for engine in ("space", "exact"):
-        assert ledger(watched, engine)[Cause.HAND] == pytest.approx(given)
+        assert ledger(watched, engine)[Cause.APPLIED] == pytest.approx(given)
         run = watched.comparison.runs[engine]
         assert run.final.position == pytest.approx(np.array([[60 + 5 + 75, 150], [200, 60 + 10 + 40 / 60 * 80]]))
     figures = watched.comparison.runs["space"].figures
@@ -139,7 +139,7 @@ def test_the_summary_says_how_much_more_energy_the_program_gave_the_space_than_t
                 ball.velocity = 0, before - 100
             space.step(1 / RATE)
     comparison = watched.comparison
-    given = {name: ledger(watched, name)[Cause.HAND] for name in ("space", "exact")}
+    given = {name: ledger(watched, name)[Cause.APPLIED] for name in ("space", "exact")}
     assert given["space"] == pytest.approx(-100 * before + 100**2 / 2)
     bounces = 2 * math.sqrt(333**2 + 2 * 900 * (300 - 4 - 10 - 200))  # px/s, that the floor at 286 px gives
     assert given["exact"] == pytest.approx(-100 * (333 + 900 * kicked / RATE - bounces) + 100**2 / 2)
@@ -205,7 +205,7 @@ def test_after_any_other_change_the_recording_begins_anew_and_says_so(why: str) 
     assert len(comparison.time) == 21
     assert comparison.since == pytest.approx(10 / RATE)
     assert comparison.runs["space"].apart is None
-    assert Cause.HAND not in ledger(watched)
+    assert Cause.APPLIED not in ledger(watched)
 
 
 def test_forces_and_joints_are_named_and_the_longest_part_without_them_is_compared() -> None:
@@ -306,7 +306,7 @@ class Faulty(pymunk.Space):
 
 @pytest.mark.parametrize("at", [1, 33, 80])
 @pytest.mark.parametrize(
-    ("key", "cause"), [("position", Cause.PLACED), ("velocity", Cause.UNTOLD)], ids=["position", "velocity"]
+    ("key", "cause"), [("position", Cause.TELEPORTED), ("velocity", Cause.UNREPORTED)], ids=["position", "velocity"]
 )
 def test_a_fault_in_one_of_irregular_steps_is_named_at_that_step(at: int, key: str, cause: Cause) -> None:
     space = Faulty(at, key)
@@ -332,7 +332,7 @@ def test_what_rests_while_dt_varies_is_explained_by_its_contacts() -> None:
             space.step(dt)
     comparison = varying(watched)
     assert len(comparison.runs["space"].contacts) > 100
-    assert not {Cause.UNTOLD, Cause.LARGE, Cause.SMALL} & set(ledger(watched))
+    assert not {Cause.UNREPORTED, Cause.LARGE, Cause.SMALL} & set(ledger(watched))
     assert comparison["space"].momentum_drift == pytest.approx(0, abs=1e-12)
 
 
@@ -474,8 +474,8 @@ def test_the_examples_become_scenes_and_are_watched(file: Path, tmp_path: Path) 
             program["run"](space)
         comparison = watched.comparison
     assert (comparison["space"].momentum_drift or 0.0) < 1e-9
-    assert Cause.UNTOLD not in ledger(watched)
-    assert (Cause.HAND in ledger(watched)) == (file.stem == "pinball")
+    assert Cause.UNREPORTED not in ledger(watched)
+    assert (Cause.APPLIED in ledger(watched)) == (file.stem == "pinball")
 
 
 def test_there_are_examples() -> None:
