@@ -18,6 +18,7 @@ from sandbox.judge.explain import (
     COMPRESSIVE,
     EXACT,
     LEANING,
+    MAX_TRIED,
     PART,
     PULLING,
     PUSHED_WAYS,
@@ -34,6 +35,7 @@ from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scr
 from sandbox.judge.law import LAW, Scope, When, law
 from sandbox.judge.models import BY_NAME, Fields
 from sandbox.judge.one_step import MET, Group
+from sandbox.judge.reference_step import reference_steps
 from sandbox.judge.search import Search, as_exact, cause_of, cause_of_push, cause_of_rule, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
 from sandbox.judge.start_overlaps import StartOverlaps
@@ -43,7 +45,7 @@ from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_misse
 from sandbox.quantity import energy, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of, wall_distance
-from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, States
+from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
 BLOCK_STEPS: Final = 256  # that are judged together, of few balls
 BLOCK_STATES: Final = 100_000  # balls times steps, of many
@@ -83,7 +85,7 @@ class Judge:
         self._law = np.array([law(self._gravity)], LAW)
         self._order = np.arange(n)
         self._steps = 0  # substeps that are judged
-        self._fits = self._fruitless = self._opinions = 0
+        self._fits = self._fruitless = self._opinions = self._referred = 0
         self._known: Counter[str] = Counter()
         self._trials: dict[str, Trial] = {}
         self._tried: list[Trial] = []
@@ -545,10 +547,8 @@ class Judge:
         self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
     ) -> list[StepError]:
         """Return what is wrong with a group's step. tried: known trials that leave nothing over of it."""
-        if not ended:
-            return self._uncomputed(f, step, balls)
-        if any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls):
-            return self._uncomputed(f, step, balls)
+        if not ended or (any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls)):
+            return self._uncomputed(f, step, balls, elastic)
         problem = self._problem(f, step, balls)
         fitting = problem.fits(problem.outcomes(tried))
         if not fitting:
@@ -556,6 +556,11 @@ class Judge:
                 self._accept(f, step, balls, elastic, exact, problem)
                 return []
             fitting = self._search(problem)
+        if not fitting:
+            end, is_right = self._by_reference(f, step, balls)
+            if end and is_right:
+                self._take(f, step, balls, elastic, end)
+                return []
         self._learn(fitting)
         self._soft_memory.follow(problem, fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting)
@@ -667,12 +672,30 @@ class Judge:
         moved = np.abs(f.after.position[step, balls] - f.before.position[step, balls]).max()
         return bool(moved + np.abs(f.after.velocity[step, balls]).max() * f.dt[step] <= f.floor)
 
-    def _uncomputed(self, f: Flown, step: int, balls: Integers) -> list[StepError]:
-        """Return the error of a group whose exact step is not known; none if it rests, as it did."""
-        still = self._rests(f, step, balls)
-        _set_exact(f, step, balls, _end(f.after if still else f.before, step, balls))
-        if still:
+    def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
+        """Return how some balls should end a step by the reference, if they are few, and whether they do."""
+        if len(balls) > MAX_TRIED or self._referred >= MAX_FITS:
+            return None, False
+        self._referred += 1
+        start, dt, end = State(0.0, *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
+        after, enough = _end(f.after, step, balls), 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min())
+        for exact in reference_steps(self._scene, balls, start, dt):
+            end = End(exact.position, exact.velocity, exact.spin)
+            off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
+            if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
+                return after, True
+        return end, False
+
+    def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:
+        """Return the error of a group whose exact step is not known from contact to contact; none if it is right."""
+        if self._rests(f, step, balls):
+            _set_exact(f, step, balls, _end(f.after, step, balls))
             return []
+        end, is_right = self._by_reference(f, step, balls)
+        if end:
+            self._take(f, step, balls, elastic, end)
+            return [] if is_right else [self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)]
+        _set_exact(f, step, balls, _end(f.before, step, balls))
         because = (
             "A ball leans on others, or goes round an edge: such a step is not computed."
             if len(balls) <= MAX_BALLS
