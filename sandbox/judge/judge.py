@@ -85,7 +85,7 @@ class Judge:
         self._law = np.array([law(self._gravity)], LAW)
         self._order = np.arange(n)
         self._steps = 0  # substeps that are judged
-        self._fits = self._fruitless = self._opinions = self._referred = 0
+        self._fits = self._fruitless = self._opinions = self._unlike_reference = 0
         self._known: Counter[str] = Counter()
         self._trials: dict[str, Trial] = {}
         self._tried: list[Trial] = []
@@ -674,16 +674,17 @@ class Judge:
 
     def _by_reference(self, f: Flown, step: int, balls: Integers) -> tuple[End | None, bool]:
         """Return how some balls should end a step by the reference, if they are few, and whether they do."""
-        if len(balls) > MAX_TRIED or self._referred >= MAX_FITS:
+        if len(balls) > MAX_TRIED or self._unlike_reference >= MAX_FRUITLESS:
             return None, False
-        self._referred += 1
         start, dt, end = State(0.0, *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
         after, enough = _end(f.after, step, balls), 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min())
         for exact in reference_steps(self._scene, balls, start, dt):
             end = End(exact.position, exact.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
             if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
+                self._unlike_reference = 0
                 return after, True
+        self._unlike_reference += 1
         return end, False
 
     def _uncomputed(self, f: Flown, step: int, balls: Integers, elastic: Floats) -> list[StepError]:

@@ -16,6 +16,7 @@ from sandbox.analysis.difference import Difference, pair_name
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
+from sandbox.scene.spawn import spawn
 from sandbox.scene.model import Scene
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
@@ -187,7 +188,14 @@ def test_contacts_one_step_late(first_of: First) -> None:
     one = first_of("OneStepLate", load("oblique"))
     assert one is not None
     assert (one.kind, one.first, one.second, one.cause) == ("outcome", 0, 1, Cause.LATE)
-    assert one.because == "Found 1 step late."
+    start, radius = spawn(load("oblique")), load("oblique").bodies.radius
+    away, speed = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
+    along = away @ speed
+    touch = (-along - math.sqrt(along**2 - speed @ speed * (away @ away - radius[:2].sum() ** 2))) / (speed @ speed)
+    found = away + speed * (math.ceil(60 * touch) + 1) / 60
+    n = away + speed * touch
+    turned = math.degrees(abs(math.atan2(n[0] * found[1] - n[1] * found[0], n @ found)))
+    assert one.because == f"Found 1 step late, so the normal is turned by {turned:.2g}°."
 
 
 def test_a_contact_that_may_be_resolved_after_the_end_is_not_missing(first_of: First) -> None:

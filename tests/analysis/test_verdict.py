@@ -88,7 +88,7 @@ def test_engines_that_agree_equally_long_are_named_together() -> None:
 
 def with_energies(run: Run, gap: float, **lines: float) -> Run:
     """Return a run that began with 100 kg px²/s² and is `gap` per cent off, with these lines in its ledger."""
-    ledger = tuple(Entry(Cause[cause.upper()], 1, energy, 0.0, 0.0) for cause, energy in lines.items())
+    ledger = tuple(Entry(cause, 1, lines[cause.key], 0.0, 0.0) for cause in Cause if cause.key in lines)
     figures = replace(run.figures, ledger=ledger, energy_error=abs(gap) / 100)
     energy, energy_gap = np.array([100.0, 100.0 + gap]), np.array([0.0, gap / 100])
     return replace(run, energy=energy, energy_scale=100.0, energy_gap=energy_gap, figures=figures)
