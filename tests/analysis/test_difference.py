@@ -16,8 +16,8 @@ from sandbox.analysis.difference import Difference, pair_name
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
-from sandbox.scene.spawn import spawn
 from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, Contacts, State, no_contacts
 
 
