@@ -385,7 +385,7 @@ def _set_course(world: World, m: Record, residual: float, since: float, now: flo
     release(world, i)
     body = world.body[i]
     body.last_contact = body.settled = now
-    body.residual, body.streak = residual, 0
+    body.residual, body.streak, body.fastest = residual, 0, 0.0
 
 
 @kernel
@@ -465,8 +465,9 @@ class Collapses:
         world.rest.plan["collapsing"] = NONE
         world.body["streak"][seed] += 1  # so that the contact is resolved by itself if it is part of no group
         member, link = self._group(seed, 0.0, now)
-        if world.has_gravity and np.abs(_closings(member, link)).max(initial=0.0) < SLOW_HOPS * world.hop_speed:
-            # A sequence that is as slow as hops is resolved across gaps too short for contacts of their own.
+        if world.has_gravity and self._is_slow(member, link, now):
+            # A sequence that was as slow as hops from its start is resolved across gaps too short for contacts of their
+            # own. One that has slowed down to this ends before bodies meet that are apart.
             member, link = self._group(seed, CONTACT_TIME * world.hop_speed, now)
         still = REST * max(np.abs([member["vx"], member["vy"], member["rim"]]).max(), world.hop_speed)
         fastest = _closings(member, link).max(initial=0.0)
@@ -508,6 +509,13 @@ class Collapses:
         partner = np.where(at_wall, link["second"], ball[np.maximum(link["second"], 0)])
         self._set_law(member, link)
         return member, link[np.lexsort((partner, ball[link["first"]]))]
+
+    def _is_slow(self, member: NDArray[np.void], link: NDArray[np.void], now: float) -> bool:
+        """Return whether the contacts of a group are as slow as hops, and so were those of its discs' streaks."""
+        body = self._world.body[member["disc"]]
+        streaks = body["fastest"][(now - body["last_contact"] < CONTACT_TIME) & (member["per_mass"] > 0)]
+        slow = SLOW_HOPS * self._world.hop_speed
+        return bool(max(np.abs(_closings(member, link)).max(initial=0.0), streaks.max(initial=0.0)) < slow)
 
     def _set_law(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
         """Set the elasticity and the friction of contacts."""

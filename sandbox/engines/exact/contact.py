@@ -255,7 +255,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
         if per_k == 0:
             give(world, k, sign * to_b_x, sign * to_b_y)
         else:
-            _count_contact(world, k, now)
+            _count_contact(world, k, closing, now)
             if world.has_gravity:
                 count_slow_contact(world, k, closing, now)
 
@@ -301,7 +301,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
         depth = disc.radius + piece.half_thickness - distance
         log_contact(log, now, np.int64(world.event[i].ball), ~piece.wall, nx, ny, impulse, depth, tangential, slip)
 
-    _count_contact(world, i, now)
+    _count_contact(world, i, closing, now)
     if course.rests:
         carry(world, i, p, carrier, _shortest_flight(world, body, now), now, log)
     if course.hop_time > 0:
@@ -311,10 +311,14 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
 
 
 @kernel
-def _count_contact(world: World, i: int, now: float) -> None:
-    """Count a contact of disc i, and let it fly freely."""
+def _count_contact(world: World, i: int, closing: float, now: float) -> None:
+    """Count a contact of disc i, and let it fly freely. closing: px/s."""
     body = world.body[i]
-    body.streak = body.streak + 1 if _contact_is_recent(body, now) else 0
+    if _contact_is_recent(body, now):
+        body.streak += 1
+        body.fastest = max(body.fastest, closing)
+    else:
+        body.streak, body.fastest = 0, closing
     body.last_contact = now
     release(world, i)
 
