@@ -4,6 +4,7 @@ import gc
 import multiprocessing
 import os
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Callable, Iterator
@@ -168,6 +169,11 @@ def command(no_display: None, monkeypatch: pytest.MonkeyPatch, capfdbinary: pyte
         return int(ended.value.code or 0), out.decode(), without_notice(err.decode())
 
     return run
+
+
+def numbers_in(sentence: str) -> list[float]:
+    """Return the numbers of a sentence, without those of bodies such as `ball 2`."""
+    return [float(number) for number in re.findall(r"(?<![\w.])(?<!ball )(?<!balls )-?\d+(?:\.\d+)?", sentence)]
 
 
 def without_notice(stderr: str) -> str:

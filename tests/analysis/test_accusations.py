@@ -4,7 +4,7 @@ import math
 from importlib.metadata import EntryPoint
 
 import pytest
-from conftest import scene_of
+from conftest import numbers_in, scene_of
 from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 
 import sandbox.engines
@@ -204,9 +204,7 @@ def test_a_ball_that_flies_through_another_within_a_step_is_counted(engine: str)
     assert one is not None
     assert (one.kind, one.cause) == ("missing", Cause.MISSED)
     overlapped = 1e3 * 2 * 20 / 3000
-    assert one.because == (
-        f"The two overlapped for {overlapped:.3g} ms, all within a step, in which one flew 50 px, without a contact."
-    )
+    assert numbers_in(one.because) == [float(f"{overlapped:.3g}"), 50]
 
 
 def test_a_ball_that_another_leads_round_a_third_within_a_step_passes_through_none() -> None:

@@ -19,6 +19,8 @@ from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import needed_rate, spawn, warnings
 
+NONE_BETTER = "None of the settings tried is better."
+
 
 def changes(scene: Scene, against: str = "exact", inputs: tuple[Input, ...] = ()) -> list[dict[str, int]]:
     return [trial.changes for trial in try_settings(scene, against, inputs)]
@@ -99,7 +101,7 @@ def test_a_recorded_drag_is_tried_at_another_rate_too() -> None:
     inputs: tuple[Input, ...] = (Grab(step=6, ball=0, at=(500, 300)), Release(step=90))
     trials = try_settings(scene, "exact", inputs)
     assert settings_of(trials, rate=240).apart is None
-    assert recommend(trials) == "None of the settings tried is better."
+    assert recommend(trials) == NONE_BETTER
 
 
 def test_what_the_mouse_gives_is_no_energy_error_of_a_setting() -> None:
@@ -179,9 +181,9 @@ def trial(changes: dict[str, int], **figures: Any) -> Trial:
 
 def test_what_is_not_better_is_not_advised() -> None:
     now = trial({})
-    assert recommend([now, trial({"substeps": 4}), trial({"rate": 240})]) == "None of the settings tried is better."
+    assert recommend([now, trial({"substeps": 4}), trial({"rate": 240})]) == NONE_BETTER
     slightly = trial({"substeps": 4}, apart=1.04, energy_error=0.96e-3)
-    assert recommend([now, slightly]) == "None of the settings tried is better."
+    assert recommend([now, slightly]) == NONE_BETTER
 
 
 def test_the_simplest_of_those_that_are_about_as_good_is_advised() -> None:
@@ -230,18 +232,14 @@ def test_what_is_better_only_in_what_matters_less_is_named_with_its_cost() -> No
         "substeps=4: the paths agree until 3.00 s instead of until 1.00 s. For the energy alone, iterations=200: "
         "the energy error is below 0.0001 % instead of 0.1 %. But the paths agree until 0.50 s instead of until 1.00 s."
     )
-    assert recommend([now, steady]).startswith(
-        "None of the settings tried is better. For the energy alone, iterations=200: "
-    )
+    assert recommend([now, steady]).startswith(f"{NONE_BETTER} For the energy alone, iterations=200: ")
 
 
 def test_differences_below_what_counts_are_none() -> None:
     now = trial({}, apart=None, gap=0.01, energy_error=5e-7)
-    assert recommend([now, trial({"substeps": 4}, apart=None, gap=1e-5, energy_error=0.0)]) == (
-        "None of the settings tried is better."
-    )
+    assert recommend([now, trial({"substeps": 4}, apart=None, gap=1e-5, energy_error=0.0)]) == (NONE_BETTER)
     noisy = trial({}, theory=0.08)
-    assert recommend([noisy, trial({"substeps": 4}, theory=0.04)]) == "None of the settings tried is better."
+    assert recommend([noisy, trial({"substeps": 4}, theory=0.04)]) == NONE_BETTER
 
 
 def test_paths_that_agree_are_ranked_by_their_gap() -> None:

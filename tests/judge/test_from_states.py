@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from conftest import scene_of
+from conftest import numbers_in, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.judge.causes import Cause
@@ -106,7 +106,7 @@ def test_a_late_contact_has_the_normal_at_its_touch_and_the_one_it_was_found_on(
     assert should_normal == pytest.approx((math.sqrt(3) / 2, 0.5))
     assert normal == pytest.approx(tuple(n))
     turned = math.degrees(math.asin(n[1]) - math.asin(0.5))
-    assert timeline.touches.said(error).endswith(f"so the normal is turned by {turned:.2g}°.")
+    assert numbers_in(timeline.touches.said(error))[-1] == float(f"{turned:.2g}")
 
 
 def test_balls_that_pass_each_other_within_a_step_are_missed() -> None:
@@ -122,9 +122,7 @@ def test_balls_that_pass_each_other_within_a_step_are_missed() -> None:
     [error] = judged(scene, *rows).errors
     assert (error.cause, error.contact, error.step) == (Cause.MISSED, (0, 1), 1)
     overlapped = 1e3 * 2 * 40 / 6000
-    assert error.because == (
-        f"The two overlapped for {overlapped:.3g} ms, all within a step, in which one flew 100 px, without a contact."
-    )
+    assert numbers_in(error.because) == [float(f"{overlapped:.3g}"), 100]
 
 
 def test_the_impulse_of_the_article_is_named_with_its_restitution() -> None:
@@ -145,7 +143,7 @@ def test_a_ball_that_is_kicked_after_a_block_at_rest_is_judged() -> None:
     scene = scene_of(resting, size="[400, 300]", more="gravity = [0, 900]\nseconds = 8")
     run = compare(scene, ["pymunk", "exact"], inputs=[Kick(step=300, ball=0, velocity=(0.0, -300.0))]).runs["pymunk"]
     [of_flight] = [found for found in run.suffered if found.cause == Cause.GRAVITY]
-    assert of_flight.because.endswith("each step ends 0.125 px short of the parabola.")  # 900 / 60² / 2
+    assert numbers_in(of_flight.because) == [900 / 60**2 / 2]
 
 
 def test_a_share_of_velocities_and_spins_that_every_step_takes_is_one_habit() -> None:
