@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from dataclasses import asdict
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -19,7 +20,7 @@ from sandbox.cli.exit import exit_codes, print_error
 from sandbox.cli.options import (
     DEFAULT_SIZE,
     Against,
-    CsvFile,
+    ComparisonFiles,
     Engines,
     EnginesToCompare,
     EnginesToScore,
@@ -28,23 +29,19 @@ from sandbox.cli.options import (
     JsonFile,
     JunitFile,
     Layers,
-    MaxDrift,
-    MaxEnergyError,
-    MaxGap,
+    Limits,
     Parts,
-    PlotFile,
-    Rate,
     Rates,
-    ReportFile,
+    RunOptions,
     SceneArgument,
-    Scheduler,
     Seconds,
     Seed,
     Seeds,
-    SeriesFile,
     Settings,
     SizeOption,
+    Workforce,
     complete_scene,
+    grouped,
     print_warnings,
     scene_and_inputs,
     settings_by_key,
@@ -140,14 +137,13 @@ def run(
 
 
 @app.command()
+@grouped
 def record(
     scene: SceneArgument,
     out: Annotated[str, typer.Option(metavar="FILE", help="A .gif, .webp or .mp4 file, or .png for the end.")],
+    *,
     engines: Engines = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    seconds: Seconds = None,
-    inputs: Inputs = None,
+    options: RunOptions,
     size: SizeOption = DEFAULT_SIZE,
     show: Layers = (Layer.CHARTS,),
 ) -> None:
@@ -159,10 +155,10 @@ def record(
     from sandbox.view.offscreen import record as record_scene
 
     pixels = size.width, size.height
-    check_outputs({"--out": out}, [scene, inputs])
+    check_outputs({"--out": out}, [scene, options.inputs])
     check_recording(out, pixels)
     show_compiling()
-    chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    chosen, replayed = options.load(scene)
     print_warnings(chosen)
     bar = frames_bar()
     with displayed(bar):
@@ -171,45 +167,37 @@ def record(
 
 
 @app.command()
+@grouped
 def compare(
     scene: SceneArgument,
+    *,
     engines: EnginesToCompare = None,
     against: Against = None,
-    seconds: Seconds = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    inputs: Inputs = None,
-    json_file: JsonFile = None,
-    csv_file: CsvFile = None,
-    series: SeriesFile = None,
-    plot: PlotFile = None,
-    report: ReportFile = None,
-    max_gap: MaxGap = None,
-    max_drift: MaxDrift = None,
-    max_energy_error: MaxEnergyError = None,
+    options: RunOptions,
+    files: ComparisonFiles,
+    limits: Limits,
     advise: Annotated[bool, typer.Option("--advise", help="Try other settings of Pymunk.")] = False,
 ) -> None:
     """Compare engines: how far apart they are, since when, and why.
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    if report and report not in STANDARD_OUTPUT and Path(report).suffix != ".html":
-        raise SandboxError(f"{report}: a report must end in .html")
-    if plot:
+    if files.report and files.report not in STANDARD_OUTPUT and Path(files.report).suffix != ".html":
+        raise SandboxError(f"{files.report}: a report must end in .html")
+    if files.plot:
         from sandbox.report.plot import check_plot
 
-        check_plot(plot)
-    limits = {"max_gap": max_gap, "max_drift": max_drift, "max_energy_error": max_energy_error}
-    outputs = {"--json": json_file, "--csv": csv_file, "--series": series, "--plot": plot, "--report": report}
-    check_outputs(outputs, [scene, inputs])
+        check_plot(files.plot)
+    outputs = files.by_option
+    check_outputs(outputs, [scene, options.inputs])
     show_compiling()
-    chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    chosen, replayed = options.load(scene)
     print_warnings(chosen)
     with _printed_beside(outputs.values()):
         comparison = compare_with_bar(chosen, engines, against, replayed)
         trials = advise_with_bar(chosen, comparison.against, replayed) if advise else []
-    _write_comparison(comparison, trials, {option: file for option, file in outputs.items() if file})
-    _exit_of(comparison, [check.exceeded for check in comparison.check_limits(**limits) if check.exceeded])
+    _write_comparison(comparison, trials, outputs)
+    _exit_of(comparison, [check.exceeded for check in comparison.check_limits(**asdict(limits)) if check.exceeded])
 
 
 def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outputs: Mapping[str, str]) -> None:
@@ -259,25 +247,23 @@ def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
 
 
 @app.command()
+@grouped
 def trace(
     scene: SceneArgument,
     engine: EngineToTrace,
-    seconds: Seconds = None,
+    options: RunOptions,
     steps: Annotated[int | None, typer.Option(min=0, help="Steps to run, instead of --seconds.")] = None,
-    seed: Seed = None,
-    rate: Rate = None,
-    inputs: Inputs = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
     from sandbox.run.trajectory import simulate, trace_writer, write_trace
 
-    if steps is not None and seconds is not None:
+    if steps is not None and options.seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
-    check_outputs({"--out": out}, [scene, inputs])
+    check_outputs({"--out": out}, [scene, options.inputs])
     trace_writer(out)  # rejects an unknown ending before anything runs
     show_compiling()
-    chosen, replayed = scene_and_inputs(scene, inputs, seed=seed, rate=rate, seconds=seconds)
+    chosen, replayed = options.load(scene)
     print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
@@ -337,8 +323,10 @@ def verify(
 
 
 @app.command()
+@grouped
 def sweep(
     scene: SceneArgument,
+    *,
     seeds: Seeds = None,
     rates: Rates = None,
     engines: Engines = None,
@@ -346,8 +334,7 @@ def sweep(
     against: Against = None,
     seconds: Seconds = None,
     out: Annotated[str, typer.Option(metavar="FILE", help="Write the table as CSV; - prints it.")] = "-",
-    workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None,
-    scheduler: Scheduler = None,
+    workforce: Workforce,
     report: Annotated[str | None, typer.Option(metavar="FILE", help="Write charts as one HTML page.")] = None,
 ) -> None:
     """Run many seeds, rates, engines and settings of a scene.
@@ -361,6 +348,7 @@ def sweep(
     from sandbox.sweeps import in_order, open_journal, plan, write
     from sandbox.sweeps.workers import check_scheduler
 
+    workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
     check_outputs({"--out": out, "--report": report}, [scene])

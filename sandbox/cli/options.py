@@ -1,8 +1,10 @@
 """The options that commands share: how each is parsed, described and completed."""
 
+import inspect
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Annotated, Any, Final, NamedTuple, TypeVar
 
@@ -250,6 +252,88 @@ Settings = Annotated[
         help="Run with each value of a setting of Pymunk, or of a key of the scene; may be repeated.",
     ),
 ]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a scene is run: instead of what it says itself, and with which recorded inputs."""
+
+    seconds: Seconds = None
+    seed: Seed = None
+    rate: Rate = None
+    inputs: Inputs = None
+
+    def load(self, scene: str) -> "tuple[Scene, Sequence[Input]]":
+        """Load a scene with these changes, and the recorded inputs."""
+        return scene_and_inputs(scene, self.inputs, seed=self.seed, rate=self.rate, seconds=self.seconds)
+
+
+@dataclass(frozen=True)
+class ComparisonFiles:
+    """The files that a comparison is written to."""
+
+    json_file: JsonFile = None
+    csv_file: CsvFile = None
+    series: SeriesFile = None
+    plot: PlotFile = None
+    report: ReportFile = None
+
+    @property
+    def by_option(self) -> dict[str, str]:
+        """The files that are wanted, by their options."""
+        files = {
+            "--json": self.json_file,
+            "--csv": self.csv_file,
+            "--series": self.series,
+            "--plot": self.plot,
+            "--report": self.report,
+        }
+        return {option: file for option, file in files.items() if file is not None}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The limits of a comparison, beyond which its exit code is 1."""
+
+    max_gap: MaxGap = None
+    max_drift: MaxDrift = None
+    max_energy_error: MaxEnergyError = None
+
+
+@dataclass(frozen=True)
+class Workforce:
+    """Where the runs of a sweep are done."""
+
+    workers: Annotated[int | None, typer.Option(min=1, help="Local processes. Default: one per core.")] = None
+    scheduler: Scheduler = None
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that typer can read: each parameter of a dataclass of options is replaced by its fields."""
+    annotations = {name: parameter.annotation for name, parameter in inspect.signature(command).parameters.items()}
+    groups: dict[str, type[Any]] = {
+        name: kind for name, kind in annotations.items() if isinstance(kind, type) and is_dataclass(kind)
+    }
+
+    @wraps(command)
+    def flat(**values: Any) -> None:
+        for name, group in groups.items():
+            values[name] = group(**{field.name: values.pop(field.name) for field in fields(group)})
+        command(**values)
+
+    parameters = list(_flat_parameters(command))
+    flat.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]  # as inspect documents
+    flat.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return flat
+
+
+def _flat_parameters(command: Callable[..., None]) -> Iterator[inspect.Parameter]:
+    for parameter in inspect.signature(command).parameters.values():
+        if not is_dataclass(parameter.annotation):
+            yield parameter.replace(kind=parameter.KEYWORD_ONLY)
+            continue
+        for field in fields(parameter.annotation):
+            yield inspect.Parameter(field.name, parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
 
 
 def scene_and_inputs(scene: str, inputs: Path | None, **changes: object) -> "tuple[Scene, Sequence[Input]]":
