@@ -76,7 +76,7 @@ class OtherContact:
 
 @dataclass(frozen=True)
 class LedgerLine:
-    """What an engine has lost (negative) or made through one cause. share: of the comparison's scale of energy."""
+    """Energy that an engine has lost (negative) or made through one cause. share: of the scale of energy."""
 
     cause: str
     share: float
@@ -85,7 +85,7 @@ class LedgerLine:
 
 @dataclass(frozen=True)
 class EngineCase:
-    """What is to be said of one engine.
+    """The part of the summary that is about one engine.
 
     contacts: those that differ from the reference's, in order; agrees: the sentence that replaces an empty list of
     contacts; ledger: its lines, except those that round to 0.0000 %.
@@ -98,7 +98,7 @@ class EngineCase:
 
 @dataclass(frozen=True)
 class Case:
-    """What is to be said of a run so far.
+    """Summary of a run so far.
 
     since: s, the time of the last edit, from which all times in words count; verdict: its parts, each a sentence or
     more; engines: all but the reference, and without those that failed, of which the verdict speaks.
@@ -110,14 +110,14 @@ class Case:
 
 
 def case_of(run: RunSoFar, comparison: Comparison) -> Case:
-    """Return what is to be said of a run so far. comparison: what its `compare` returns."""
+    """Return the summary of a run so far. comparison: what its `compare` returns."""
     first = run.clock.step(comparison.since)
     return Case(
         comparison.since,
         tuple(verdict_parts(comparison)),
         {
             name: EngineCase(
-                tuple(_contact(comparison, one, first) for one in of_engine.differences),
+                tuple(_contact(comparison, difference, first) for difference in of_engine.differences),
                 "" if of_engine.differences else _agrees(comparison, name),
                 tuple(_ledger(comparison, of_engine)),
             )

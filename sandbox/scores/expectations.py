@@ -59,12 +59,12 @@ class Deviation:
 
     quantity: ExpectedQuantity
     expected: float | Vector
-    found: float | Vector
+    measured: float | Vector
 
     @property
     def error(self) -> float:
         """The distance of the two."""
-        error = math.dist(np.atleast_1d(self.expected), np.atleast_1d(self.found))
+        error = math.dist(np.atleast_1d(self.expected), np.atleast_1d(self.measured))
         return math.inf if math.isnan(error) else error
 
 
@@ -101,7 +101,7 @@ class Score:
         for deviation in self.missed:
             quantity, off = deviation.quantity, f"{deviation.error:.2g} {deviation.quantity.unit}".strip()
             yield (
-                f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(deviation.found)} instead of "
+                f"{of_ball if quantity.of_ball else at}: {quantity.label} {_words(deviation.measured)} instead of "
                 f"{_words(deviation.expected)}, off by {off} (tolerance "
                 f"{self.expect.tolerance:g}): {' '.join(self.expect.because.split())}"
             )
@@ -115,7 +115,7 @@ class Score:
                 quantity=deviation.quantity.value,
                 unit=deviation.quantity.unit,
                 expected=deviation.expected,
-                found=finite(deviation.found),
+                found=finite(deviation.measured),
                 error=finite(deviation.error),
                 tolerance=self.expect.tolerance,
                 because=self.expect.because,
@@ -195,12 +195,12 @@ def _flown(scene: Scene, state: State, at: float) -> State:
 def _deviations(scene: Scene, expect: Expect, initial: State, state: State, energy_scale: float) -> Iterator[Deviation]:
     mass = scene.bodies.mass
     if expect.ball is not None:
-        for quantity, expected, found in (
+        for quantity, expected, measured in (
             (ExpectedQuantity.POSITION, expect.position, state.position),
             (ExpectedQuantity.VELOCITY, expect.velocity, state.velocity),
         ):
             if expected is not None:
-                yield Deviation(quantity, expected, _vector(found[expect.ball]))
+                yield Deviation(quantity, expected, _vector(measured[expect.ball]))
         if expect.spin is not None:
             yield Deviation(ExpectedQuantity.SPIN, expect.spin, float(state.spin[expect.ball]))
     if expect.energy_ratio is not None:

@@ -151,7 +151,7 @@ def test_the_deepest_overlap_is_of_two_balls_or_of_a_ball_and_a_wall(balls: str,
     )
     [deviation] = score_of(scene).deviations
     assert deviation.quantity is ExpectedQuantity.OVERLAP
-    assert deviation.found == pytest.approx(deep)
+    assert deviation.measured == pytest.approx(deep)
 
 
 # Times between two steps
@@ -178,10 +178,10 @@ def test_it_is_the_nearer_step_that_is_flown() -> None:
     expect = scene.expect[0].model_copy(update={"energy_ratio": None})
     near, far = (State(time, np.full((1, 2), x), np.zeros((1, 2))) for time, x in ((0.5, 7.0), (0.6, 9.0)))
     [position, *_] = score(scene, expect, near, near, far, 0.0).deviations
-    assert position.found == (7.0, 7.0)
+    assert position.measured == (7.0, 7.0)
     later = expect.model_copy(update={"at": 0.59})
     [position, *_] = score(scene, later, near, near, far, 0.0).deviations
-    assert position.found == (9.0, 9.0)
+    assert position.measured == (9.0, 9.0)
 
 
 def bouncing_at(at: float, rate: int) -> Scene:
