@@ -52,17 +52,17 @@ from sandbox.engines.exact.world import Motion, World, motion, move_to_now, rele
 from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers
 
-GAP_ROUNDING: Final = 1e-14  # relative, of coordinates: gaps within it are closed
-CLOCK_ROUNDING: Final = 1e-15  # relative, of the time
+GAP_ROUNDING: Final = 1e-14  # relative, of coordinates, 45 units in the last place: gaps within it are closed
+CLOCK_ROUNDING: Final = 1e-15  # relative, of the time, 5 units in the last place
 SWEEPS_PER_BLOCK: Final = 12  # whose impulses are compared: cycles of 1, 2, 3, 4 and 6 sweeps fit in
-STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio
+STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio; far above rounding
 IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fastest bodies, whose rounding all share
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
-SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to
+SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
 IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is heard
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
 MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
-FEW: Final = 64  # discs and contacts of a group, for which there is room at first
+FEW: Final = 64  # discs and contacts of a group, for which there is room at first; it grows
 RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
 

@@ -38,11 +38,11 @@ MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the la
 MIN_APPROACH: Final = 1e-12  # of the speeds of bodies that touch, and of a hop; a slower approach is rounding
 MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
-HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall
-LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a hop
+HOPS_ROUND_END: Final = 10  # hops in a hop time, in which a disc slides round the end of a wall; more are truer
+LEAN_HOPS: Final = 2  # hop times, for which a disc counts as leaning after a hop: until after the next contact
 SLOW_HOPS: Final = 10  # hop speeds; a contact below this is slow, and a disc below twice this
 CONTACTS_PER_LOAD: Final = 4  # slow contacts of a disc in a hop time that make its hops faster by one hop speed
-MAX_LOAD: Final = 4  # hop speeds, the fastest hop
+MAX_LOAD: Final = 4  # hop speeds, the fastest hop: its heat grows with the square
 JAMMED_CONTACTS: Final = 100  # slow ones of a disc in a hop time, from which on it counts as jammed
 MAX_SLOW_CONTACTS: Final = 300  # the same, at which it is examined at once
 

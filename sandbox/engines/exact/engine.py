@@ -21,7 +21,7 @@ from sandbox.scene.walls import pieces_of
 from sandbox.state import Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
-LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`
+LOG_ROWS: Final = 64  # of a new engine's log, besides `max_reports`; it doubles when it is full
 ROUNDING: Final = 1e-9  # of gravity; a weaker pull is rounding
 
 

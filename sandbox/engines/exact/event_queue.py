@@ -15,7 +15,7 @@ from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.records import aligned
 
 NO_PARTNER: Final = 2**31 - 1  # ranks behind every partner
-CHILDREN: Final = 4  # of a node
+CHILDREN: Final = 4  # of a node, which share a cache line
 
 NODE: Final = np.dtype([("time", "f8"), ("disc", "i8")])
 

@@ -30,10 +30,10 @@ from sandbox.engines.exact.world import Rest, World, move_to_now, release
 from sandbox.engines.laws import NEVER
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers, no_contacts
 
-CHECK_RATE: Final = 30  # examinations a second of the scene
+CHECK_RATE: Final = 30  # 1/s, of the scene: examinations, until which a heap that has come to rest still hops
 RECHECK_HOPS: Final = 10  # hop times after an island was woken, until discs are examined; more after many
-JAM_HOPS: Final = 1  # hop times from an examination of a jam to the next
-AT_REST: Final = 1e-6  # of gravity, the largest acceleration of a disc at rest
+JAM_HOPS: Final = 1  # hop times from an examination of a jam to the next, or each of its contacts would ask for one
+AT_REST: Final = 1e-6  # of gravity, the largest acceleration of a disc at rest; far above what `statics` leaves
 MAX_PEELS: Final = 30  # times that discs which give way are left out, before nothing is frozen
 SMALL_KICK: Final = 1.0  # hop speeds, by which a disc of an island can be kicked between examinations
 

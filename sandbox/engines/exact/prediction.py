@@ -25,7 +25,7 @@ FACE_MARGIN: Final = 1e-14  # relative, of the face's coordinates
 RESETTLE_ROUNDING: Final = 1e-14  # relative, of coordinates; and
 RESETTLE_HOPS: Final = 1e-5  # heights of a hop: by so much may bodies whose impacts have been resolved overlap
 IN_FACE: Final = 1e-9  # relative, of the reach: above rounding, so that a disc is in a face only if it started there
-CLOCK_MARGIN: Final = 1e-15  # relative, of the time
+CLOCK_MARGIN: Final = 1e-15  # relative, of the time, 5 units in the last place: after it, a disc is past its face's end
 
 
 @kernel

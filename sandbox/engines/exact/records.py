@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-CACHE_LINE: Final = 64  # bytes
+CACHE_LINE: Final = 64  # bytes, on x86 and most ARM processors
 NONE: Final = -1  # no disc, no wall
 STATIC: Final = -2  # instead of a carrier: the disc is part of a static island
 

@@ -26,7 +26,7 @@ from sandbox.engines.exact.records import NONE
 from sandbox.state import Bools, Floats, Integers
 
 STIFFNESS: Final = 1e8  # of the springs, mean mass / s²; stiffer ones would leave too few digits of the matrix
-MAX_NEWTON: Final = 200  # steps of Newton's method
+MAX_NEWTON: Final = 200  # steps of Newton's method, which ends after finitely many
 MAX_UPDATES: Final = 100  # of the forces; an arch that is nearly flat needs some 50
 CONVERGED: Final = 1e-13  # of the largest load: a change of the forces that is rounding
 ROUNDING: Final = 3e-16  # of stiffness times acceleration, likewise

@@ -13,7 +13,7 @@ from sandbox.engines.exact.world import World, motion
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
-TOUCHING_HOPS: Final = 256  # heights of a hop, between discs that count as touching
+TOUCHING_HOPS: Final = 256  # heights of a hop, between discs that count as touching: 16 of the fastest hop
 CARRIED_HOPS: Final = 20  # hop speeds, below which a disc that a smooth wall carries may be at rest; rough, it rolls
 MAX_TOUCHING: Final = 8  # contacts per disc: at most 3 with others (the contacts are a planar graph), and some of walls
 
