@@ -95,18 +95,18 @@ class Rank(NamedTuple):
     words: str
     noise: float = 0.0
 
-    def better(self, one: Trial, other: Trial) -> bool:
+    def better(self, first: Trial, second: Trial) -> bool:
         """Return whether a trial is better than another by more than ALIKE and the noise."""
-        return self.badness(one) < (1 - ALIKE) * self.badness(other) - self.noise
+        return self.badness(first) < (1 - ALIKE) * self.badness(second) - self.noise
 
     def best(self, trials: Sequence[Trial]) -> list[Trial]:
         """Return the trials that are about as good as the best."""
         best = min(trials, key=self.badness)
         return [trial for trial in trials if not self.better(best, trial)]
 
-    def compared(self, one: Trial, other: Trial) -> str:
+    def compared(self, first: Trial, second: Trial) -> str:
         """Return what one trial has, and what another has instead."""
-        return self.words.format(self.value(one), self.value(other))
+        return self.words.format(self.value(first), self.value(second))
 
 
 def _off_theory(trial: Trial) -> str:
@@ -204,7 +204,7 @@ def _changes(scene: Scene, against: str, inputs: Sequence[Input]) -> Iterator[Ch
     finer = {"substeps": FINER_STEPS * scene.pymunk.substeps}
     yield from ({}, steady, finer)
     for rate in _rates(scene, against):
-        highest = max([scene.rate, *(one.rate for one in inputs if isinstance(one, SetRate))]) * rate / scene.rate
+        highest = max([scene.rate, *(given.rate for given in inputs if isinstance(given, SetRate))]) * rate / scene.rate
         if highest <= MAX_COUNT and rate * scene.seconds <= MAX_STEPS:
             yield {"rate": rate}
     yield from ({"iterations": MORE_ITERATIONS}, converged, finer | converged)
@@ -275,7 +275,7 @@ def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
         until=until,
         gap=float(np.sqrt(np.mean(run.gap_rms[trusted] ** 2))) if trusted.any() else 0.0,
         theory=worst_of_theory(comparison, run),
-        energy_error=None if any(isinstance(one, Grab) for one in comparison.inputs) else run.figures.energy_error,
+        energy_error=None if any(isinstance(given, Grab) for given in comparison.inputs) else run.figures.energy_error,
         astray=run.figures.energy_error or 0.0,
         gap_rms=run.figures.gap_rms,
         scale=NEGLIGIBLE_GAP * float(comparison.scene.bodies.radius.min()),

@@ -206,7 +206,7 @@ def compare(
     """
     clock = clock_of(scene.clock, inputs)
     steps = clock.step(scene.seconds)
-    sources = named(engines or _default_names(scene, [one for one in inputs if one.step < steps]))
+    sources = named(engines or _default_names(scene, [given for given in inputs if given.step < steps]))
     against = against or reference_of(list(sources))
     if against not in sources:
         hint = suggestion(against, sources)

@@ -98,15 +98,15 @@ def differences(scene: Scene, timeline: Timeline, *, in_reference: bool = False)
     What is wrong with all its flights is listed once.
     """
     flights: set[str] = set()
-    found: list[StepError] = []
+    listed: list[StepError] = []
     for error in timeline.errors:
         if error.contact or error.because not in flights:
-            found.append(error)
+            listed.append(error)
         if not error.contact:
             flights.add(error.because)
-        if len(found) == MAX_DIFFERENCES:
+        if len(listed) == MAX_DIFFERENCES:
             break
-    return tuple(_of_step(scene, timeline.touches, error, in_reference=in_reference) for error in found)
+    return tuple(_of_step(scene, timeline.touches, error, in_reference=in_reference) for error in listed)
 
 
 def _of_step(scene: Scene, touches: Touches, error: StepError, *, in_reference: bool) -> Difference:
@@ -145,20 +145,20 @@ def _kind(error: StepError) -> Kind:
     return Kind.EXTRA if error.cause in (Cause.DOUBLE_BOUNCE, Cause.WARM_START) else Kind.OUTCOME
 
 
-def difference_at_start(scene: Scene, own: State, reference: State) -> Difference | None:
+def difference_at_start(scene: Scene, state: State, reference: State) -> Difference | None:
     """Return the first ball that begins elsewhere than in the reference, or otherwise, by more than float32 rounds."""
-    away, extent = length(own.position - reference.position), float(np.abs(reference.position).max())
-    speed = float(np.maximum(np.abs(own.velocity), np.abs(reference.velocity)).max())
-    rim = scene.bodies.radius * np.abs(own.spin - reference.spin)
-    at_rim = float((scene.bodies.radius * np.maximum(np.abs(own.spin), np.abs(reference.spin))).max())
+    away, extent = length(state.position - reference.position), float(np.abs(reference.position).max())
+    speed = float(np.maximum(np.abs(state.velocity), np.abs(reference.velocity)).max())
+    rim = scene.bodies.radius * np.abs(state.spin - reference.spin)
+    at_rim = float((scene.bodies.radius * np.maximum(np.abs(state.spin), np.abs(reference.spin))).max())
     apart = away > np.maximum(NEGLIGIBLE * scene.bodies.radius, SINGLE * extent)
-    apart |= length(own.velocity - reference.velocity) + rim > 2 * NEGLIGIBLE * (speed + at_rim)
-    return _start(own, reference, int(apart.argmax())) if apart.any() else None
+    apart |= length(state.velocity - reference.velocity) + rim > 2 * NEGLIGIBLE * (speed + at_rim)
+    return _start(state, reference, int(apart.argmax())) if apart.any() else None
 
 
-def _start(own: State, reference: State, ball: int) -> Difference:
+def _start(state: State, reference: State, ball: int) -> Difference:
     """Describe that a ball begins elsewhere than in the reference."""
-    states = own, reference
+    states = state, reference
     away = math.dist(*(state.position[ball] for state in states))
     slower = math.dist(*(state.velocity[ball] for state in states))
     velocity, should_velocity = (((float(x), float(y)),) for x, y in (state.velocity[ball] for state in states))

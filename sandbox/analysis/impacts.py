@@ -22,9 +22,9 @@ def impacts_in(
     states: of steps + 1 rows, the first before the steps; step_of: (k,), the row that each contact's step leads to, and
     within: s since that step began; together: whether contacts at one time act on the velocities before all of them.
     """
-    found = np.zeros(len(contacts), IMPACT)
+    impacts = np.zeros(len(contacts), IMPACT)
     if not len(contacts):
-        return found
+        return impacts
     motion = np.dstack([states.velocity, states.spin])
     pull = np.append(scene.gravity, 0.0)
     now, step, last = motion[0], 0, 0.0
@@ -37,12 +37,12 @@ def impacts_in(
         last = float(within[begin])
         group = range(begin, end)
         for k in group:
-            found["before"][k] = _of_bodies(now, contacts[k])
+            impacts["before"][k] = _of_bodies(now, contacts[k])
         for k in group:
             _apply(scene, contacts[k], now)
         for k in group:
-            found["after"][k] = _of_bodies(now, contacts[k])
-    return found
+            impacts["after"][k] = _of_bodies(now, contacts[k])
+    return impacts
 
 
 def _begins(contacts: Contacts, step_of: Integers, *, together: bool) -> Bools:

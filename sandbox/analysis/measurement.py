@@ -207,7 +207,7 @@ class Measurement:
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
         if self._traits.soft:
-            self._touching[steps] = [overlap_in(scene, one) > 0 for one in position]
+            self._touching[steps] = [overlap_in(scene, places) > 0 for places in position]
         self._momentum[steps] = momentum(velocity, bodies.mass)
         self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
         speed = length(velocity)
@@ -256,10 +256,10 @@ class Measurement:
         self._judge_steps(states, pushes, 1 / clock.rates(steps))
         pushed = states.after_pushes(pushes)
         step_of = clock.steps_containing(contacts["time"])
-        found = np.clip(step_of - self._entered, 1, rows - 1)
-        self._add_impacts(pushed, contacts, step_of, found)
+        row_of = np.clip(step_of - self._entered, 1, rows - 1)
+        self._add_impacts(pushed, contacts, step_of, row_of)
         if self._are_reports_known:
-            self._reports.add(pushed, contacts, found, 1 / clock.rates(steps), self._entered)
+            self._reports.add(pushed, contacts, row_of, 1 / clock.rates(steps), self._entered)
         deepest = (deepest_overlap(position, self._scene.bodies.radius)[0] for position in states.position[1:])
         self._max_overlap = max(self._max_overlap, *deepest)
         self.scale.follow(self._scene, states, contacts, self._entered)
@@ -369,20 +369,20 @@ class Measurement:
             wall_contacts=len(self.contacts) - pairs if self._traits.reports_contacts else None,
             max_overlap=self._max_overlap,
             escaped=escape.balls if escape else 0,
-            expected=sum(not one.skipped for one in scores),
-            met=sum(one.passed for one in scores if not one.skipped),
-            skipped=sum(bool(one.skipped) for one in scores),
+            expected=sum(not each.skipped for each in scores),
+            met=sum(each.passed for each in scores if not each.skipped),
+            skipped=sum(bool(each.skipped) for each in scores),
             first_difference=differing[0] if differing else None,
             ledger=entries_of(self.timeline.sums),
         )
 
     def _differences(self, reference: "MeasuredReference") -> tuple[Difference, ...]:
         """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
-        start, own = difference_at_start(self._scene, self.start, reference.start), self.timeline
+        start, timeline = difference_at_start(self._scene, self.start, reference.start), self.timeline
         if not self._gap_max.any() and not start:
             return ()
-        if own.errors:
-            return (*([start] if start else []), *differences(self._scene, own))
+        if timeline.errors:
+            return (*([start] if start else []), *differences(self._scene, timeline))
         if start:
             return (start,)
         return differences(self._scene, reference.timeline, in_reference=True)

@@ -82,7 +82,7 @@ class Twins:
         by_event = isinstance(lockstep.engines[engine].engine, ExactEngine)
         shortest = HOP_TIME if by_event else 1 / scene.rate
         searched = [renumbered, *(self._shifted if by_event else ())]
-        self._searches = [_TieSearch(one, scene, shortest) for one in searched]
+        self._searches = [_TieSearch(runner, scene, shortest) for runner in searched]
         self._finer = [lockstep.new_runner(engine, state, _finer)] if by_event and any(scene.gravity) else []
         self._horizon: float | None = None
         self._unresolved: float | None = None
@@ -107,15 +107,17 @@ class Twins:
             if search.runner in twins:
                 search.compare(original.rows(rows), twins[search.runner].rows(rows), time[rows])
         if self._finer:
-            found = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
-            if found < len(time[rows]):
-                self._unresolved = float(time[found])
+            first_away = _first(self._is_away(original.rows(rows), twins[self._finer[0]].rows(rows)))
+            if first_away < len(time[rows]):
+                self._unresolved = float(time[first_away])
                 self._finer = []
         if row < len(time):
             self._horizon = float(time[row])
             self.runners = []
             return
-        searching = [one.runner for one in self._searches if not one.is_done and one.runner not in self._shifted]
+        searching = [
+            search.runner for search in self._searches if not search.is_done and search.runner not in self._shifted
+        ]
         self.runners = [*self._shifted, *searching, *self._finer]
 
     def trust(self, contacts: Contacts) -> Trust:
@@ -197,8 +199,8 @@ class _TieSearch:
         """
         step = self._clock.steps_containing(contacts["time"])
         within = (step == self.parted) | self._is_cut(contacts["time"])
-        found: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
-        return found
+        pressed: Contacts = contacts[within & (contacts["impulse"] > self._resting)]
+        return pressed
 
     def _is_different(self, original: States, twin: States) -> Bools:
         """Return whether a ball's place, velocity or spin differs by more than rounding, (steps,)."""
@@ -210,9 +212,9 @@ class _TieSearch:
         return np.asarray((offset | change).any(axis=(1, 2)) | turn.any(axis=1))
 
 
-def _first(found: Bools) -> int:
+def _first(holds: Bools) -> int:
     """Return the first row that is true, or the number of rows."""
-    return int(found.argmax()) if found.any() else len(found)
+    return int(holds.argmax()) if holds.any() else len(holds)
 
 
 def _shifted(state: State, number: int) -> State:

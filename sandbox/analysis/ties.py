@@ -38,9 +38,9 @@ def find_tie(contacts: Contacts, renumbered: Contacts, *, together: bool) -> Tie
     whether the engine resolves all contacts of one time together, so that they are in no order.
     """
     for group, again in _simultaneous(contacts, renumbered):
-        one, other = _touches(group), _touches(again)
-        for ball in dict.fromkeys([*one, *other]):
-            mine, theirs = one.get(ball, []), other.get(ball, [])
+        touches, touches_again = _touches(group), _touches(again)
+        for ball in dict.fromkeys([*touches, *touches_again]):
+            mine, theirs = touches.get(ball, []), touches_again.get(ball, [])
             if _sums_differ(mine, theirs) and (tied := _first_two(mine) if together else _reordered(mine, theirs)):
                 return Tie(float(min(*group["time"], *again["time"])), *tied, ball)
     return None
@@ -50,20 +50,20 @@ def _simultaneous(contacts: Contacts, renumbered: Contacts) -> Iterator[tuple[Co
     """Yield the contacts of each time, of both."""
     time = np.sort(np.concatenate([contacts["time"], renumbered["time"]]))
     later = time[1:][np.diff(time) > SIMULTANEOUS]  # when each group but the first begins
-    groups, again = (np.split(one, np.searchsorted(one["time"], later)) for one in (contacts, renumbered))
+    groups, again = (np.split(listed, np.searchsorted(listed["time"], later)) for listed in (contacts, renumbered))
     yield from zip(groups, again, strict=True)
 
 
 def _touches(contacts: Contacts) -> dict[int, list[_Touch]]:
     """Return the contacts of each ball, in order."""
-    found: dict[int, list[_Touch]] = {}
+    touches: dict[int, list[_Touch]] = {}
     for contact in contacts:
         first, second = int(contact["first"]), int(contact["second"])
         impulse = contact["impulse"] * contact["normal"]
-        found.setdefault(first, []).append(_Touch(second, -impulse))
+        touches.setdefault(first, []).append(_Touch(second, -impulse))
         if second >= 0:
-            found.setdefault(second, []).append(_Touch(first, impulse))
-    return found
+            touches.setdefault(second, []).append(_Touch(first, impulse))
+    return touches
 
 
 def _sums_differ(mine: list[_Touch], theirs: list[_Touch]) -> bool:

@@ -131,7 +131,7 @@ def verdict_parts(comparison: Comparison) -> list[str]:
 def findings(comparison: Comparison) -> list[str]:
     """Return what is wrong with most of each engine's steps, and with the first, for each engine that has errors."""
     names = _others(comparison) or comparison.runs
-    return [found for name in names if (found := _suffered(comparison, name))]
+    return [said for name in names if (said := _suffered(comparison, name))]
 
 
 def _assessment(comparison: Comparison) -> list[str]:
@@ -154,7 +154,7 @@ def _assessment(comparison: Comparison) -> list[str]:
         _remedies,
     )
     sentences = [sentence for part in parts if (sentence := part(comparison))]
-    return [f"T{one[1:]}" if one.startswith("the reference") else one for one in sentences]  # names stay
+    return [f"T{said[1:]}" if said.startswith("the reference") else said for said in sentences]  # names stay
 
 
 def _others(comparison: Comparison) -> dict[str, Run]:
@@ -220,12 +220,12 @@ def _misreports(comparison: Comparison) -> str:
     """Say which engines report other contacts than their balls had."""
     sentences = []
     for name, run in comparison.runs.items():
-        if found := run.misreport:
-            (x, y), (u, v) = found.seen, found.reported
-            time = comparison.scene.clock.time(found.step)
+        if misreport := run.misreport:
+            (x, y), (u, v) = misreport.seen, misreport.reported
+            time = comparison.scene.clock.time(misreport.step)
             sentences.append(
-                f"{name} misreports contacts in {counted(found.steps, 'step')}, first at {time:.3f} s: "
-                f"ball {found.ball} changed by ({x:.4g}, {y:.4g}) px/s, and its contacts give ({u:.4g}, {v:.4g})."
+                f"{name} misreports contacts in {counted(misreport.steps, 'step')}, first at {time:.3f} s: "
+                f"ball {misreport.ball} changed by ({x:.4g}, {y:.4g}) px/s, and its contacts give ({u:.4g}, {v:.4g})."
             )
     return " ".join(sentences)
 
@@ -233,8 +233,8 @@ def _misreports(comparison: Comparison) -> str:
 def _suffered(comparison: Comparison, name: str) -> str:
     """Say what is wrong with most of an engine's steps, and with the first."""
     run = comparison.runs[name]
-    known = [one for one in run.suffered if one.cause != Cause.UNKNOWN]
-    unknown = sum(one.share for one in run.suffered if one.cause == Cause.UNKNOWN)
+    known = [each for each in run.suffered if each.cause != Cause.UNKNOWN]
+    unknown = sum(each.share for each in run.suffered if each.cause == Cause.UNKNOWN)
     first, sentences = run.figures.first_difference, []
     if known:
         most = known[0]
@@ -373,10 +373,10 @@ def _main_cause(run: Run, error: float) -> Cause | None:
 
 def _energy(comparison: Comparison) -> str:
     """Say what the scene takes from the energy, and which engine is furthest from the reference's."""
-    found = {name: run for name, run in _others(comparison).items() if _energy_error(run) > NEGLIGIBLE_ENERGY}
-    if not found:
+    off = {name: run for name, run in _others(comparison).items() if _energy_error(run) > NEGLIGIBLE_ENERGY}
+    if not off:
         return _rightful(comparison, len(comparison.time) - 1) if comparison.trusted_until is None else ""
-    name, run = max(found.items(), key=lambda item: _energy_error(item[1]))
+    name, run = max(off.items(), key=lambda item: _energy_error(item[1]))
     step = _step_of_energy_error(run)
     share, cause = float(run.energy_gap[step]), _explained(run)
     through = f", mostly through “{cause.label}”" if cause else ""
@@ -389,15 +389,15 @@ def _energy(comparison: Comparison) -> str:
 
 def _pushed(comparison: Comparison, name: str) -> str:
     """Say by how much more energy pushes gave an engine than the reference: they act on other velocities there."""
-    own, reference = (
-        sum(entry.energy for entry in comparison.runs[one].figures.ledger if entry.cause == Cause.APPLIED)
-        for one in (name, comparison.against)
+    mine, reference = (
+        sum(entry.energy for entry in comparison.runs[engine].figures.ledger if entry.cause == Cause.APPLIED)
+        for engine in (name, comparison.against)
     )
     scale = comparison.energy_scale
-    if abs(own - reference) <= NEGLIGIBLE_ENERGY * scale:
+    if abs(mine - reference) <= NEGLIGIBLE_ENERGY * scale:
         return ""
-    than = f"{'less' if own < reference else 'more'} than {_reference(comparison)}"
-    return f" In all, {Cause.APPLIED.label} gave it {100 * abs(own - reference) / scale:.3g} % {than}."
+    than = f"{'less' if mine < reference else 'more'} than {_reference(comparison)}"
+    return f" In all, {Cause.APPLIED.label} gave it {100 * abs(mine - reference) / scale:.3g} % {than}."
 
 
 def _damping(comparison: Comparison) -> str:
@@ -504,24 +504,24 @@ def _statistics(comparison: Comparison) -> str:
     """Name the worst figure of theory of each engine, where paths mean nothing for part of the run."""
     if comparison.trusted_until is None or not any(run.theory for run in comparison.runs.values()):
         return ""
-    found, agree = [], []
+    deviating, agree = [], []
     for name, run in comparison.runs.items():
         cools = (run.figures.energy_drift or 0.0) > MAX_COOLING  # then there is no equilibrium, and no theory
         if cools or (run.figures.pair_contacts or 0) < MIN_SAMPLE:
             continue
         wrong = [(error, row) for row in run.theory if (error := _beyond_noise(comparison, run, row))]
         if wrong:
-            error, row = max(wrong, key=lambda one: abs(one[0]))
-            found.append(f"{name}'s {_error_words(error, row)}")
+            error, row = max(wrong, key=lambda row_error: abs(row_error[0]))
+            deviating.append(f"{name}'s {_error_words(error, row)}")
         else:
             agree.append(name)
-    if not found and not agree:
+    if not deviating and not agree:
         return ""
     if agree:
-        found.append(
+        deviating.append(
             f"{' and '.join(agree)} {'agree' if len(agree) > 1 else 'agrees'} with theory, as far as the sample shows"
         )
-    return f"In statistics, {'; '.join(found)}."
+    return f"In statistics, {'; '.join(deviating)}."
 
 
 def _error_words(error: float, row: TheoryRow) -> str:
@@ -552,7 +552,7 @@ def _beyond_noise(comparison: Comparison, run: Run, row: TheoryRow) -> float:
     contacts = figures.wall_contacts if row.figure.startswith("wall") else figures.pair_contacts
     off = MAX_THEORY_ERROR
     if exact and exact is not run:
-        off = max((abs(_error(one)) for one in exact.theory if one.figure == row.figure), default=off)
+        off = max((abs(_error(each)) for each in exact.theory if each.figure == row.figure), default=off)
     error = _error(row)
     return error if abs(error) > SAMPLING_ERRORS / math.sqrt(max(contacts or 0, 1)) + off else 0.0
 

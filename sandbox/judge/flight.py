@@ -157,13 +157,15 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     """Return habits of another gravity, and of other ways to integrate it."""
     x, v, x_after, _, dt = legs
     fields = {"gx": float(pull[0]), "gy": float(pull[1])}
-    other = (
+    accelerated = (
         f"Balls in flight accelerate by ({pull[0]:.6g}, {pull[1]:.6g}) px/s², where the scene's gravity is "
         f"({g[0]:.6g}, {g[1]:.6g})."
     )
     wrong = bool((pull != g).any())
     if wrong:
-        yield Habit(fields, Cause.GRAVITY, other if pull.any() else "Balls in flight do not fall: gravity is left out.")
+        yield Habit(
+            fields, Cause.GRAVITY, accelerated if pull.any() else "Balls in flight do not fall: gravity is left out."
+        )
     if not pull.any():
         return
     theta = float(np.median(dot((x_after - x) / dt - v, pull[None]) / np.maximum(dot(pull, pull), 1e-300) / dt[:, 0]))
@@ -171,7 +173,7 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
         return
     theta = 0.5 + math.copysign(0.5 / round(1 / abs(2 * theta - 1)), theta - 0.5)
     because = integrated(theta, pull, dt)
-    yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{other} {because}" if wrong else because)
+    yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{accelerated} {because}" if wrong else because)
 
 
 def integrated(theta: float, pull: Floats, dt: Floats) -> str:

@@ -157,15 +157,15 @@ class Judge:
             self._gaining.append((error, np.array(error.balls)))
             errors.setdefault(error.step - self._steps - 1, []).append(error)
         self._set_gained(f)
-        found = []
+        of_block = []
         if not self._steps:
             self._start_overlaps = StartOverlaps(self._scene, states.position[0], self.touches)
         for step in range(len(dt)):
             of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
             self._start_overlaps.follow(after.position[step], of_step)
-            found += of_step
-        self.errors += found
-        self._enter(states, f, elastic, found)
+            of_block += of_step
+        self.errors += of_block
+        self._enter(states, f, elastic, of_block)
         self._steps += len(dt)
 
     def _judge_groups(

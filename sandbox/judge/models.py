@@ -411,13 +411,13 @@ BY_NAME: Final = {fault.name: fault for fault in FAULTS}
 
 def scopes(contacts: Sequence[tuple[int, int]]) -> list[Fields]:
     """Return which contacts of a step may be wrong: all, those of a kind, or one. contacts: of first and second."""
-    found: list[Fields] = [{}]
+    of_contacts: list[Fields] = [{}]
     kinds = {second >= 0 for _, second in contacts}
     if len(kinds) > 1:
-        found += [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}]
+        of_contacts += [{"scope": Scope.PAIRS}, {"scope": Scope.WALLS}]
     if len(contacts) > 1:
-        found += [{"scope": Scope.ONE, "first": first, "second": second} for first, second in contacts]
-    return found
+        of_contacts += [{"scope": Scope.ONE, "first": first, "second": second} for first, second in contacts]
+    return of_contacts
 
 
 def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:

@@ -54,9 +54,9 @@ class StartOverlaps:
 
     def _because(self, pair: tuple[int, int]) -> str:
         first, second = pair
-        other = f"ball {second}" if second >= 0 else self._scene.wall_name(~second)
+        partner = f"ball {second}" if second >= 0 else self._scene.wall_name(~second)
         return (
-            f"Ball {first} and {other} overlapped by {self._depths[pair]:.3g} px when the comparison began: no step "
+            f"Ball {first} and {partner} overlapped by {self._depths[pair]:.3g} px when the comparison began: no step "
             "led them into each other."
         )
 

@@ -73,7 +73,7 @@ class Timeline:
             best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
             best = [(o, c) for o, c in best if not o.is_fitted] or best
             best = [(o, c) for o, c in best if not o.is_odd] or best
-            best.sort(key=lambda one: MODELS.index(one[0].trial.fault))
+            best.sort(key=lambda candidate: MODELS.index(candidate[0].trial.fault))
             if {c for _, c in best} == {
                 Cause.POSITION_CORRECTION,
                 Cause.OVERSHOOT,

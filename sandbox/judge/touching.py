@@ -265,7 +265,7 @@ class Springs:
         """Note what touches in a step with some errors. Steps come in their order."""
         if step != self._step:
             self._step = step
-            self._streaks = {pair: one for pair, one in self._streaks.items() if one[0] >= step - 1}
+            self._streaks = {pair: streak for pair, streak in self._streaks.items() if streak[0] >= step - 1}
         for touch in touches:
             if touch.depth <= 0:
                 continue

@@ -88,12 +88,12 @@ def _soft(outcome: Outcome) -> str:
         return f"The contact is soft: it still pushes the two, which part, {apart}."
     if math.isinf(ms):
         return f"Resolved {apart}, though the two would not have touched."
-    found = f"Found {ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, {apart}." if ms < LONG else f"Found {apart}."
+    when = f"Found {ms:.3g} ms {'late' if met['depth'] > 0 else 'early'}, {apart}." if ms < LONG else f"Found {apart}."
     several = sum(outcome.met["impulse"] > 0)
     if several < 2:
-        return found
+        return when
     in_turn = f"{several} contacts are solved in turn, a few times each."
-    return f"{found} {in_turn}" if ms >= SHORT else in_turn
+    return f"{when} {in_turn}" if ms >= SHORT else in_turn
 
 
 def summed(fault: Fault, values: Floats, radius: float | None) -> str:
@@ -108,12 +108,10 @@ def summed(fault: Fault, values: Floats, radius: float | None) -> str:
 def found_range(cause: Cause, depths: Sequence[float]) -> str:
     """Return how deep contacts were found that are found late, or how far apart those found early, px."""
     low, high = min(depths), max(depths)
-    found, how = ("late", "deep") if cause == Cause.LATE else ("early", "apart")
+    when, how = ("late", "deep") if cause == Cause.LATE else ("early", "apart")
     if high - low <= ALIKE * abs(high):
-        return f"Contacts are found {found}, {high:.3g} px {how}."
-    return (
-        f"Contacts are found {found}, {low:.3g} to {high:.3g} px {how}, {float(np.median(depths)):.3g} at the median."
-    )
+        return f"Contacts are found {when}, {high:.3g} px {how}."
+    return f"Contacts are found {when}, {low:.3g} to {high:.3g} px {how}, {float(np.median(depths)):.3g} at the median."
 
 
 def of_missed(scene: Scene, contact: tuple[int, int], way: Floats, overlap_time: float, *, is_through: bool) -> str:
