@@ -442,8 +442,9 @@ def _rightful(comparison: Comparison, step: int) -> str:
     if not causes or abs(share) <= NEGLIGIBLE_ENERGY or (share > 0 and Cause.APPLIED not in causes):
         return ""
     change = "lost" if share < 0 else "gained"
+    whole = "the energy" if abs(share) <= 1 else "the scale of energy"  # a ball can fall twice
     return (
-        f"By {comparison.time[step]:.2f} s, {100 * abs(share):.3g} % of the energy is rightly {change}: "
+        f"By {comparison.time[step]:.2f} s, {100 * abs(share):.3g} % of {whole} is rightly {change}: "
         f"{_reason(comparison, causes)}."
     )
 

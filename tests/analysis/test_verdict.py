@@ -138,6 +138,11 @@ def test_energy_that_the_scene_takes_is_named_first() -> None:
     assert "rightly lost: through the scene's elasticity." in said
 
 
+def test_more_than_all_of_the_scale_can_be_lost_where_balls_fall_again_and_again() -> None:
+    said = verdict(compare(load("truths/off-an-edge"), ["exact"]))
+    assert " % of the scale of energy is rightly lost" in said
+
+
 def test_a_bounce_one_step_late_is_no_error_in_energy() -> None:
     """In `bouncing` the impulse engine bounces up to a step after exact, which has lost a third by then."""
     comparison = compare(load("bouncing"), ["impulse", "exact"])
