@@ -57,6 +57,7 @@ class Action(Enum):
     LARGER_TEXT = auto()
     SMALLER_TEXT = auto()
     THEME = auto()
+    ABOUT = auto()
     COLUMN = auto()
     PLAIN = auto()
     SAVE_PICTURE = auto()
@@ -208,6 +209,7 @@ CONTROLS = (
         Group.WINDOW, Action.SMALLER_TEXT, "Ctrl -", "smaller text", (pygame.K_MINUS, pygame.K_KP_MINUS), ctrl=True
     ),
     Control(Group.WINDOW, Action.THEME, "F7", "light, or dark", (pygame.K_F7,)),
+    Control(Group.WINDOW, Action.ABOUT, "F10", "show or hide what the scene is about", (pygame.K_F10,)),
     Control(Group.WINDOW, Action.COLUMN, "F8", "show or hide the column", (pygame.K_F8,)),
     Control(Group.WINDOW, Action.PLAIN, "D", "Pymunk's debug-draw plain, or smooth", (), "d"),
     Control(Group.WINDOW, Action.SAVE_PICTURE, "F12", "save a picture of the window", (pygame.K_F12,)),

@@ -1,7 +1,8 @@
-"""What is drawn may fail: it then switches itself off, and the run goes on."""
+"""What is drawn, and what handles an event, may fail: it then switches itself off, and the run goes on."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final, TypeVar
 
 from sandbox.view.events import Stopped
@@ -39,11 +40,30 @@ class Guard:
         except Exception as error:
             if self.strict:
                 raise
-            LOG.exception("%s failed", name)
-            self._failed.append(name)
-            text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
-            self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
+            self._switch_off(name, error)
             return None
+
+    @contextmanager
+    def reporting(self, part: Callable[[], str]) -> Iterator[None]:
+        """Report what fails while an event is handled. part: the part that did it and is switched off, or nothing."""
+        try:
+            yield
+        except (Stopped, SystemExit, KeyboardInterrupt):
+            raise
+        except Exception as error:
+            if self.strict:
+                raise
+            if name := part():
+                self._switch_off(name, error)
+            else:
+                LOG.exception("an event failed")
+                self._notice.show(f"That failed, and the run goes on: {error}", Kind.ERROR)
+
+    def _switch_off(self, name: str, error: Exception) -> None:
+        LOG.exception("%s failed", name)
+        self._failed.append(name)
+        text = f"{name} failed and is switched off, the run goes on; restart (R) shows it again: {error}"
+        self._notice.show(f"{text[0].upper()}{text[1:]}", Kind.ERROR)
 
     def try_again(self) -> None:
         """Show the parts again that failed."""

@@ -60,6 +60,8 @@ class Header:
 
         self._title = Label(self._title_text, bold=True, scale=1.2)
         self._about = Label(self._about_text, self._whole_about, dim=True)
+        self._is_on = is_on
+        self._close = TextButton("\N{MULTIPLICATION SIGN}", lambda: do(Action.ABOUT), tip_of(Action.ABOUT))
         self._buttons: list[Widget] = [
             button("Open\N{HORIZONTAL ELLIPSIS}", Action.PICK_SCENE),
             button("\N{SINGLE LEFT-POINTING ANGLE QUOTATION MARK}", Action.PREVIOUS_SCENE),
@@ -97,8 +99,9 @@ class Header:
         placed = self._row.placed(place, height, layout.side)
         left = max((where.right for widget, where in placed if widget in self._row.left), default=place.x) + GAP
         right = min((where.x for widget, where in placed if widget in self._row.right), default=place.right) - GAP
-        if right - left > MIN_ABOUT * height and self._scene().about:
-            placed.append((self._about, Rect(left, place.y, right - left, layout.side)))
+        close = Rect(right - layout.side, place.y, layout.side, layout.side)
+        if close.x - left > MIN_ABOUT * height and self._scene().about and self._is_on(Action.ABOUT):
+            placed += [(self._about, Rect(left, place.y, close.x - GAP - left, layout.side)), (self._close, close)]
         return placed
 
     def draw(self, surface: Surface, layout: Layout) -> None:

@@ -121,7 +121,7 @@ class Even:
 
 
 def time_chart(instrument: Instrument, samples: Samples, *, logarithmic: bool) -> TimeChart | None:
-    """Return the chart of an instrument over time; there is none of the speeds. logarithmic: its axis."""
+    """Return the chart of an instrument over time, or None for the speeds. logarithmic: whether its axis is."""
     if instrument is Instrument.SPEEDS:
         return None
     percent = bool(samples.energy_scale)

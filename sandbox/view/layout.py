@@ -115,7 +115,7 @@ class Layout:
         return Rect(GAP, self.window[1] - GAP - height, width, height)
 
     def _chart_height(self, others: int) -> int:
-        """Return the height of the chart, px; 0 if there is none. others: height of what is beside it."""
+        """Return the height of the chart, px; 0 if no chart is shown. others: height of what is beside it."""
         height = round(TIMELINE_SHARE * self.window[1]) - others
         return height if self.has_chart and height >= MIN_CHART * self.text_height else 0
 
@@ -134,14 +134,14 @@ class Layout:
 
     @cached_property
     def tabs(self) -> Rect:
-        """The place of the chart's tabs; its height is 0 if there is no chart."""
+        """The place of the chart's tabs; its height is 0 if no chart is shown."""
         row = self.transport
         height = self.side if self.has_controls and self.timeline.height > 2 * self.side else 0
         return Rect(row.x, row.bottom + GAP // 2, row.width, height)
 
     @cached_property
     def strip(self) -> Rect:
-        """The place of the chart; its height is 0 if there is none."""
+        """The place of the chart; its height is 0 if no chart is shown."""
         place = self.timeline
         if not self.has_controls:
             return place

@@ -23,6 +23,7 @@ LOOKS: Final = {
     Action.SMALLER_TEXT: "smaller text",
     Action.LARGER_TEXT: "larger text",
     Action.FULL_SCREEN: "full screen",
+    Action.ABOUT: "what it is about",
 }
 
 

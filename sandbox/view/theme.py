@@ -5,6 +5,7 @@ import subprocess
 import sys
 from contextlib import suppress
 from dataclasses import dataclass
+from threading import Thread
 from typing import Final
 
 from pygame import Color
@@ -68,20 +69,17 @@ DARK: Final = Colours(
 )
 
 
-class Theme:
+class Theme(Colours):
     """The colours in use: those of `LIGHT` until another theme is chosen."""
+
+    is_dark: bool
 
     def __init__(self) -> None:
         self.use(dark=False)
 
     def use(self, *, dark: bool) -> None:
         """Use the light theme, or the dark one."""
-        colours = DARK if dark else LIGHT
-        self.is_dark = dark
-        self.ground, self.raised, self.hover = colours.ground, colours.raised, colours.hover
-        self.ink, self.dim, self.line = colours.ink, colours.dim, colours.line
-        self.accent, self.on_accent = colours.accent, colours.on_accent
-        self.wall, self.pane = colours.wall, colours.pane
+        vars(self).update(vars(DARK if dark else LIGHT), is_dark=dark)
 
 
 theme: Final = Theme()
@@ -101,6 +99,23 @@ def prefers_dark() -> bool:
     return False
 
 
+class SystemTheme:
+    """Whether the system prefers dark windows: asked at first, and again beside the event loop."""
+
+    def __init__(self) -> None:
+        self.is_dark = prefers_dark()
+        self._asking: Thread | None = None
+
+    def ask(self) -> None:
+        """Ask again, and let `is_dark` be the answer as soon as it is there."""
+        if self._asking is None or not self._asking.is_alive():
+            self._asking = Thread(target=self._ask, daemon=True)
+            self._asking.start()
+
+    def _ask(self) -> None:
+        self.is_dark = prefers_dark()
+
+
 def _answer(command: tuple[str, ...]) -> str:
     """Return what a command prints; nothing if it is not there, or does not answer."""
     with suppress(OSError, subprocess.SubprocessError):
@@ -110,7 +125,7 @@ def _answer(command: tuple[str, ...]) -> str:
 
 
 def _windows_prefers_dark() -> bool:
-    import winreg  # noqa: PLC0415  # there is none elsewhere
+    import winreg  # noqa: PLC0415  # exists on Windows only
 
     with suppress(OSError), winreg.OpenKey(winreg.HKEY_CURRENT_USER, REGISTRY_KEY) as key:  # type: ignore[attr-defined]
         return not winreg.QueryValueEx(key, "AppsUseLightTheme")[0]  # type: ignore[attr-defined]

@@ -41,7 +41,7 @@ from sandbox.view.scene_page import ScenePage
 from sandbox.view.session_view import SessionView
 from sandbox.view.show_page import ShowPage
 from sandbox.view.side_panel import Page, SidePanel
-from sandbox.view.theme import prefers_dark, theme
+from sandbox.view.theme import SystemTheme, theme
 from sandbox.view.timeline import Timeline, marks_of_track
 from sandbox.view.tool_palette import ToolPalette
 from sandbox.view.why_page import WhyPage
@@ -86,7 +86,8 @@ class Window:
         inputs: Sequence[Input] = (),
         compilation: Compilation | None = None,
     ) -> None:
-        theme.use(dark=prefers_dark())
+        self._system = SystemTheme()
+        self._follow_system()
         self._compilation = compilation
         self.notice = Notice()
         self.guard = Guard(self.notice)
@@ -101,6 +102,7 @@ class Window:
         self.showing = self._by_itself(scene)
         self.text_height = TEXT_HEIGHT
         self.help_open = False
+        self.about_open = True
         self.why = WhyPage(self.playback, self.saver, CaseSoFar(self.notice))
         self.widgets = WidgetGroup()
         self.actions = self._actions()
@@ -109,6 +111,7 @@ class Window:
             Action.RECORD: lambda: self.recorder.video is not None,
             Action.FULL_SCREEN: lambda: self._window_size is not None,
             Action.HELP: lambda: self.help_open,
+            Action.ABOUT: lambda: self.about_open,
             Action.COLUMN: lambda: self.panel.open is not None,
             Action.PLAIN: lambda: self.view.plain,
             Action.THEME: lambda: theme.is_dark,
@@ -131,6 +134,11 @@ class Window:
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
         self._drawn = (-1, "")  # step and status in the window
+
+    def _follow_system(self) -> None:
+        """Use the theme that the system prefers."""
+        self._system_was_dark = self._system.is_dark
+        theme.use(dark=self._system_was_dark)
 
     def _fit_column(self) -> None:
         """Open the column if the window has become wide enough for it, or close it if it no longer is."""
@@ -204,6 +212,7 @@ class Window:
             Action.LARGER_TEXT: partial(self._change_text, 1),
             Action.SMALLER_TEXT: partial(self._change_text, -1),
             Action.THEME: self._toggle_theme,
+            Action.ABOUT: self._toggle_about,
             Action.COLUMN: self._toggle_column,
             Action.PLAIN: self._toggle_plain,
             Action.SAVE_PICTURE: lambda: self.saver.save_picture(self.screen),
@@ -281,6 +290,10 @@ class Window:
     def frame(self, seconds: float) -> None:
         """Let some seconds pass, and draw what has changed."""
         playback, video = self.playback, self.recorder.video
+        if self._system.is_dark != self._system_was_dark:
+            self._follow_system()
+            self.view.recolour()
+            self._outdated = True
         again = self.key_repeat.due(seconds)
         if again:
             with self._stoppable():
@@ -313,11 +326,19 @@ class Window:
     @contextmanager
     def _stoppable(self) -> Iterator[None]:
         try:
-            yield
+            with self.guard.reporting(self._part_at_work):
+                yield
         except Stopped:
             self.key_repeat.held = None
             self.mouse.reset()
             self.notice.show(STOPPED)
+
+    def _part_at_work(self) -> str:
+        """Return the page whose widget handles an event, or nothing if something else does."""
+        widget, layout = self.widgets.at_work, self.layout
+        rows = (self.header, self.palette, self.timeline)
+        others = [one for row in rows for one, _ in row.placed(layout)]
+        return "" if widget is None or any(widget is one for one in others) else self._page_name
 
     def _handle(self, event: Event) -> None:
         self.mouse.track(event)
@@ -329,6 +350,8 @@ class Window:
             self.running = False
         elif event.type == pygame.WINDOWSIZECHANGED:
             self._fit_column()
+        elif event.type == pygame.WINDOWFOCUSGAINED:  # perhaps from the system's settings
+            self._system.ask()
         elif event.type == pygame.DROPFILE:
             self.scenes.open_file(Path(event.file))
         elif self.scenes.picker and event.type not in RELEASES:
@@ -433,6 +456,9 @@ class Window:
     def _change_text(self, by: int) -> None:
         low, high = TEXT_HEIGHTS
         self.text_height = min(max(self.text_height + by, low), high)
+
+    def _toggle_about(self) -> None:
+        self.about_open = not self.about_open
 
     def _toggle_help(self) -> None:
         self.help_open = not self.help_open

@@ -10,7 +10,7 @@ import pygame
 import pytest
 from pygame import Color, Rect
 from pygame.event import Event
-from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, step, tool
+from window_driver import CODES, SMALL_SCENE, button, click, colours, given, pixels, press, slider, step, tool
 
 from sandbox.scene.files import load
 from sandbox.view.controls import Action
@@ -18,8 +18,9 @@ from sandbox.view.guard import Guard
 from sandbox.view.layout import MIN_SIZE
 from sandbox.view.notice import Kind
 from sandbox.view.palette import GREEN, VERMILLION
-from sandbox.view.theme import readable
+from sandbox.view.theme import DARK, readable, theme
 from sandbox.view.widgets.menu import Menu
+from sandbox.view.widgets.slider import Slider
 from sandbox.view.window import Window, has_display
 
 pytestmark = pytest.mark.usefixtures("memory_screen")
@@ -130,6 +131,72 @@ def test_a_part_that_fails_switches_itself_off_and_the_run_goes_on(
     monkeypatch.undo()
     press(window, "r")
     assert not window.guard.failed
+
+
+def test_a_page_whose_widget_fails_is_switched_off_and_all_else_still_works(
+    window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(Guard, "strict", False)
+    widget, place = slider(window, "gravity")
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("in the slider")
+
+    monkeypatch.setattr(type(widget), "press", fail)
+    click(window, place.center)
+    window.frame(1 / 60)
+    assert window.guard.failed == ("the page Scene",)
+    assert "ZeroDivisionError: in the slider" in caplog.text
+    assert not any(isinstance(one, Slider) for one, _ in window._placed)
+    click(window, button(window, Action.PAUSE))
+    assert window.playback.paused
+
+
+def test_an_action_that_fails_is_reported_and_the_window_stays_open(
+    window: Window, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(Guard, "strict", False)
+
+    def fail() -> None:
+        raise ZeroDivisionError("in an action")
+
+    monkeypatch.setitem(window.actions, Action.RESTART, fail)
+    monkeypatch.setitem(window.actions, Action.PAUSE, fail)
+    press(window, "r")
+    click(window, button(window, Action.PAUSE))
+    assert window.notice.text == "That failed, and the run goes on: in an action"
+    assert len(caplog.records) == 2
+    assert not window.guard.failed
+
+
+def test_what_a_scene_is_about_can_be_closed_and_shown_again(window: Window) -> None:
+    def is_shown() -> bool:
+        return any(widget is window.header._about for widget, _ in window._placed)
+
+    window.begin(load("article"), None)
+    click(window, tool(window, "\N{MULTIPLICATION SIGN}"))
+    assert not is_shown()
+    window.begin(load("head-on"), None)
+    assert not is_shown()
+    press(window, "F10")
+    assert is_shown()
+
+
+def test_the_theme_follows_the_system_when_the_window_is_come_back_to(
+    window: Window, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SANDBOX_THEME", "dark")
+    window.on_event(Event(pygame.WINDOWFOCUSGAINED))
+    assert window._system._asking
+    window._system._asking.join()
+    window.frame(0.0)
+    assert theme.is_dark
+    assert tuple(window.screen.get_at((1, 1)))[:3] == tuple(DARK.ground)[:3]
+    press(window, "F7")
+    window.on_event(Event(pygame.WINDOWFOCUSGAINED))
+    window._system._asking.join()
+    window.frame(0.0)
+    assert not theme.is_dark  # what F7 chose stays until the system's preference changes
 
 
 def test_the_column_folds_in_a_narrow_window_and_comes_back(window: Window) -> None:

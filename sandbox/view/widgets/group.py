@@ -1,6 +1,7 @@
 """Widgets that share the mouse and the keyboard."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import pygame
 from pygame import Rect, Surface
@@ -11,15 +12,20 @@ from sandbox.view.widgets.menu import Menu
 from sandbox.view.widgets.widget import Widget
 
 Placed = tuple[Widget, Rect]
+Result = TypeVar("Result")
 
 
 class WidgetGroup:
-    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on."""
+    """Which widget the mouse is over, which one it holds down, and which one the keyboard is on.
+
+    at_work: the widget that handles an event; it remains so if that fails.
+    """
 
     def __init__(self) -> None:
         self.over: Widget | None = None
         self.held: Widget | None = None
         self.focus: Widget | None = None
+        self.at_work: Widget | None = None
         self._text_height = 14
         self._within = Rect(0, 0, 1, 1)
 
@@ -48,9 +54,10 @@ class WidgetGroup:
 
     def on_event(self, event: Event, placed: Sequence[Placed]) -> bool:
         """Handle an event. Return whether a widget uses it. placed: all widgets that are shown, with their places."""
+        self.at_work = None
         self._forget_all_but(placed)
         menu = self.open_menu(placed)
-        if menu and menu.on_event(event, _place_of(menu, placed), self._text_height, self._within):
+        if menu and self._let(menu, menu.on_event, event, _place_of(menu, placed), self._text_height, self._within):
             return True
         if event.type == pygame.KEYDOWN:
             return self._on_key(event, placed)
@@ -62,15 +69,22 @@ class WidgetGroup:
             self.held = pressed = widget_at(event.pos, placed)
             self._move_focus(pressed if pressed and pressed.takes_text else None)
             if pressed:
-                pressed.press(_place_of(pressed, placed), event.pos)
+                self._let(pressed, pressed.press, _place_of(pressed, placed), event.pos)
             return pressed is not None
         if event.type == pygame.WINDOWLEAVE:
             self.over = None
         if event.type == pygame.WINDOWFOCUSLOST or (event.type == pygame.MOUSEBUTTONUP and event.button == 1):
             held, self.held = self.held, None
             if held:
-                held.release()
+                self._let(held, held.release)
         return False
+
+    def _let(self, widget: Widget, do: Callable[..., Result], *given: object) -> Result:
+        """Let a widget handle an event."""
+        self.at_work = widget
+        result = do(*given)
+        self.at_work = None
+        return result
 
     def _forget_all_but(self, placed: Sequence[Placed]) -> None:
         """Forget widgets that are no longer shown."""
@@ -84,15 +98,15 @@ class WidgetGroup:
 
     def _drag(self, point: tuple[int, int], placed: Sequence[Placed]) -> None:
         if self.held is not None and self.held.follows_mouse:
-            self.held.press(_place_of(self.held, placed), point)
+            self._let(self.held, self.held.press, _place_of(self.held, placed), point)
 
     def _move_focus(self, widget: Widget | None) -> None:
         if self.focus is not None and self.focus is not widget:
-            self.focus.leave()
+            self._let(self.focus, self.focus.leave)
         self.focus = widget
 
     def _on_key(self, event: Event, placed: Sequence[Placed]) -> bool:
-        if self.focus is not None and self.focus.key(event):
+        if self.focus is not None and self._let(self.focus, self.focus.key, event):
             return True
         if event.key == pygame.K_TAB:
             self._move_focus(
