@@ -173,6 +173,8 @@ class Scene(Model):
     """Title in the window and the report, on one line."""
     about: Text = ""
     """Why the scene is worth watching."""
+    topic: Title = ""
+    """Under which the window lists the scene, on one line."""
     rate: Count = 60
     """Steps per second."""
     seconds: Positive = 20
@@ -199,6 +201,7 @@ class Scene(Model):
             balls: Sequence[BallGroup | Mapping[str, object]],
             title: str = ...,
             about: str = ...,
+            topic: str = ...,
             rate: int = ...,
             seconds: float = ...,
             seed: int = ...,

@@ -102,7 +102,7 @@ def _whole_rows(content: bytes, begin: int) -> tuple[list[Row], int]:
 
 def _head(sweep: Sweep) -> dict[str, Any]:
     """Return what a row depends on but does not contain."""
-    scene = sweep.scene.model_dump_json(exclude={"seed", "rate", "title", "about"})
+    scene = sweep.scene.model_dump_json(exclude={"seed", "rate", "title", "about", "topic"})
     return {
         "scene": sweep.scene.name,
         "sha256": hashlib.sha256(scene.encode()).hexdigest(),

@@ -7,9 +7,10 @@ from typing import Final
 
 from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
-from sandbox.scene.files import bundled, load
+from sandbox.scene.files import TRUTHS, bundled, load
 from sandbox.scene.model import Scene
 from sandbox.view.notice import Kind, Notice
+from sandbox.view.preview import Previews
 from sandbox.view.scene_picker import ScenePicker
 
 CHECK_INTERVAL: Final = 0.2  # s between two checks of the file
@@ -65,6 +66,7 @@ class SceneLoader:
         self._begin = begin
         self._notice = notice
         self.picker: ScenePicker | None = None  # while it is open
+        self._previews = Previews()
         self._folders = [Path()]  # whose scenes it lists
         self._opened(scene)
 
@@ -126,8 +128,11 @@ class SceneLoader:
         self.try_to_run(load(names[(here + by) % len(names)]))
 
     def open_picker(self) -> None:
-        """Open the scene picker."""
-        self.picker = ScenePicker(self._folders, self.open_file, self.close_picker)
+        """Open the scene picker, with the truths if one of them runs."""
+        runs_truth = self._scene.file in bundled(TRUTHS).values()
+        self.picker = ScenePicker(
+            self._folders, self.open_file, self.close_picker, self._previews, with_truths=runs_truth
+        )
 
     def close_picker(self) -> None:
         """Close the scene picker."""

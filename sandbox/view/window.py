@@ -537,7 +537,7 @@ class Window:
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
         self._drawn = self.view.moment.step, self.status
-        self._outdated = False
+        self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _show_cursor(self) -> None:
         over_panes = not self.scenes.picker and self.widgets.over is None

@@ -1,15 +1,17 @@
 """The scene picker, by keys and by mouse."""
 
 import os
+from itertools import count
 from pathlib import Path
 
 import pygame
 import pytest
 from pygame.event import Event
-from window_driver import SMALL_SCENE, drag, hover, pixels, press, run, step
+from window_driver import SMALL_SCENE, click, colours, drag, hover, pixels, press, run, step
 
 from sandbox.scene.fields import rgb
 from sandbox.scene.files import bundled, load
+from sandbox.view.preview import Previews
 from sandbox.view.scene_picker import ScenePicker
 from sandbox.view.theme import theme
 from sandbox.view.window import Window
@@ -27,14 +29,18 @@ def open_picker(window: Window) -> ScenePicker:
 def test_typing_narrows_the_list_and_enter_runs_the_chosen_scene(window: Window) -> None:
     picker = open_picker(window)
     press(window, *"newton cradle", "Back")
+    assert [entry.name for entry in picker.found] == ["newtons-cradle"]
+    press(window, "Tab")
     assert [entry.name for entry in picker.found] == [
         "newtons-cradle",
         "truths/cradle-gapped",
         "truths/cradle-touching",
     ]
+    assert picker.chosen == 1  # the first truth
     press(window, "Right", "Right", "Right", "Left", "Enter")
     assert window.scenes.picker is None
     assert window.scene.title == load("truths/cradle-gapped").title
+    assert open_picker(window).with_truths  # one of them runs
 
 
 def test_a_dropped_folder_s_scenes_are_listed_first(window: Window, tmp_path: Path) -> None:
@@ -73,6 +79,7 @@ def test_escape_closes_the_picker_and_the_run_continues(window: Window) -> None:
 def test_every_scene_can_be_reached_by_keys_and_no_previews_overlap(size: tuple[int, int], window: Window) -> None:
     window.screen = pygame.display.set_mode(size)
     picker = open_picker(window)
+    press(window, "Tab", "PageUp", "PageUp", "PageUp", "PageUp", *["Left"] * 15)
     everything = {*bundled(), *bundled("truths")}
     assert {entry.name for entry in picker.found} == everything
     seen = set()
@@ -81,8 +88,8 @@ def test_every_scene_can_be_reached_by_keys_and_no_previews_overlap(size: tuple[
         for number, (index, place) in enumerate(places):
             seen.add(index)
             assert place.collidelist([other for _, other in places[number + 1 :]]) == -1
-            assert window.screen.get_rect().contains(place)
-        assert picker.chosen in dict(places)
+            assert place.colliderect(picker.view)
+        assert picker.view.contains(dict(places)[picker.chosen])
         press(window, "Right")
     assert len(seen) == len(everything)
 
@@ -93,29 +100,84 @@ def test_a_click_runs_a_scene_and_its_preview_shows_it(window: Window) -> None:
     window.draw()
     [(_, place)] = picker.places()
     assert tuple(window.screen.get_at((place.x + 3, place.y + place.height // 3)))[:3] == rgb("#14532d")
-    assert tuple(window.screen.get_at((place.x - 4, place.bottom)))[:3] == tuple(theme.hover)[:3]
+    assert tuple(window.screen.get_at((place.x - 3, place.bottom)))[:3] == tuple(theme.hover)[:3]
     drag(window, place.center, place.center)
     assert window.scene.name == "break-shot"
 
 
-def test_the_wheel_scrolls_by_rows(window: Window) -> None:
+def test_scenes_are_listed_by_topic_under_its_name(window: Window, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(f'topic = "Gases"\n{SMALL_SCENE}')
+    (tmp_path / "other.toml").write_text(SMALL_SCENE)
     picker = open_picker(window)
-    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
-    assert picker.chosen == picker.columns
-    window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=9))
-    assert picker.chosen == 0
+    headings = {row.heading: picker.found[row.indices.start].name for row in picker.rows if row.heading}
+    assert headings == {
+        "Gases": "mine.toml",
+        f"In {tmp_path.name}": "other.toml",
+        "Collisions": "article",
+        "Spin and friction": "billiards",
+        "Gravity": "bouncing",
+    }
+    assert [entry.topic for entry in picker.found if entry.name in bundled()].count("Gases") == 3
+    heading, place, tiles = picker._placed_rows()[0]
+    assert heading == "Gases"
+    assert {*colours(window.screen.subsurface(place))} & {tuple(theme.ink)[:3]}
+    assert place.bottom <= tiles[0][1].y
 
 
-def test_the_wheel_scrolls_while_the_mouse_is_on_a_preview(window: Window) -> None:
+def test_a_click_on_the_tick_lists_the_truths(window: Window) -> None:
     picker = open_picker(window)
-    _, place = picker.places()[0]
-    hover(window, place.center)
+    assert not any(entry.is_truth for entry in picker.found)
+    click(window, picker.tick.center)
+    assert sum(entry.is_truth for entry in picker.found) == len(bundled("truths"))
+    assert picker.found[picker.chosen].is_truth
+    assert picker.view.contains(dict(picker.places())[picker.chosen])
+    window.draw()
+    assert tuple(theme.accent)[:3] in colours(window.screen.subsurface(picker.tick))
+
+
+def test_the_wheel_and_the_bar_scroll_by_rows(window: Window) -> None:
+    picker = open_picker(window)
+    press(window, "Tab")
+    window.draw()
+    for _ in range(99):
+        window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=1))
+    assert picker.places()[0][0] == 0
     window.on_event(Event(pygame.MOUSEWHEEL, x=0, y=-1))
-    for what in (pygame.MOUSEBUTTONDOWN, pygame.MOUSEBUTTONUP):  # pygame sends these for the wheel too
-        window.on_event(Event(what, pos=place.center, button=5))
-    assert picker.chosen == picker.columns
-    press(window, "Shift")
-    assert picker.chosen == picker.columns
+    assert picker.places()[0][0] == picker.rows[1].indices.start
+    assert picker.bar
+    drag(window, picker.bar.center, (picker.bar.centerx, picker.view.bottom))
+    assert picker.places()[-1][0] == len(picker.found) - 1
+    hover(window, (picker.bar.centerx, picker.view.y))  # the button is no longer held
+    assert picker.places()[-1][0] == len(picker.found) - 1
+    window.draw()
+    assert tuple(window.screen.get_at(picker.bar.center))[:3] == tuple(theme.dim)[:3]
+
+
+def test_pictures_are_drawn_a_few_a_frame_until_all_are_there(window: Window, monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = count()
+    monkeypatch.setattr(window.scenes, "_previews", Previews(lambda: float(next(seconds))))
+    press(window, "p")
+    press(window, "/")
+    frames = 0
+    while not window.scenes.picker or not window.scenes.picker.is_complete or not frames:
+        window.frame(0.0)
+        frames += 1
+        assert frames < 99
+    assert window.scenes.picker
+    assert frames >= len(window.scenes.picker.places())  # each takes longer than its share
+    _, place = window.scenes.picker.places()[0]
+    assert rgb("red") in colours(window.screen.subsurface(place))
+
+
+def test_a_picture_is_drawn_anew_when_its_file_changes(window: Window, tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(SMALL_SCENE)
+    _, place = open_picker(window).places()[0]
+    before = pixels(window.screen.subsurface(place))
+    file.write_text(SMALL_SCENE.replace("[9, 9]", "[60, 60]"))
+    os.utime(file, ns=(1, 1))
+    window.draw()
+    assert (pixels(window.screen.subsurface(place)) != before).any()
 
 
 def test_scenes_of_the_folder_come_first_and_other_toml_files_are_left_out(window: Window, tmp_path: Path) -> None:

@@ -78,6 +78,17 @@ def why_window() -> Window:
     return window
 
 
+def picker() -> Window:
+    """With every picture in sight drawn."""
+    window = window_of("head-on", None, 0)
+    press(window, "/")
+    window.draw()
+    while window.scenes.picker and not window.scenes.picker.is_complete:
+        window.draw()
+    press(window, "Right", "Right")
+    return window
+
+
 def two_pymunks() -> Window:
     """With the panel of engines."""
     window = window_of("newtons-cradle", ["pymunk(iterations=30, substeps=4)", "pymunk"], 240)
@@ -88,6 +99,7 @@ def two_pymunks() -> Window:
 PICTURES: Final[dict[str, Callable[[], Window]]] = {
     "toolbar.png": default_window,
     "engines.png": two_pymunks,
+    "picker.png": picker,
     "inspector.png": balls,
     "instruments.png": gas,
     "why.png": why_window,
