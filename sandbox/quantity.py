@@ -31,6 +31,12 @@ def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float], siz
     return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
 
 
+def kinetic_energies(state: State, bodies: Bodies) -> Floats:
+    """Return the energy of flight and spin of each ball, kg px²/s²: (n,)."""
+    flight: Floats = bodies.mass * np.sum(state.velocity**2, axis=1) / 2
+    return flight + bodies.moment * state.spin**2 / 2
+
+
 def spin_energy(spin: Floats, moment: Floats) -> Floats:
     """Return the energy of the spins of all balls, kg px²/s²: (...)."""
     return 0.5 * np.einsum("...n,...n,n->...", spin, spin, moment)

@@ -29,7 +29,7 @@ class Quantity(Enum):
     largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;
     ANGULAR_MOMENTUM: of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the
     arena's lower edge, px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls
-    took so far, kg/s.
+    took so far, kg/s; X, Y, VX, VY: position and velocity of the ball that is followed, px and px/s.
     """
 
     ENERGY = 0
@@ -39,6 +39,10 @@ class Quantity(Enum):
     HEIGHT = 4
     CONTACTS = 5
     WALL_IMPULSE = 6
+    X = 7
+    Y = 8
+    VX = 9
+    VY = 10
 
 
 def _momentum(state: State, scene: Scene) -> float:
@@ -59,6 +63,15 @@ OF_STATES: Final[Mapping[Quantity, Callable[[State, Scene], float]]] = {
     Quantity.ANGULAR_MOMENTUM: _angular_momentum,
     Quantity.HEIGHT: _height,
 }
+
+
+OF_BALLS: Final[Mapping[Quantity, Callable[[State], Floats]]] = {
+    Quantity.X: lambda state: state.position[:, 0],
+    Quantity.Y: lambda state: state.position[:, 1],
+    Quantity.VX: lambda state: state.velocity[:, 0],
+    Quantity.VY: lambda state: state.velocity[:, 1],
+}
+ON_DEMAND: Final = (*OF_STATES, *OF_BALLS)
 
 
 class Series:
@@ -114,7 +127,7 @@ class Samples:
     """Each quantity in each engine over time. A quantity is NaN while an engine or the reference does not run.
 
     energy_at_start: kg px²/s², the same in every engine; silent: the engines that report no contacts; history: has the
-    moments of OF_STATES before these were asked for, which are not sampled until then. Without it, they always are.
+    moments of ON_DEMAND before these were asked for, which are not sampled until then. Without it, they always are.
     """
 
     def __init__(
@@ -133,7 +146,8 @@ class Samples:
         self.series = Series(FIRST + len(Quantity) * len(self.engines))
         self._silent = silent
         self._history = history
-        self._sampled = list[Quantity]() if history else list(OF_STATES)
+        self._sampled = list[Quantity]() if history else list(ON_DEMAND)
+        self.ball = 0  # that is followed, by its number among all that ever were in the run
         self._change = np.nan  # of the reference's energy in the step before
         self._gas: tuple[Scene | None, bool] = None, False  # the scene of the last sample, and whether it is a gas
 
@@ -180,9 +194,26 @@ class Samples:
         return values
 
     def _of_states(self, quantity: Quantity, moment: Moment) -> list[float]:
-        """Return one of OF_STATES of each engine."""
-        states, of_state = _running(moment), OF_STATES[quantity]
-        return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
+        """Return one of ON_DEMAND of each engine; NaN where the ball that is followed is not there."""
+        states = _running(moment)
+        if quantity in OF_STATES:
+            of_state = OF_STATES[quantity]
+            return [of_state(states[name], moment.scene) if name in states else np.nan for name in self.engines]
+        if self.ball not in moment.balls:
+            return [np.nan] * len(self.engines)
+        ball, of_balls = moment.balls.index(self.ball), OF_BALLS[quantity]
+        return [float(of_balls(states[name])[ball]) if name in states else np.nan for name in self.engines]
+
+    def follow(self, ball: int) -> bool:
+        """Sample a ball instead of the one before, as far back as the history goes. Return whether it is another."""
+        if ball == self.ball:
+            return False
+        self.ball = ball
+        self._sampled = [quantity for quantity in self._sampled if quantity not in OF_BALLS]
+        for quantity in OF_BALLS:
+            first = self._first_column(quantity)
+            self.series.rows[:, first : first + len(self.engines)] = np.nan
+        return True
 
     def _sample(self, quantity: Quantity) -> None:
         """Sample a quantity from now on, and as far back as the history goes."""
@@ -212,7 +243,7 @@ class Samples:
         where energy is lost in contacts, an engine that is late by a step is not accused of the loss. All samples have
         the scale of the latest.
         """
-        if quantity in OF_STATES and quantity not in self._sampled:
+        if quantity in ON_DEMAND and quantity not in self._sampled:
             self._sample(quantity)
         rows, first = self.series.rows[since:], self._first_column(quantity)
         values = rows[:, first : first + len(self.engines)]

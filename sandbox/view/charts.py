@@ -6,7 +6,7 @@ changed. The latest sample is left out: the next step can change how it compares
 
 import numpy as np
 import pygame
-from pygame import Color, Rect, Surface
+from pygame import Rect, Surface
 
 from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
@@ -14,6 +14,7 @@ from sandbox.session.history import Moment
 from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
+from sandbox.view.ball_chart import BallChart
 from sandbox.view.chart_marks import (
     ChartPlaces,
     Mark,
@@ -27,7 +28,9 @@ from sandbox.view.chart_marks import (
 )
 from sandbox.view.instruments import LAW, LOGARITHMIC, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
+from sandbox.view.markers import draw_marker
 from sandbox.view.palette import chart_palette
+from sandbox.view.plane_chart import PlaneChart
 from sandbox.view.primitives import card, lettering, shortened, text_width, write
 from sandbox.view.speed_chart import SpeedChart
 from sandbox.view.theme import theme
@@ -49,6 +52,7 @@ class Charts:
         self.moment: Moment | None = None
         self.axis = TimeAxis(seconds)
         self.instrument = Instrument.ENERGY
+        self.across: Instrument | None = None  # over what it is drawn, unless over time
         self._logarithmic: set[Instrument] = set()
         self._remarked: Scene | None = None  # the scene of the remark
         self.recolour()
@@ -60,6 +64,7 @@ class Charts:
         self._colours = self.palette.engines(samples.engines) | {LAW: self.palette.law}
         self._names = max(text_width(name, 100) for name in self._colours) / 100 + 1.0  # in heights of its text
         self._speeds = SpeedChart(samples.reference, self._colours, self.palette)
+        self._balls = BallChart(self._colours, self.palette)
         self._drawn: Surface | None = None
         self._drawn_as: object = None  # axes, places, drops and remark of that picture
         self.show(self.instrument)
@@ -71,6 +76,9 @@ class Charts:
         self.instrument = instrument
         self._chart = time_chart(instrument, self.samples, logarithmic=self.is_logarithmic)
         self._columns = self._chart.columns(self.samples) if self._chart else {}
+        across = time_chart(self.across, self.samples, logarithmic=False) if self.across else None
+        plane = self._chart and across and PlaneChart(self._chart, across, self._colours, self.palette)
+        self._plane = plane or None
         self._remark = ""
         self._remarked = None
         self._samples = 0  # how many of the series are drawn
@@ -83,12 +91,28 @@ class Charts:
     def show_as(self, other: "Charts") -> None:
         """Show what another run's chart shows."""
         self._logarithmic = set(other._logarithmic)
+        self.across = other.across
         self.show(other.instrument)
 
     def show_next(self) -> None:
         """Show the next instrument."""
         instruments = list(Instrument)
         self.show(instruments[(instruments.index(self.instrument) + 1) % len(instruments)])
+
+    def show_across(self, instrument: Instrument | None) -> None:
+        """Draw what is shown over another quantity, or over time."""
+        self.across = instrument
+        self.show(self.instrument)
+
+    def follow(self, ball: int) -> None:
+        """Show the quantities of a ball by its number among all that ever were in the run."""
+        if self.samples.follow(ball):
+            self.show(self.instrument)
+
+    @property
+    def has_axes(self) -> bool:
+        """Whether a quantity is shown, and not a picture of the step shown."""
+        return self._chart is not None
 
     @property
     def is_logarithmic(self) -> bool:
@@ -114,7 +138,7 @@ class Charts:
 
     def is_over_time(self, place: Rect, point: ScreenPoint) -> bool:
         """Return whether a point of the window is in a chart over time, or in its margins."""
-        return self._chart is not None and bool(place.height) and bool(place.collidepoint(point))
+        return self.has_axes and self._plane is None and bool(place.height) and bool(place.collidepoint(point))
 
     def time_at(self, place: Rect, text_height: int, x: int) -> float:
         """Return the time (s) of a column of the window, clamped to the axis of a chart at a place."""
@@ -176,8 +200,8 @@ class Charts:
         if self._has_scale != bool(self.samples.energy_scale):  # then energy is in another unit
             self.show(self.instrument)
         self.axis.follow(time, float(self.samples.times[-1]))
-        if self._chart is None:
-            self._draw_speeds(surface, place, text_height, point)
+        if self._chart is None or self._plane:
+            self._draw_without_time(surface, place, text_height, time, point)
             return
         self._extend_span()
         self._update_remark()
@@ -199,15 +223,27 @@ class Charts:
         if point and place.collidepoint(point):
             self._draw_card(surface, place, text_height, point)
 
-    def _draw_speeds(self, surface: Surface, place: Rect, text_height: int, point: ScreenPoint | None) -> None:
+    def _draw_without_time(
+        self, surface: Surface, place: Rect, text_height: int, time: float, point: ScreenPoint | None
+    ) -> None:
+        """Draw the chart of the moment shown, or of one quantity over another, and its values at a point."""
         if self.moment is None:
             return
-        where = self.places(place, text_height)
-        plot = where.plot.move(place.topleft)
-        self._speeds.draw(surface, place, plot, self.moment, small(text_height))
-        if point and place.collidepoint(point):
-            rows = self._speeds.rows_at(plot, point[0], self.moment)
-            card(surface, rows, point, text_height, surface.get_rect())
+        plot, height = self.places(place, text_height).plot.move(place.topleft), small(text_height)
+        at = point if point and place.collidepoint(point) else None
+        rows: list[list[str]] = []
+        if self._plane:
+            surface.fill(self.palette.ground, place)
+            self._plane.draw(surface, plot, self.samples, time, height)
+            rows = self._plane.rows_at(self.samples, time) if at else []
+        elif self.instrument is Instrument.MOMENTA:
+            self._balls.draw(surface, place, self.moment, height)
+            rows = self._balls.rows_at(place, at, self.moment) if at else []
+        else:
+            self._speeds.draw(surface, place, plot, self.moment, height)
+            rows = self._speeds.rows_at(plot, at[0], self.moment) if at else []
+        if at:
+            card(surface, rows, at, text_height, surface.get_rect())
 
     def _draw_axes(self, surface: Surface, chart: TimeChart, where: ChartPlaces, text_height: int) -> None:
         surface.fill(self.palette.ground)
@@ -325,24 +361,6 @@ class Charts:
         for name, column in self._columns.items():
             rows.append([name, chart.text(values[column]) if np.isfinite(values[column]) else "not known"])
         return rows
-
-
-def draw_marker(surface: Surface, colour: Color, at: tuple[int, int], size: int, shape: int) -> None:
-    """Draw a marker: a disc, a diamond, a square or a triangle, which is distinguishable without its colour.
-
-    size: half its width, px; shape: the number of the engine.
-    """
-    x, y = at
-    corners = (
-        (),
-        ((0, -1.2), (1.2, 0), (0, 1.2), (-1.2, 0)),
-        ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
-        ((0, -1.2), (1.1, 0.8), (-1.1, 0.8)),
-    )[shape % 4]
-    if corners:
-        pygame.draw.polygon(surface, colour, [(x + size * across, y + size * down) for across, down in corners])
-    else:
-        pygame.draw.circle(surface, colour, at, size)
 
 
 def _y(plot: Rect, span: Span, position: Floats) -> Floats:

@@ -32,9 +32,15 @@ class Instrument(Enum):
     HEIGHT = "height"
     CONTACTS = "contacts a second"
     PRESSURE = "pressure"
+    BALL_X = "ball's x"
+    BALL_Y = "ball's y"
+    BALL_VX = "ball's vx"
+    BALL_VY = "ball's vy"
     SPEEDS = "speeds"
+    MOMENTA = "momenta"
 
 
+OF_THE_MOMENT: Final = (Instrument.SPEEDS, Instrument.MOMENTA)  # all others are over time, or over one another
 LOGARITHMIC: Final = (Instrument.ENERGY, Instrument.GAP)  # those that can have a logarithmic axis
 MEANINGS: Final[Mapping[Instrument, str]] = {
     Instrument.ENERGY: "of each engine, in % of the largest kinetic energy so far; logarithmic: how far it is off",
@@ -44,6 +50,11 @@ MEANINGS: Final[Mapping[Instrument, str]] = {
     Instrument.HEIGHT: "of the centre of mass, above the lower edge",
     Instrument.CONTACTS: "counted over the last second",
     Instrument.PRESSURE: "on the arena's walls over 10 s, beside theory",
+    Instrument.BALL_X: "from the left edge, of the selected ball",
+    Instrument.BALL_Y: "from the upper edge, of the selected ball",
+    Instrument.BALL_VX: "velocity to the right, of the selected ball",
+    Instrument.BALL_VY: "velocity downwards, of the selected ball",
+    Instrument.MOMENTA: "of up to 30 balls, head to tail, and their kinetic energies as bars",
     Instrument.SPEEDS: "how many balls have each speed, beside the law",
 }
 
@@ -121,8 +132,8 @@ class Even:
 
 
 def time_chart(instrument: Instrument, samples: Samples, *, logarithmic: bool) -> TimeChart | None:
-    """Return the chart of an instrument over time, or None for the speeds. logarithmic: whether its axis is."""
-    if instrument is Instrument.SPEEDS:
+    """Return the chart of an instrument over time, or None for one of the moment. logarithmic: whether its axis is."""
+    if instrument in OF_THE_MOMENT:
         return None
     percent = bool(samples.energy_scale)
     if instrument is Instrument.ENERGY:
@@ -131,7 +142,8 @@ def time_chart(instrument: Instrument, samples: Samples, *, logarithmic: bool) -
         line, scale = f"px from {samples.reference}", Logarithmic() if logarithmic else Even(" px")
         return TimeChart(instrument, line, scale, "{:.4g} px", partial(_quantity, Quantity.GAP))
     line, digits, values = OVER_TIME[instrument]
-    return TimeChart(instrument, line, Even(), digits, values)
+    of_ball = f", ball {samples.ball}" if instrument in OF_BALL else ""
+    return TimeChart(instrument, f"{line}{of_ball}", Even(), digits, values)
 
 
 def _energy_chart(samples: Samples, *, percent: bool, logarithmic: bool) -> TimeChart:
@@ -167,4 +179,9 @@ OVER_TIME: Final[Mapping[Instrument, tuple[str, str, Callable[[Samples, int], Fl
     Instrument.HEIGHT: ("px", "{:.4f} px", partial(_quantity, Quantity.HEIGHT)),
     Instrument.CONTACTS: ("in the last second", "{:,.6g} in the last second", _contacts),
     Instrument.PRESSURE: ("kg/s²", "{:,.5g} kg/s²", _pressures),
+    Instrument.BALL_X: ("px", "{:.4f} px", partial(_quantity, Quantity.X)),
+    Instrument.BALL_Y: ("px", "{:.4f} px", partial(_quantity, Quantity.Y)),
+    Instrument.BALL_VX: ("px/s", "{:.4f} px/s", partial(_quantity, Quantity.VX)),
+    Instrument.BALL_VY: ("px/s", "{:.4f} px/s", partial(_quantity, Quantity.VY)),
 }
+OF_BALL: Final = (Instrument.BALL_X, Instrument.BALL_Y, Instrument.BALL_VX, Instrument.BALL_VY)

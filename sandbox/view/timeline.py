@@ -7,9 +7,10 @@ from typing import Final
 import pygame
 from pygame import Color, Rect, Surface
 
+from sandbox.view.charts import Charts
 from sandbox.view.controls import Action
 from sandbox.view.header import tip_of
-from sandbox.view.instruments import MEANINGS, Instrument
+from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.palette import chart_palette
 from sandbox.view.playback import SPEEDS, Playback
@@ -65,7 +66,12 @@ class Timeline:
             said=lambda: "logarithmic" if playback.view.charts.is_logarithmic else "linear",
             refusal=lambda: playback.view.charts.why_one_scale,
         )  # fmt: skip
-        self._tabs = WidgetRow(group, [*tabs, more], [scale], lambda: theme.raised)
+        self._across = Menu(
+            self._across_text, "over what the chart is drawn: time, or another quantity", self._choices_across,
+            lambda: playback.view.charts.across is not None, widest="over angular momentum",
+        )  # fmt: skip
+        self._scale = scale
+        self._tabs = WidgetRow(group, [*tabs, more], [self._across, scale], lambda: theme.raised)
 
     # What its widgets do
 
@@ -102,6 +108,21 @@ class Timeline:
             for each in others
         ]
 
+    def _across_text(self) -> str:
+        across = self._playback.view.charts.across
+        return f"over {across.value if across else 'time'}"
+
+    def _choices_across(self) -> list[Item]:
+        charts = self._playback.view.charts
+        return [
+            Item(
+                each.value if each else "time",
+                partial(charts.show_across, each),
+                is_on=partial(_is_across, charts, each),
+            )
+            for each in (None, *(instrument for instrument in Instrument if instrument not in OF_THE_MOMENT))
+        ]
+
     def _shows_other(self) -> bool:
         return self._playback.view.charts.instrument not in TABS
 
@@ -116,6 +137,7 @@ class Timeline:
 
     def placed(self, layout: Layout) -> list[Placed]:
         """Return its widgets with their places."""
+        self._tabs.right = [self._across, self._scale] if self._playback.view.charts.has_axes else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
         return [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
 
@@ -143,6 +165,10 @@ class Timeline:
         last = f"{session.start.clock.time(end):.4g} s"
         room = Rect(track.right + GAP, track.y, TIME_LETTERS * height - GAP, track.height)
         write(surface, last, room, theme.dim, height)
+
+
+def _is_across(charts: Charts, instrument: Instrument | None) -> bool:
+    return charts.across is instrument
 
 
 def _is(playback: Playback, speed: float) -> bool:

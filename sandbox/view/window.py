@@ -528,6 +528,8 @@ class Window:
     def draw(self) -> None:
         """Draw everything."""
         self._show_cursor()
+        if (ball := self.editor.selected) is not None:
+            self.view.charts.follow(self.view.moment.balls[ball])
         layout = self.layout
         if self.screen.get_size() == layout.window:
             self._draw_on(self.screen, layout)

@@ -8,7 +8,7 @@ import numpy as np
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.quantity import length
+from sandbox.quantity import kinetic_energies, length
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
@@ -19,12 +19,6 @@ from sandbox.view.widgets.widget import Widget
 LINE: Final = 1.5  # height of a row, in heights of the text
 NUMBER: Final = 3.2  # width of the column of numbers, likewise
 MAX_BALLS: Final = 2_000  # in the table
-
-
-def _kinetic(state: State, scene: Scene) -> Floats:
-    bodies = scene.bodies
-    flight: Floats = bodies.mass * np.sum(state.velocity**2, axis=1) / 2
-    return flight + bodies.moment * state.spin**2 / 2
 
 
 Values = Callable[[State, Scene], Floats]
@@ -39,7 +33,7 @@ BODY: Final[Mapping[str, Values]] = {
     "mass": lambda _, scene: scene.bodies.mass,
     "radius": lambda _, scene: scene.bodies.radius,
     "momentum": lambda state, scene: length(state.velocity) * scene.bodies.mass,
-    "energy": _kinetic,
+    "energy": lambda state, scene: kinetic_energies(state, scene.bodies),
     "spin": lambda state, _: state.spin,
 }
 
