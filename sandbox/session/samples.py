@@ -19,6 +19,7 @@ SAME_TIME: Final = 1e-9  # s, by which two times may differ that are the same
 SCALE: Final = 4  # column with the scale of energy so far
 FIRST: Final = 5  # column with a quantity of an engine
 
+NO_SECONDS: Final[Mapping[str, float | None]] = {}
 T = TypeVar("T", float, Floats)
 
 
@@ -29,7 +30,8 @@ class Quantity(Enum):
     largest distance of a ball from the reference's, px; MOMENTUM: the length of the total momentum, kg px/s;
     ANGULAR_MOMENTUM: of flight and spin about the arena's centre, kg px²/s; HEIGHT: of the centre of mass above the
     arena's lower edge, px; CONTACTS: their number so far; WALL_IMPULSE: the momentum per length that the arena's walls
-    took so far, kg/s; X, Y, VX, VY: position and velocity of the ball that is followed, px and px/s.
+    took so far, kg/s; X, Y, VX, VY: position and velocity of the ball that is followed, px and px/s; COST: how
+    long a step took lately, ms.
     """
 
     ENERGY = 0
@@ -43,6 +45,7 @@ class Quantity(Enum):
     Y = 8
     VX = 9
     VY = 10
+    COST = 11
 
 
 def _momentum(state: State, scene: Scene) -> float:
@@ -154,8 +157,11 @@ class Samples:
     def __len__(self) -> int:
         return len(self.series)
 
-    def add(self, moment: Moment) -> None:
-        """Add a step, and a sample if one is due. Called after every step, in order."""
+    def add(self, moment: Moment, seconds: Mapping[str, float | None] = NO_SECONDS) -> None:
+        """Add a step, and a sample if one is due. Called after every step, in order.
+
+        seconds: that a step of each engine took lately.
+        """
         change = {
             name: change_of_energy(energy, self.energy_at_start, moment.work[name])
             for name, energy in moment.energy.items()
@@ -170,8 +176,9 @@ class Samples:
             around = before if len(series) and before == before else self._change  # noqa: PLR0124 (not NaN)
             ends = min(around, self._change), max(around, self._change)
             theory = self._pressure_in_theory(moment)
-            values = self._values(moment, change).ravel().tolist()
-            series.add(moment.step, [moment.time, *ends, theory, moment.energy_scale, *values])
+            values = self._values(moment, change)
+            values[Quantity.COST.value] = [1000 * (seconds.get(name) or np.nan) for name in self.engines]
+            series.add(moment.step, [moment.time, *ends, theory, moment.energy_scale, *values.ravel().tolist()])
 
     def _values(self, moment: Moment, change: dict[str, float]) -> Floats:
         """Return each quantity of each engine: (quantities, engines)."""

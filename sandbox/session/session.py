@@ -315,7 +315,7 @@ class Session:
             self._scale.value,
             frozenset(lockstep.limits()),
         )
-        self.samples.add(moment)
+        self.samples.add(moment, {name: runner.step_seconds for name, runner in lockstep.engines.items()})
         self._history.keep(moment)
 
     def _follow_energy(self, states: dict[str, State], contacts: dict[str, Contacts]) -> None:

@@ -32,6 +32,9 @@ class Action(Enum):
     PREVIOUS_CONTACT = auto()
     NEXT_CONTACT = auto()
     RESTART = auto()
+    STOPWATCH = auto()
+    TAKE_SNAPSHOT = auto()
+    RETURN = auto()
     SLOWER = auto()
     FASTER = auto()
     PICK_SCENE = auto()
@@ -139,6 +142,9 @@ CONTROLS = (
         Group.TIME, Action.NEXT_CONTACT, ">", "go to the next contact that differs, and draw it", (), ">", repeats=True
     ),
     Control(Group.TIME, Action.RESTART, "R", "restart and clear edits", (), "r"),
+    Control(Group.TIME, Action.STOPWATCH, "M", "stopwatch from here, or show the time again", (), "m"),
+    Control(Group.TIME, Action.TAKE_SNAPSHOT, "3", "take a snapshot to return to", (), "3"),
+    Control(Group.TIME, Action.RETURN, "4", "return to the latest snapshot", (), "4"),
     Control(Group.TIME, Action.SLOWER, "-", "slower, down to 1/100", (pygame.K_KP_MINUS,), "-"),
     Control(Group.TIME, Action.FASTER, "+", "faster, up to as fast as possible", (pygame.K_KP_PLUS,), "+="),
     Control(Group.SCENE, Action.PICK_SCENE, "/, Ctrl O", "choose a scene", (), "/\x0f"),

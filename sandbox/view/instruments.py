@@ -36,6 +36,7 @@ class Instrument(Enum):
     BALL_Y = "ball's y"
     BALL_VX = "ball's vx"
     BALL_VY = "ball's vy"
+    COST = "ms a step"
     SPEEDS = "speeds"
     MOMENTA = "momenta"
 
@@ -54,6 +55,7 @@ MEANINGS: Final[Mapping[Instrument, str]] = {
     Instrument.BALL_Y: "from the upper edge, of the selected ball",
     Instrument.BALL_VX: "velocity to the right, of the selected ball",
     Instrument.BALL_VY: "velocity downwards, of the selected ball",
+    Instrument.COST: "how long each engine's steps take here",
     Instrument.MOMENTA: "of up to 30 balls, head to tail, and their kinetic energies as bars",
     Instrument.SPEEDS: "how many balls have each speed, beside the law",
 }
@@ -179,6 +181,7 @@ OVER_TIME: Final[Mapping[Instrument, tuple[str, str, Callable[[Samples, int], Fl
     Instrument.HEIGHT: ("px", "{:.4f} px", partial(_quantity, Quantity.HEIGHT)),
     Instrument.CONTACTS: ("in the last second", "{:,.6g} in the last second", _contacts),
     Instrument.PRESSURE: ("kg/s²", "{:,.5g} kg/s²", _pressures),
+    Instrument.COST: ("ms", "{:.3g} ms", partial(_quantity, Quantity.COST)),
     Instrument.BALL_X: ("px", "{:.4f} px", partial(_quantity, Quantity.X)),
     Instrument.BALL_Y: ("px", "{:.4f} px", partial(_quantity, Quantity.Y)),
     Instrument.BALL_VX: ("px/s", "{:.4f} px/s", partial(_quantity, Quantity.VX)),

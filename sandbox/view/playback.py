@@ -30,6 +30,7 @@ class Playback:
         self._show_progress = show_progress
         self.paused = False
         self.speed = 1.0
+        self.stopwatch: float | None = None  # s, the time from which it counts; None while it is off
         self.pace = Pace()
         self.view = view
         self.play(view)
@@ -209,6 +210,27 @@ class Playback:
         """Undo the last throw or edit before the current step, and go to its step."""
         self._release()
         self._show_change(self.session.undo(), "there is nothing to undo here")
+
+    def toggle_stopwatch(self) -> None:
+        """Let the stopwatch count from the time shown, or switch it off."""
+        self.stopwatch = self.view.moment.time if self.stopwatch is None else None
+
+    def return_to(self, step: int, inputs: Sequence[Input]) -> None:
+        """Go to a step that was reached with some inputs; later steps stay if the run has the same inputs up to it."""
+        self._release()
+        session = self.session
+        if [given for given in session.inputs if given.step <= step] == list(inputs) and step <= session.end:
+            self.seek(step)
+            return
+        before, here = [*session.inputs], session.step
+        try:
+            session.return_to(step, list(inputs))
+            self._run_to_here()
+            self._show_change(True, "")
+        except SandboxError as error:
+            session.return_to(here, before)
+            self.settle()
+            self._notice.show(str(error), Kind.ERROR)
 
     def redo(self) -> None:
         """Redo what was undone last; if an engine refuses it, one that runs only since then, show a notice."""

@@ -14,7 +14,7 @@ from sandbox.view.instruments import MEANINGS, OF_THE_MOMENT, Instrument
 from sandbox.view.layout import GAP, TIME_LETTERS, Layout
 from sandbox.view.palette import chart_palette
 from sandbox.view.playback import SPEEDS, Playback
-from sandbox.view.primitives import text_width, write
+from sandbox.view.primitives import write
 from sandbox.view.theme import theme
 from sandbox.view.track import draw_track, track_end
 from sandbox.view.widgets.buttons import TextButton
@@ -35,13 +35,12 @@ def speed_text(speed: float) -> str:
 
 
 class Timeline:
-    """The lowest part of the window. do: does an action; time: what is written before the track."""
+    """The lowest part of the window. do: does an action; time: what the clock before the track says."""
 
     def __init__(
         self, group: WidgetGroup, playback: Playback, do: Callable[[Action], None], time: Callable[[], str]
     ) -> None:
         self._playback = playback
-        self._time = time
 
         def button(text: str, action: Action) -> TextButton:
             return TextButton(text, lambda: do(action), tip_of(action))
@@ -57,6 +56,14 @@ class Timeline:
             [],
             lambda: theme.raised,
         )
+        self._clock = TextButton(
+            "",
+            lambda: do(Action.STOPWATCH),
+            tip_of(Action.STOPWATCH),
+            lambda: playback.stopwatch is not None,
+            said=time,
+        )
+        self._group = group
         speeds = Menu(self._speed_text, "how fast time passes  (+ and -)", self._speeds, widest=WIDEST)
         self._after = WidgetRow(group, [], [button(f"{right}|", Action.GO_TO_END), speeds], lambda: theme.raised)
         tabs = [self._tab(instrument) for instrument in TABS]
@@ -68,7 +75,7 @@ class Timeline:
         )  # fmt: skip
         self._across = Menu(
             self._across_text, "over what the chart is drawn: time, or another quantity", self._choices_across,
-            lambda: playback.view.charts.across is not None, widest="over angular momentum",
+            lambda: playback.view.charts.across is not None,
         )  # fmt: skip
         self._scale = scale
         self._tabs = WidgetRow(group, [*tabs, more], [self._across, scale], lambda: theme.raised)
@@ -139,7 +146,9 @@ class Timeline:
         """Return its widgets with their places."""
         self._tabs.right = [self._across, self._scale] if self._playback.view.charts.has_axes else [self._scale]
         rows = ((self._before, layout.transport), (self._after, layout.transport), (self._tabs, layout.tabs))
-        return [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
+        placed = [one for row, place in rows for one in row.placed(place, layout.text_height, layout.side)]
+        width, track = TIME_LETTERS * layout.text_height, layout.bar
+        return [*placed, (self._clock, Rect(track.x - GAP - width, track.y, width, track.height))]
 
     def draw(self, surface: Surface, layout: Layout, marks: Mapping[int, Color]) -> None:
         """Draw its ground, its widgets, the time and the track with marks at some steps; without the chart."""
@@ -154,11 +163,8 @@ class Timeline:
         ):
             row.draw(surface, row.placed(where, height, layout.side), height)
         session, track = self._playback.session, layout.bar
-        time = self._time()
-        width = text_width(time, height, bold=True)
-        write(
-            surface, time, Rect(track.x - GAP - width, track.y, width + 2, track.height), theme.ink, height, bold=True
-        )
+        clock = Rect(track.x - GAP - TIME_LETTERS * height, track.y, TIME_LETTERS * height, track.height)
+        self._clock.draw(surface, clock, height, hot=self._group.is_hot(self._clock))
         end = track_end(session)
         step = self._playback.view.moment.step
         draw_track(surface, track, step, session.end, end, marks, height)
@@ -176,7 +182,8 @@ def _is(playback: Playback, speed: float) -> bool:
 
 
 def marks_of_track(playback: Playback) -> dict[int, Color]:
-    """Return the steps of first differences, in the colours of their engines."""
+    """Return the steps of first differences, in the colours of their engines, and where the stopwatch began."""
     session, marks = playback.session, playback.view.charts.marks
     colours = chart_palette().engines([*session.names, session.reference])
-    return {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
+    steps = {session.step_at(time): colours[name] for name, time in marks.differences.items() if name in colours}
+    return steps if playback.stopwatch is None else steps | {session.step_at(playback.stopwatch): theme.accent}

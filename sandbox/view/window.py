@@ -41,6 +41,7 @@ from sandbox.view.scene_page import ScenePage
 from sandbox.view.session_view import SessionView
 from sandbox.view.show_page import ShowPage
 from sandbox.view.side_panel import Page, SidePanel
+from sandbox.view.snapshots import Snapshots
 from sandbox.view.theme import SystemTheme, theme
 from sandbox.view.timeline import Timeline, marks_of_track
 from sandbox.view.tool_palette import ToolPalette
@@ -98,6 +99,7 @@ class Window:
         self.line_up = LineUp(self.playback, self.notice, self.use_engines)
         self.saver = Saver(self.playback, self.notice)
         self.recorder = Recorder(self.notice)
+        self.snapshots = Snapshots(self.playback, self.notice)
         self.key_repeat = KeyRepeat()
         self.showing = self._by_itself(scene)
         self.text_height = TEXT_HEIGHT
@@ -108,6 +110,7 @@ class Window:
         self.actions = self._actions()
         self._is_on: dict[Action, Callable[[], bool]] = {
             Action.PAUSE: lambda: self.playback.paused,
+            Action.STOPWATCH: lambda: self.playback.stopwatch is not None,
             Action.RECORD: lambda: self.recorder.video is not None,
             Action.FULL_SCREEN: lambda: self._window_size is not None,
             Action.HELP: lambda: self.help_open,
@@ -118,7 +121,7 @@ class Window:
         }
         self.header = Header(self.widgets, lambda: self.scene, self._act, self._has_on, lambda: self.recorder.seconds)
         self.palette = ToolPalette(self.widgets, self.mouse, self._act)
-        self.timeline = Timeline(self.widgets, self.playback, self._act, lambda: self._time_line)
+        self.timeline = Timeline(self.widgets, self.playback, self._act, lambda: self._shown_time)
         self.panel = SidePanel(self._pages(), self.widgets)
         pygame.display.init()
         pygame.display.set_caption(caption(scene))  # before the window is there, or it would open as "pygame window"
@@ -164,7 +167,7 @@ class Window:
 
     def _pages(self) -> dict[Panel, Page]:
         return {
-            Panel.SCENE: ScenePage(self.playback, self.editor, self._act),
+            Panel.SCENE: ScenePage(self.playback, self.editor, self.snapshots, self._act),
             Panel.BALLS: BallsPage(self.playback, self.editor, self.mouse, self.notice),
             Panel.ENGINES: EnginesPage(self.line_up),
             Panel.WHY: self.why,
@@ -187,6 +190,9 @@ class Window:
             Action.PREVIOUS_CONTACT: partial(self._show_contact, -1),
             Action.NEXT_CONTACT: partial(self._show_contact, 1),
             Action.RESTART: lambda: self.begin(self.scene, self.view.session.names),
+            Action.STOPWATCH: playback.toggle_stopwatch,
+            Action.TAKE_SNAPSHOT: self.snapshots.take,
+            Action.RETURN: self.snapshots.return_to_latest,
             Action.SLOWER: playback.slower,
             Action.FASTER: playback.faster,
             Action.PICK_SCENE: scenes.open_picker,
@@ -237,6 +243,9 @@ class Window:
     def begin(self, scene: Scene, engines: Sequence[str] | None) -> None:
         """Run a scene from its start. Raises SandboxError, with the old one still running, if that is impossible."""
         size, before = self.scene.arena.size, self._by_itself(self.scene)
+        if scene != self.scene:
+            self.snapshots.forget()
+        self.playback.stopwatch = None
         self.playback.play(SessionView(scene, engines))
         if scene.arena.size != size:
             self.mouse.show_all()
@@ -621,6 +630,12 @@ class Window:
     @property
     def _time_line(self) -> str:
         return f"{self.view.moment.time:.2f} s"
+
+    @property
+    def _shown_time(self) -> str:
+        """What the stopwatch says, or else the time."""
+        zero = self.playback.stopwatch
+        return self._time_line if zero is None else f"{self.view.moment.time - zero:+.3f} s"
 
     @property
     def _progress(self) -> str:

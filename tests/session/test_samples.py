@@ -12,6 +12,7 @@ from sandbox.engines.exact.engine import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
+from sandbox.run.lockstep import AVERAGED_STEPS
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
@@ -145,6 +146,19 @@ def test_every_step_is_sampled_at_any_speed_of_play() -> None:
     assert session.samples.times[-1] == 1.5
 
 
+def test_the_time_that_steps_took_is_sampled_in_ms(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = Session(load("article"), ["article"], reference="exact")
+    for runner in session.lockstep.engines.values():
+        runner.step_seconds = 0.004
+    before = session.samples.of(Quantity.COST)
+    session.lockstep.step()
+    session._arrive()
+    after = session.samples.of(Quantity.COST)
+    assert np.isnan(before).all()  # no step is done
+    share = 1 - 1 / AVERAGED_STEPS
+    assert ((after[1] >= 4 * share) & (after[1] < 40)).all()
+
+
 # The hidden reference
 
 
@@ -210,7 +224,8 @@ def test_a_reference_compiled_later_is_there_from_the_start(monkeypatch: pytest.
     assert not session.is_live
     run(session, 30)
     assert not session.lacks_reference
-    assert np.array_equal(session.samples.series.rows, expected.samples.series.rows, equal_nan=True)
+    rows, expected_rows = (one.samples.series.rows[:, : -len(one.samples.engines)] for one in (session, expected))
+    assert np.array_equal(rows, expected_rows, equal_nan=True)  # but for what steps took, which comes last
     assert math.isfinite(monitor.marks.differences["article"])
 
 
