@@ -1,19 +1,21 @@
 """Compiling while the window is open: what is shown meanwhile."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Final
 
 import pygame
 from pygame import Rect, Surface
 
-from sandbox.compiled import compile_by
+from sandbox.compiled import NotCompiledYet, compile_by, without_waiting
+from sandbox.errors import SandboxError
 from sandbox.processes import core_count
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
 from sandbox.view.compilation import COMPUTATION, DRAWING, Compilation
 from sandbox.view.events import PRESSES
 from sandbox.view.layout import GAP, natural_size
+from sandbox.view.preview import draw_start
 from sandbox.view.primitives import panel, text_width, write
 from sandbox.view.theme import theme
 
@@ -24,15 +26,17 @@ BAR_WIDTH: Final = 160  # px
 class WindowCompiler:
     """Has one part after another compiled beside the window, and shows a notice in it while one is waited for.
 
-    size: of the window that it opens if none is open, px.
+    size: of the window that it opens if none is open, px; scene: that it shows there meanwhile.
     """
 
     shows_frames = True
 
-    def __init__(self, size: tuple[int, int]) -> None:
+    def __init__(self, size: tuple[int, int], scene: Scene | None = None) -> None:
         others = core_count() - 1  # than the one that the window needs
         self.compilation = Compilation((*COMPUTATION, DRAWING), at_once=max(1, others))
         self._size = size
+        self._undrawn: Scene | None = None  # as its balls could not be placed without waiting
+        self._scene = scene
 
     def note_missing(self, module: str) -> None:
         """Begin to compile."""
@@ -41,7 +45,9 @@ class WindowCompiler:
     def wait(self, module: str) -> None:
         """Show a notice until the kernels of a module are compiled. Raises SystemExit if the window is closed."""
         for progress in self.compilation.until_compiled(module):
-            draw_notice(pygame.display.get_surface() or self._open(), progress)
+            surface = pygame.display.get_surface() or self._open()
+            self._draw_scene(surface)
+            draw_notice(surface, progress)
             pygame.display.flip()
             if pygame.event.peek(pygame.QUIT):  # which also lets the system know that the window is alive
                 raise SystemExit
@@ -51,7 +57,16 @@ class WindowCompiler:
         with signals_deferred():  # set_mode discards exceptions
             screen = pygame.display.set_mode(self._size, pygame.RESIZABLE)
         screen.fill(theme.ground)
+        self._undrawn = self._scene
         return screen
+
+    def _draw_scene(self, screen: Surface) -> None:
+        """Draw the scene's start, as soon as its balls can be placed without waiting."""
+        if self._undrawn:
+            place = Rect(0, 0, *map(round, self._undrawn.arena.size)).fit(screen.get_rect().inflate(-4 * GAP, -4 * GAP))
+            with suppress(NotCompiledYet, SandboxError), without_waiting():
+                draw_start(screen.subsurface(place), self._undrawn)
+                self._undrawn = None
 
 
 @contextmanager
@@ -62,7 +77,7 @@ def compiling_beside_window(scene: Scene, engines: Sequence[str] | None) -> Iter
     """
     pygame.display.init()
     pygame.display.set_caption(caption(scene))
-    compiler = WindowCompiler(natural_size(pygame.display.get_desktop_sizes()[0]))
+    compiler = WindowCompiler(natural_size(pygame.display.get_desktop_sizes()[0]), scene)
     compile_by(compiler)
     try:
         yield compiler.compilation

@@ -79,7 +79,7 @@ def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
     surface = Surface(size, pygame.SRCALPHA)
     try:
         scene = load(file)
-        _draw_start(surface, scene)
+        draw_start(surface, scene)
     except SandboxError as error:
         height = round(0.85 * text_height)
         line = Rect(0, 0, size[0], round(1.3 * height))
@@ -90,7 +90,8 @@ def _preview(file: Path, size: tuple[int, int], text_height: int) -> Preview:
     return Preview(surface, scene.title, scene.about)
 
 
-def _draw_start(surface: Surface, scene: Scene) -> None:
+def draw_start(surface: Surface, scene: Scene) -> None:
+    """Draw a scene's start as large as a surface allows, at its left."""
     state = spawn(scene)
     scale = min(have / need for have, need in zip(surface.get_size(), scene.arena.size, strict=True))
     arena = Rect(0, 0, max(1, round(scene.arena.size[0] * scale)), max(1, round(scene.arena.size[1] * scale)))

@@ -13,6 +13,7 @@ from pygame import Surface
 
 from sandbox import compiled
 from sandbox.errors import Terminated
+from sandbox.scene.fields import rgb
 from sandbox.scene.files import load
 from sandbox.signals import signals_as_exceptions
 from sandbox.view.compilation import Compilation, Part
@@ -71,6 +72,21 @@ def test_a_notice_with_a_bar_is_shown_while_a_kernel_is_waited_for() -> None:
     filled, empty = row_of_bar(shown)
     assert filled + empty > 150
     assert filled == pytest.approx((filled + empty) / 4, abs=1)
+
+
+@pytest.mark.usefixtures("screen")
+def test_the_scene_is_shown_at_its_start_while_its_engine_is_waited_for() -> None:
+    compiler = WindowCompiler((640, 360), load("break-shot"))
+    compiler.compilation = Halfway(looks=3)
+    compiler.wait("sandbox.engines.article")
+    shown = pygame.display.get_surface()
+    scale = 600 / 1000  # of the arena, which is as wide as the window but for its margins
+    cue = load("break-shot").balls[0].position
+    assert cue
+    at = round(20 + scale * cue[0]) - 4, round(30 + scale * cue[1])  # beside the line of its angle
+    assert tuple(shown.get_at(at))[:3] == rgb("white")
+    assert tuple(shown.get_at((at[0] - 20, at[1])))[:3] == rgb("#14532d")
+    assert row_of_bar(shown)[0]
 
 
 @pytest.mark.usefixtures("screen")

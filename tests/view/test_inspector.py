@@ -12,6 +12,7 @@ from window_driver import (
     button,
     click,
     colour_at,
+    colours,
     drag,
     given,
     hover,
@@ -29,7 +30,7 @@ from sandbox.view.controls import Panel
 from sandbox.view.editor import ARENA_WALL
 from sandbox.view.move_tool import Tool
 from sandbox.view.theme import theme
-from sandbox.view.widgets.ball_table import BallTable
+from sandbox.view.widgets.ball_table import MOTION, NUMBER, BallTable
 from sandbox.view.widgets.buttons import Swatch
 from sandbox.view.widgets.field import Field
 from sandbox.view.widgets.widget import Widget
@@ -381,3 +382,17 @@ def test_walls_that_do_not_stand_are_not_selected(desk: Window) -> None:
     assert heading(desk) == "ball 2 in pymunk"
     click(desk, point(desk, 797, 300))
     assert heading(desk) == ""
+
+
+@pytest.mark.parametrize("width", [260, 300, 400])
+def test_the_headings_of_a_narrow_table_do_not_run_into_each_other(window: Window, width: int) -> None:
+    scene, state = window.scene, window.view.panes[0].state
+    table = BallTable(lambda: (state, scene, 0), lambda: MOTION, lambda: None, lambda _: None)
+    surface = pygame.Surface((width, 60))
+    surface.fill(theme.raised)
+    table.draw(surface, surface.get_rect(), 14, hot=False)
+    first = round(NUMBER * 14)
+    cell = (width - first) // len(MOTION)
+    for column in range(1, len(MOTION)):
+        gap = surface.subsurface((first + column * cell, 0, 4, 20))
+        assert colours(gap) == {tuple(theme.raised)[:3]}

@@ -87,7 +87,9 @@ class BallTable(Widget):
         values = np.column_stack([self.columns()[name](state, scene) for name in names])
         for column, name in enumerate(names):
             cell = Rect(place.x + first + column * width, place.y, width, self._line)
-            _right(surface, name, cell, small, bold=name == self.sorted_by)
+            is_sorted = name == self.sorted_by
+            heading = name if text_width(name, small, bold=is_sorted) < width - small // 2 else name.partition(",")[0]
+            _right(surface, heading, cell, small, bold=is_sorted)
         clip, chosen = surface.get_clip(), self.selected()
         order = self.order
         top = max(0, (clip.y - place.y) // self._line - 1)
