@@ -151,10 +151,15 @@ class Layout:
 
     @cached_property
     def status(self) -> Rect:
-        """The place of messages: over the lower edge of the panes, or below everything if there are no controls."""
+        """The place of messages: below the palette, or over the lower edge of the panes if there is no room.
+
+        Without controls, it is below everything.
+        """
         if not self.has_controls:
             return Rect(GAP, self.window[1] - self.line_height, max(1, self.window[0] - 2 * GAP), self.line_height)
-        return Rect(GAP, self.timeline.y - GAP - self.side, max(1, self.pane_room - GAP), self.side)
+        below, above = self.timeline.y - GAP - self.side, self.palette.y - GAP - self.side
+        y = below if below >= self.palette.bottom else above
+        return Rect(GAP, y, max(1, self.pane_room - GAP), self.side)
 
     # The column, and the panes with their palette
 

@@ -157,7 +157,7 @@ def test_the_status_line_shows_the_bar_until_all_is_compiled() -> None:
     window.playback.paused = True
     window.frame(0.0)
     line = window.screen.subsurface(window.layout.status)
-    bar = line.subsurface((line.get_width() - 80, 0, 80, line.get_height()))
+    bar = line.subsurface((line.get_width() - 80 - window.text_height, 0, 80, line.get_height()))
     assert row_of_bar(bar) == (20, 60)
     window.frame(0.0)
     window.frame(0.0)

@@ -66,6 +66,7 @@ def test_chart_panes_and_every_button_have_room(window: Window, size: tuple[int,
     in_rows = [place for row in (window.header, window.palette, window.timeline) for _, place in row.placed(layout)]
     assert all(screen.contains(place) for place in in_rows)
     assert all(len(place.collidelistall(in_rows)) == 1 for place in in_rows)
+    assert layout.status.collidelist(in_rows) == -1  # messages hide no button
 
 
 @pytest.mark.parametrize("size", SIZES)
