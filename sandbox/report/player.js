@@ -31,6 +31,12 @@
 
   // Panes
 
+  const NIGHT = "#14171b"; // replaces a background that would glare in the dark
+  const MIN_DASHED = 9; // px of the screen, the least radius of a dashed outline
+  const ghostsByColor = [...new Set(data.colors)].map((color) => [
+    color,
+    [...data.colors.keys()].filter((ball) => data.colors[ball] === color),
+  ]);
   const place = (pane, at, ball) => {
     const index = 2 * (at * balls + ball);
     return [pane.path[index] * data.unit - data.margin, pane.path[index + 1] * data.unit - data.margin];
@@ -40,7 +46,15 @@
     const [red, green, blue] = [1, 3, 5].map((start) => parseInt(color.slice(start, start + 2), 16));
     return 0.299 * red + 0.587 * green + 0.114 * blue < 128;
   };
-  const ink = isDark(data.background) ? "#ffffff" : "#000000"; // visible on the background, as a ball's own colour may not be
+  const night = matchMedia("(prefers-color-scheme: dark)");
+  let background, ink; // the ink is visible on the background, as a ball's own colour may not be
+
+  function followScheme() {
+    background = night.matches && !isDark(data.background) ? NIGHT : data.background;
+    ink = isDark(background) ? "#ffffff" : "#000000";
+  }
+
+  const visible = (ball) => (data.colors[ball] === background ? ink : data.colors[ball]);
 
   const addCircle = (context, x, y, radius) => {
     context.moveTo(x + radius, y);
@@ -53,7 +67,7 @@
     const thin = devicePixelRatio / scale; // one px of the screen
     context.setTransform(scale, 0, 0, scale, 0, 0);
     context.lineCap = "round";
-    context.fillStyle = data.background;
+    context.fillStyle = background;
     context.fillRect(0, 0, width, height);
     drawWalls(context, thin);
     if (trails.checked) drawTrails(context, pane, 2 * thin);
@@ -80,7 +94,7 @@
     const skip = data.numbered ? 1 : 5; // with many balls, coarser trails draw several times as fast
     const start = Math.ceil(Math.max(0, frame - framesPerSecond) / skip) * skip;
     for (let ball = 0; ball < balls; ball++) {
-      context.strokeStyle = data.colors[ball] === data.background ? ink : data.colors[ball];
+      context.strokeStyle = visible(ball);
       context.beginPath();
       for (let at = start; at < frame; at += skip) context.lineTo(...place(pane, at, ball));
       context.lineTo(...place(pane, frame, ball));
@@ -111,12 +125,19 @@
   }
 
   function drawGhosts(context, thin) {
-    context.lineWidth = 1.5 * thin;
-    context.strokeStyle = ink;
-    context.setLineDash([4 * thin, 3 * thin]);
-    context.beginPath();
-    for (let ball = 0; ball < balls; ball++) addCircle(context, ...place(reference, frame, ball), data.radius[ball]);
-    context.stroke();
+    for (const [color, some] of ghostsByColor) {
+      for (const dashed of [true, false]) { // dashes of small outlines are blots
+        context.lineWidth = (dashed ? 1.5 : 1) * thin;
+        context.strokeStyle = dashed || color === background ? ink : color;
+        context.setLineDash(dashed ? [4 * thin, 3 * thin] : []);
+        context.beginPath();
+        for (const ball of some) {
+          const radius = data.radius[ball];
+          if (radius >= MIN_DASHED * thin === dashed) addCircle(context, ...place(reference, frame, ball), radius);
+        }
+        context.stroke();
+      }
+    }
     context.setLineDash([]);
   }
 
@@ -260,6 +281,11 @@
   scrubber.addEventListener("input", () => seek(Number(scrubber.value)));
   for (const box of [ghosts, trails]) box.addEventListener("change", () => show(frame));
 
+  followScheme();
+  night.addEventListener("change", () => {
+    followScheme();
+    show(frame);
+  });
   scrubber.max = last;
   new ResizeObserver(fit).observe(element("panes"));
 
