@@ -49,6 +49,8 @@ class Action(Enum):
     ADD_BALL = auto()
     DELETE_BALL = auto()
     NEXT_TOOL = auto()
+    COOL = auto()
+    HEAT = auto()
     USE_IMPULSE = auto()
     SELECT_PREVIOUS = auto()
     SELECT_NEXT = auto()
@@ -177,6 +179,8 @@ CONTROLS = (
         (pygame.K_DELETE, pygame.K_BACKSPACE),
     ),
     Control(Group.EDIT, Action.NEXT_TOOL, "F", "next tool: hand, move, ball, wall, erase", (), "f"),
+    Control(Group.EDIT, Action.COOL, "5", "cool: take a tenth of the balls' energy of motion", (), "5"),
+    Control(Group.EDIT, Action.HEAT, "6", "heat: give a tenth more", (), "6"),
     Control(Group.EDIT, Action.USE_IMPULSE, "I", "replace article by impulse", (), "i"),
     Control(
         Group.EDIT,

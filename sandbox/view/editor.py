@@ -17,6 +17,7 @@ from sandbox.run.edits import (
     DeleteBall,
     DeleteWall,
     Edit,
+    Heat,
     SetElasticity,
     SetGravity,
     SetRate,
@@ -35,6 +36,9 @@ ARENA_WALL: Final = (
     "the arena's walls cannot be changed here: they stand at its edges, with the elasticity and friction "
     "under [arena] in the scene's file"
 )
+
+
+SHARE: Final = 0.1  # of each ball's energy of motion, that a press of the heater gives or takes
 
 
 class Replacement(NamedTuple):
@@ -271,6 +275,14 @@ class Editor:
         """Set the gravity downwards, px/s²."""
         self._playback.settle()  # the moment shown may be another step's, with another gravity sideways
         self.give(SetGravity(step=self._step, gravity=(self._moment.scene.gravity[0], gravity)))
+
+    def heat(self) -> None:
+        """Give every ball more energy of motion."""
+        self.give(Heat(step=self._step, factor=1 + SHARE))
+
+    def cool(self) -> None:
+        """Take from every ball some energy of motion."""
+        self.give(Heat(step=self._step, factor=1 - SHARE))
 
     def rate(self) -> float:
         """Return the steps per second."""

@@ -46,6 +46,10 @@ class ScenePage:
             slider("elasticity", "elasticity of every pair", ELASTICITIES, editor.elasticity, editor.set_elasticity),
             slider("steps", "steps per second", RATES, editor.rate, editor.set_rate, " per second"),
         ]
+        self._heater = [
+            TextButton("Cool", lambda: do(Action.COOL), tip_of(Action.COOL)),
+            TextButton("Heat", lambda: do(Action.HEAT), tip_of(Action.HEAT)),
+        ]
         self._take = TextButton("Take a snapshot", lambda: do(Action.TAKE_SNAPSHOT), tip_of(Action.TAKE_SNAPSHOT))
         self._buttons = [
             TextButton("Restart", lambda: do(Action.RESTART), tip_of(Action.RESTART)),
@@ -69,6 +73,7 @@ class ScenePage:
             *about,
             [self._facts],
             *([each] for each in self._sliders),
+            self._heater,
             self._buttons,
             *self._snapshot_rows(),
         ]

@@ -207,6 +207,8 @@ class Window:
             Action.ADD_BALL: mouse.add_ball,
             Action.DELETE_BALL: mouse.delete_ball,
             Action.NEXT_TOOL: self._choose_next_tool,
+            Action.COOL: editor.cool,
+            Action.HEAT: editor.heat,
             Action.USE_IMPULSE: self.use_impulse,
             Action.SELECT_PREVIOUS: lambda: editor.select_next(-1, with_walls=self._inspects()),
             Action.SELECT_NEXT: lambda: editor.select_next(1, with_walls=self._inspects()),
