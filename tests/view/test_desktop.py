@@ -26,6 +26,7 @@ from sandbox.scene.spawn import spawn
 from sandbox.session.session import Session
 from sandbox.view.controls import Panel
 from sandbox.view.instruments import Instrument
+from sandbox.view.theme import LIGHT
 from sandbox.view.widgets.slider import Slider
 
 SCENE = """
@@ -163,7 +164,10 @@ def test_a_resized_window_shows_all_of_the_scene(desktop: Desktop) -> None:
         shown = desktop.picture()
         assert shown.get_size() == (width, height)
         for pane in (0, 1):
-            assert tuple(shown.get_at(desktop.point(586, 500, pane)))[:3] == rgb("#0072b2")
+            assert tuple(shown.get_at(desktop.point(186, 300, pane)))[:3] == rgb("#d55e00")
+            left, middle = desktop.point(0, 300, pane)
+            right, _ = desktop.point(800, 300, pane)  # a message of the picture before may hide the lower edge
+            assert shown.get_at((left - 2, middle)) == shown.get_at((right + 1, middle)) == LIGHT.wall
 
 
 def test_a_session_of_scenes_time_travel_edits_and_saved_files(desktop: Desktop) -> None:
