@@ -146,7 +146,7 @@ class WhyPage:
     def rows(self) -> Sequence[Row]:
         """Return the rows of its widgets, which are made again only if there is something else to say."""
         case = self._case, self.case.is_making_page, self._status
-        made_of = *case, self.engine, self._gone_to, self.contact, self._is_whole
+        made_of = *case, self.engine, self._gone_to, self.contact, self._is_whole, theme.is_dark
         if made_of != self._made_of:
             self._made_of, self._rows = made_of, self._make_rows()
         return self._rows
