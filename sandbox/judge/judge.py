@@ -692,11 +692,11 @@ class Judge:
         if self._rests(f, step, balls):
             _set_exact(f, step, balls, _end(f.after, step, balls))
             return []
+        _set_exact(f, step, balls, _end(f.before, step, balls))  # the step may have ended anywhere
         end, is_right = self._by_reference(f, step, balls)
         if end:
             self._take(f, step, balls, elastic, end)
             return [] if is_right else [self._error(f, step, balls, None, Cause.UNKNOWN, NO_SINGLE_ERROR)]
-        _set_exact(f, step, balls, _end(f.before, step, balls))
         because = (
             "A ball leans on others, or goes round an edge: such a step is not computed."
             if len(balls) <= MAX_BALLS

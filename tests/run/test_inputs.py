@@ -48,8 +48,8 @@ def test_inputs_as_in_the_module_s_docstring_are_read(tmp_path: Path) -> None:
 
 
 KINDS = (
-    "start, grab, move, release, kick, add, change, delete, velocity, add-wall, change-wall, delete-wall, elasticity, "
-    "gravity, rate, end"
+    "start, grab, move, release, kick, add, change, delete, velocity, heat, add-wall, change-wall, delete-wall, "
+    "elasticity, gravity, rate, end"
 )
 BAD_INPUTS = {
     "not-json": ('{"step": 0', "is not JSON: Expecting ',' delimiter: line 1 column 11 (char 10)"),

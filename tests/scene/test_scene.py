@@ -244,7 +244,7 @@ ALL_KEYS = {
     "top": (
         "radius = 1\n" + balls(BALL),
         f"1: radius {NO_KEY}; known are {{}}".format(
-            "about, arena, balls, expect, gravity, pymunk, rate, seconds, seed, title, walls"
+            "about, arena, balls, expect, gravity, pymunk, rate, seconds, seed, title, topic, walls"
         ),
     ),
     "wall": (
