@@ -31,10 +31,10 @@ def energy(moving: State | States, bodies: Bodies, gravity: Sequence[float], siz
     return kinetic + potential_energy(moving.position, bodies.mass, gravity, size) if any(gravity) else kinetic
 
 
-def kinetic_energies(state: State, bodies: Bodies) -> Floats:
+def kinetic_energies(velocity: Floats, spin: Floats, mass: Floats, moment: Floats) -> Floats:
     """Return the energy of flight and spin of each ball, kg px²/s²: (n,)."""
-    flight: Floats = bodies.mass * np.sum(state.velocity**2, axis=1) / 2
-    return flight + bodies.moment * state.spin**2 / 2
+    energies: Floats = 0.5 * mass * (velocity**2).sum(axis=1) + 0.5 * moment * spin**2
+    return energies
 
 
 def spin_energy(spin: Floats, moment: Floats) -> Floats:
@@ -141,6 +141,13 @@ def _count_overlaps(position: Floats, radius: Floats, smallest: float, axis: int
 def dot(a: Floats, b: Floats) -> Floats:
     """Return the scalar product of vectors: (..., 2) and (..., 2) -> (...)."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+
+
+def impulse_of(contacts: Contacts | np.void) -> Floats:
+    """Return what contacts give their second body and take from the first, kg px/s: (..., 2)."""
+    normal: Floats = contacts["normal"]
+    along: Floats = contacts["impulse"][..., None] * normal
+    return along + contacts["tangential"][..., None] * tangent(normal)
 
 
 def tangent(normal: Floats) -> Floats:

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.quantity import tangent
+from sandbox.quantity import impulse_of
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Contacts, Floats, Integers, States
 
@@ -61,8 +61,7 @@ def _of_bodies(motion: Floats, contact: np.void) -> Floats:
 
 def _apply(scene: Scene, contact: np.void, motion: Floats) -> None:
     """Change the motion of balls, (n, 3), by a contact's impulses."""
-    bodies, normal = scene.bodies, contact["normal"]
-    push = contact["impulse"] * normal + contact["tangential"] * tangent(normal)
+    bodies, push = scene.bodies, impulse_of(contact)
     for ball, sign in ((int(contact["first"]), -1), (int(contact["second"]), 1)):
         if ball >= 0:
             motion[ball, :2] += sign * push / bodies.mass[ball]

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sandbox.judge.touching import StepError
-from sandbox.quantity import length, tangent
+from sandbox.quantity import impulse_of, length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, Integers, States
@@ -53,8 +53,7 @@ class Reports:
 
     def _reported(self, contacts: Contacts, rows: Integers, shape: tuple[int, ...]) -> Floats:
         """Return by how much the contacts change velocities: (steps, n, 2) px/s."""
-        changes, mass, normal = np.zeros(shape), self._scene.bodies.mass, contacts["normal"]
-        push = contacts["impulse"][:, None] * normal + contacts["tangential"][:, None] * tangent(normal)
+        changes, mass, push = np.zeros(shape), self._scene.bodies.mass, impulse_of(contacts)
         for name, sign in (("first", -1), ("second", 1)):
             ball = contacts[name]
             with_ball = ball >= 0

@@ -12,16 +12,15 @@ class Cause(IntEnum):
     label: str
     key: str
 
-    def __new__(cls, number: int, label: str = "", key: str = "") -> Self:
-        """Make a member. The label has a default only because `Cause(3)` looks a member up; the key is the name's."""
+    def __new__(cls, number: int, *_: str) -> Self:
+        """Make a member, whose value is its number alone."""
         member = int.__new__(cls, number)
         member._value_ = number
-        member.label = label
         return member
 
     def __init__(self, number: int, label: str = "", key: str = "") -> None:
-        """Set the key to the member's name, unless it has another."""
-        self.key = key or self.name.lower()
+        """Set the label, which `Cause(3)` does not need to look a member up, and the key, by default its name."""
+        self.label, self.key = label, key or self.name.lower()
 
     ELASTICITY = 0, "the scene's elasticity"
     FRICTION = 1, "friction"

@@ -20,7 +20,6 @@ from sandbox.quantity import dot, length
 from sandbox.state import Bools, Floats, States
 
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
-SPINS_TOO: Final = "multiplies velocities", "multiplies velocities and spins"
 LEAST: Final = 3  # balls and steps, which one of two that are wrong by themselves does not outvote
 
 Complexes = NDArray[np.complex128]
@@ -45,13 +44,21 @@ class Habit(NamedTuple):
 
 
 class Legs(NamedTuple):
-    """Flights of balls in steps, (k, 2) each, and dt (k, 1) s: start, end and the velocities there."""
+    """Flights of balls in steps, (k, 2) each, and dt (k, 1) s: start, end, and the velocities and spins (k,) there."""
 
     x: Floats
     v: Floats
     x_after: Floats
     v_after: Floats
+    spin: Floats
+    spin_after: Floats
     dt: Floats
+
+    def keep_of_spins(self, share: float) -> bool:
+        """Return whether most balls that turn keep a share of their spins."""
+        turning = self.spin != 0
+        shares = self.spin_after[turning] / self.spin[turning]
+        return bool(len(shares) and abs(np.median(shares) - share) <= SINGLE * share)
 
 
 def flown(
@@ -104,21 +111,15 @@ def find_habit(
     if fits[moving].mean() > MOST:
         return right
     times = np.broadcast_to(dt[:, None], moving.shape)[moving][:, None]
-    legs = Legs(before.position[moving], before.velocity[moving], after.position[moving], after.velocity[moving], times)
+    x, v, _, spin = (values[moving] for values in before)
+    x_after, v_after, _, spin_after = (values[moving] for values in after)
+    legs = Legs(x, v, x_after, v_after, spin, spin_after, times)
     g = np.array(gravity)
     habits: Iterator[Habit] = chain(_damped(left, g, times) if left != 1 else (), _candidates(legs, g, floor))
     for habit in habits:
         if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
-            return _with_spins(habit, before.spin[moving], after.spin[moving])
+            return habit
     return right
-
-
-def _with_spins(habit: Habit, before: Floats, after: Floats) -> Habit:
-    """Return a habit that keeps a share of velocities, with spins if most keep the same. before, after: (k,) rad/s."""
-    kept, turning = habit.fields.get("kept", 1.0), before != 0
-    if kept == 1 or not turning.any() or abs(np.median(after[turning] / before[turning]) - kept) > SINGLE * kept:
-        return habit
-    return habit._replace(fields={**habit.fields, "kept_spin": kept}, because=habit.because.replace(*SPINS_TOO))
 
 
 def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tuple[float, float], floor: float) -> Bools:
@@ -128,7 +129,7 @@ def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tupl
 
 def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
     """Return habits to try, the fewest fields first."""
-    x, v, x_after, v_after, dt = legs
+    x, v, x_after, v_after, _, _, dt = legs
     change = (v_after - v) / dt
     pull = np.median(change, axis=0)
     pull[np.abs(pull) * float(dt.max()) ** 2 <= floor] = 0.0
@@ -155,7 +156,7 @@ def _clock_of(change: Floats, g: Floats) -> list[float]:
 
 def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     """Return habits of another gravity, and of other ways to integrate it."""
-    x, v, x_after, _, dt = legs
+    x, v, x_after, _, _, _, dt = legs
     fields = {"gx": float(pull[0]), "gy": float(pull[1])}
     accelerated = (
         f"Balls in flight accelerate by ({pull[0]:.6g}, {pull[1]:.6g}) px/s², where the scene's gravity is "
@@ -208,15 +209,16 @@ def _damped(left: float, g: Floats, dt: Floats) -> Iterator[Habit]:
 
 def _of_velocity(legs: Legs, g: Floats) -> Iterator[Habit]:
     """Return habits that change velocities by a share of them, or turn them."""
-    _, v, _, v_after, dt = legs
+    _, v, _, v_after, _, _, dt = legs
     before, fallen, after = (_complex(z) for z in (v, v + dt * g, v_after))
     for slows, slowed, whole in ((Slows.LAST, after, fallen), (Slows.FIRST, after - _complex(dt * g), before)):
         by = slowed[whole != 0] / whole[whole != 0]
         if not len(by):
             continue
         kept, veer = float(np.median(np.abs(by))), float(np.median(np.angle(by)))
-        slower, turned = {"kept": kept}, {"veer": veer}
-        much = f"Every step multiplies velocities by {kept:.6g}, without a contact."
+        spins_too = legs.keep_of_spins(kept)
+        slower, turned = {"kept": kept, "kept_spin": kept if spins_too else 1.0}, {"veer": veer}
+        much = f"Every step multiplies velocities{' and spins' * spins_too} by {kept:.6g}, without a contact."
         far = f"Every step turns velocities by {np.degrees(veer):.4g}°, without a contact."
         for fields, because in ((slower, much), (turned, far), (slower | turned, f"{much} {far}")):
             for theta in (0.5, 1.0, 0.0) if g.any() else (0.5,):

@@ -42,7 +42,7 @@ from sandbox.judge.start_overlaps import StartOverlaps
 from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, NEARLY, SINGLE
 from sandbox.judge.touching import Missed, Springs, StepError, Touches
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push
-from sandbox.quantity import energy, length, spin_energy
+from sandbox.quantity import energy, kinetic_energies, length, spin_energy
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of, wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
@@ -290,7 +290,11 @@ class Judge:
 
     def _is_in_time(self, f: Flown, part: np.void) -> bool:
         """Return whether the contacts of a part were found where the bodies touch."""
-        return bool(part["depth"] <= 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min()))
+        return bool(part["depth"] <= self._negligible(f))
+
+    def _negligible(self, f: Flown) -> float:
+        """Return how far two places may be apart that count as one, px."""
+        return 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min())
 
     def _take(self, f: Flown, step: int, balls: Integers, elastic: Floats, end: End) -> None:
         """Take what some balls do for what is right."""
@@ -356,6 +360,11 @@ class Judge:
         kept = fields.get("kept_spin", 1.0) * fields.get("left", 1.0) ** dt
         return States(x, v, before.angle.copy(), kept[:, None] * before.spin)
 
+    def _flown_in(self, f: Flown, step: int, fields: Fields) -> States:
+        """Return the state after one step of free flight, as the only row. fields: as for `_flown`."""
+        row = slice(step, step + 1)
+        return self._flown(f.before.rows(row), f.dt[row], fields)
+
     def _strays(self, after: States, at: States, dt: Floats, floor: float) -> Bools:
         """Return which balls are elsewhere than in other states, or turn otherwise: (steps, n)."""
         spun = np.abs(after.spin - at.spin) * self._bodies.radius * dt[:, None]
@@ -410,8 +419,7 @@ class Judge:
 
     def _beside(self, f: Flown, step: int, balls: Integers) -> Bools:
         """Return which of some balls may have met another that is elsewhere than its flight leads: (k,)."""
-        row, radius = slice(step, step + 1), self._bodies.radius
-        flown = self._flown(f.before.rows(row), f.dt[row], self.habit.fields)
+        radius, flown = self._bodies.radius, self._flown_in(f, step, self.habit.fields)
         x = f.after.position[step]
         off = length(x - flown.position[0]) + f.dt[step] * length(f.after.velocity[step] - flown.velocity[0])
         others = np.flatnonzero(off > f.floor)
@@ -443,8 +451,7 @@ class Judge:
         end, should = ends
         errors = []
         if habit.within:
-            row = slice(step, step + 1)
-            middle = _end(self._flown(f.before.rows(row), f.dt[row], habit.within.fields), 0, balls)
+            middle = _end(self._flown_in(f, step, habit.within.fields), 0, balls)
             errors = self._by_habit(f, step, balls, habit.within, (middle, should), times)
             should = middle
         [over] = self._sums(end, should, balls)
@@ -538,10 +545,8 @@ class Judge:
 
     def _energies(self, end: End, balls: Integers) -> Floats:
         """Return the energy of each of some balls, kg px²/s²: (k,)."""
-        b = self._bodies
-        moving = 0.5 * b.mass[balls] * (end.velocity**2).sum(axis=1) + 0.5 * b.moment[balls] * end.spin**2
-        energies: Floats = moving - b.mass[balls] * (end.position @ self._gravity)
-        return energies
+        mass, moment = self._bodies.mass[balls], self._bodies.moment[balls]
+        return kinetic_energies(end.velocity, end.spin, mass, moment) - mass * (end.position @ self._gravity)
 
     def _judge_group(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, tried: Sequence[Trial], *, ended: bool
@@ -677,7 +682,7 @@ class Judge:
         if len(balls) > MAX_TRIED or self._unlike_reference >= MAX_FRUITLESS:
             return None, False
         start, dt, end = State(0.0, *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
-        after, enough = _end(f.after, step, balls), 3 * f.floor + NEGLIGIBLE * float(self._bodies.radius.min())
+        after, enough = _end(f.after, step, balls), self._negligible(f)
         for exact in reference_steps(self._scene, balls, start, dt):
             end = End(exact.position, exact.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))

@@ -16,7 +16,7 @@ from sandbox.view.palette import Palette
 from sandbox.view.primitives import arrow, shortened, text_width, write
 from sandbox.view.theme import readable
 
-MAX_BALLS: Final = 30  # more arrows and bars cannot be told apart
+MAX_BALLS: Final = 30  # with more, arrows and bars are too small to distinguish
 GAP: Final = 1.2  # between two engines, in heights of the text
 MOMENTUM_UNIT: Final = "kg px/s"
 ENERGY_UNIT: Final = "kg px²/s²"
@@ -40,7 +40,7 @@ class BallChart:
         names = list(moment.states)
         name = names[min(max((point[0] - place.x) * len(names) // place.width, 0), len(names) - 1)]
         state, bodies = moment.states[name], moment.scene.bodies
-        momenta, energies = state.velocity * bodies.mass[:, None], kinetic_energies(state, bodies)
+        momenta, energies = state.velocity * bodies.mass[:, None], _energies(state, bodies)
         rows = [[name, MOMENTUM_UNIT, ENERGY_UNIT]]
         for ball, ((x, y), energy) in enumerate(zip(momenta.tolist(), energies.tolist(), strict=True)):
             rows.append([f"ball {ball}", f"{x:,.5g}, {y:,.5g}", f"{energy:,.6g}"])
@@ -67,7 +67,7 @@ class BallChart:
         for state in moment.states.values():
             path = _path(state, moment.scene.bodies)
             self._low, self._high = np.minimum(self._low, path.min(axis=0)), np.maximum(self._high, path.max(axis=0))
-            self._most = max(self._most, float(kinetic_energies(state, moment.scene.bodies).sum()))
+            self._most = max(self._most, float(_energies(state, moment.scene.bodies).sum()))
 
     def _draw_section(
         self, surface: Surface, place: Rect, name: str, state: State, moment: Moment, height: int
@@ -77,7 +77,7 @@ class BallChart:
         left = Rect(place.x, place.y + line, place.width // 2 - height // 2, place.height - 2 * line)
         right = Rect(left.right + height, left.y, place.right - left.right - height, left.height)
         bodies, colours = moment.scene.bodies, self._ball_colours(moment)
-        path, energies = _path(state, bodies), kinetic_energies(state, bodies)
+        path, energies = _path(state, bodies), _energies(state, bodies)
         self._draw_momenta(surface, left, path, colours, height)
         self._draw_energies(surface, right, energies, colours)
         total = 0.0 + float(length(path[-1])) * (length(path[-1]) > MIN_SIZE)
@@ -127,3 +127,8 @@ def _path(state: State, bodies: Bodies) -> Floats:
     """Return the points between the momenta when each begins where the one before ends, kg px/s: (n + 1, 2)."""
     momenta = state.velocity * bodies.mass[:, None]
     return np.vstack([np.zeros(2), np.cumsum(momenta, axis=0)])
+
+
+def _energies(state: State, bodies: Bodies) -> Floats:
+    """Return the kinetic energies of the balls, kg px²/s²: (n,)."""
+    return kinetic_energies(state.velocity, state.spin, bodies.mass, bodies.moment)

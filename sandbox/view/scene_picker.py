@@ -214,9 +214,8 @@ class ScenePicker:
             self._select(min(to.start + across, to.stop - 1))
 
     def _choose_current(self) -> None:
-        found = self.found
-        if found:
-            self._choose(found[self.chosen].file)
+        if self.found:
+            self._choose(self.found[self.chosen].file)
 
     # Scrolling
 
@@ -358,17 +357,16 @@ class ScenePicker:
         panel(surface, self._window)
         self._draw_search(surface)
         self._draw_tick(surface)
-        found = self.found
         surface.set_clip(self.view)
         for heading, place, tiles in self._placed_rows():
             write(surface, heading, place, theme.ink, self._text_height, bold=True)
             for index, where in tiles:
-                self._draw_tile(surface, found[index], where, chosen=index == self.chosen)
+                self._draw_tile(surface, self.found[index], where, chosen=index == self.chosen)
         surface.set_clip(None)
         if self.bar:
             pygame.draw.rect(surface, theme.dim, self.bar, border_radius=self.bar.width // 2)
-        if found and self.view.bottom < self._window.bottom:
-            self._draw_about(surface, found[self.chosen])
+        if self.found and self.view.bottom < self._window.bottom:
+            self._draw_about(surface, self.found[self.chosen])
 
     def _draw_about(self, surface: Surface, entry: SceneEntry) -> None:
         height, pad = self._text_height, self._pad

@@ -33,7 +33,7 @@ BODY: Final[Mapping[str, Values]] = {
     "mass": lambda _, scene: scene.bodies.mass,
     "radius": lambda _, scene: scene.bodies.radius,
     "momentum": lambda state, scene: length(state.velocity) * scene.bodies.mass,
-    "energy": lambda state, scene: kinetic_energies(state, scene.bodies),
+    "energy": lambda state, scene: kinetic_energies(state.velocity, state.spin, scene.bodies.mass, scene.bodies.moment),
     "spin": lambda state, _: state.spin,
 }
 
