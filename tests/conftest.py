@@ -118,13 +118,16 @@ def all_objects_to_collect(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def memory_screen(working_folder: Path, monkeypatch: pytest.MonkeyPatch, _few_objects_to_collect: None) -> None:
-    """Let windows open on a screen that is only in memory, in an empty folder, without outlines and numbers.
+    """Let windows open on a screen that is only in memory, in an empty folder, without outlines, numbers and marks.
 
     What fails in the drawing fails the test.
     """
+    from window_driver import IdleWorker
+
     from sandbox.view.guard import Guard
     from sandbox.view.layers import Layer
 
+    monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", IdleWorker)
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setenv("SANDBOX_THEME", "light")
     monkeypatch.setattr(Guard, "strict", True)

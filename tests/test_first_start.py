@@ -20,8 +20,6 @@ from sandbox.engines import can_run
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.spawn import spawn, warnings
-from sandbox.session import monitor
-from sandbox.session.session import Session
 from sandbox.view.compilation import Compilation, Part
 from sandbox.view.compiling import WindowCompiler
 
@@ -139,36 +137,6 @@ print(json.dumps(sorted(loaded - by_parts)))
     assert json.loads(run_python(f"{silent_engine = }\n{code}")) == []
 
 
-def test_a_judge_in_the_window_needs_no_kernel_that_was_not_tried() -> None:
-    """Once it is in use, the window would stand still for it. The scene has inner walls."""
-    code = """
-import json
-from sandbox.judge.judge import Judge
-from sandbox.scene.files import load
-from sandbox.session import monitor
-from sandbox.session.session import Session
-from test_first_start import note_loaded
-
-add, later = Judge.add, []
-def noting_add(*arguments):
-    before = set(loaded)
-    try:
-        return add(*arguments)
-    finally:
-        later.extend(loaded - before)
-
-loaded = note_loaded()
-monitor._try_judge()
-assert loaded
-Judge.add = noting_add
-session = Session(load("funnel"), ["pymunk", "impulse"], observer=monitor.Monitor())
-for _ in range(30):
-    session.advance()
-print(json.dumps(later))
-"""
-    assert json.loads(run_python(code)) == []
-
-
 def parts(*acts: Any) -> tuple[Part, ...]:
     return tuple(Part(f"part {number}", (f"module{number}.",), act) for number, act in enumerate(acts))
 
@@ -221,7 +189,7 @@ def test_a_part_that_fails_is_not_waited_for(compilations: list[Compilation]) ->
 def test_only_a_window_does_without_kernels(
     compiler: WindowCompiler | _TerminalCompiler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Marks and pictures of a recording do not depend on what is compiled."""
+    """Pictures of a recording do not depend on what is compiled."""
     waited: list[str] = []
 
     @entry
@@ -235,26 +203,3 @@ def test_only_a_window_does_without_kernels(
     with pytest.raises(NotCompiledYet) if compiler.shows_frames else nullcontext(), between_frames():
         assert one() == 1
     assert waited == ([] if compiler.shows_frames else [__name__])
-
-
-def test_marks_are_the_same_when_the_judge_is_compiled_later(monkeypatch: pytest.MonkeyPatch) -> None:
-    def marks_after(steps: int) -> Any:
-        observer = monitor.Monitor()
-        session = Session(load("article"), ["pymunk", "article"], observer=observer)
-        for _ in range(steps):
-            session.advance()
-        return observer.marks
-
-    expected = marks_after(180)
-    assert expected.differences
-    tries = []
-
-    def try_judge() -> None:
-        tries.append(1)
-        if len(tries) < 10:
-            raise NotCompiledYet
-
-    monkeypatch.setattr(monitor, "_try_judge", try_judge)
-    assert not marks_after(75).differences
-    tries.clear()
-    assert marks_after(180) == expected

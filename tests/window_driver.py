@@ -8,7 +8,8 @@ from pygame import Rect, Surface
 from pygame.event import Event
 
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case, RunSoFar
+from sandbox.report.case import Case
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.view import case_worker
 from sandbox.view.controls import Action, Panel
@@ -37,8 +38,12 @@ CONTROL: Final = {"undo": "\x1a", "redo": "\x19", "save": "\x13", "open": "\x0f"
 class WorkerHere(case_worker.CaseWorker):
     """Does its tasks in this process, at once."""
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._so_far = ComparisonSoFar()
+
     def ask(self, run: RunSoFar, page: str | None = None) -> None:
-        self.is_busy, self._answer = True, case_worker._answer((run, page))
+        self.is_busy, self._answer = True, case_worker.answer(self._so_far, (run, page))
 
     def poll(self) -> Case | SandboxError | None:
         was_busy, self.is_busy = self.is_busy, False
@@ -46,6 +51,13 @@ class WorkerHere(case_worker.CaseWorker):
 
     def stop(self) -> None:
         self.is_busy = False
+
+
+class IdleWorker(case_worker.CaseWorker):
+    """Compares nothing."""
+
+    def ask(self, run: RunSoFar, page: str | None = None) -> None:
+        pass
 
 
 def press(window: Window, *keys: str, shift: bool = False) -> None:

@@ -1,5 +1,6 @@
 """Engines in lockstep, compared: how far each is from the reference, since when, and why."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -8,7 +9,8 @@ from typing import Any, Final, TypeVar
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
-from sandbox.analysis.measurement import Measurement, Run
+from sandbox.analysis.figures import Run
+from sandbox.analysis.measurement import MeasuredReference, Measurement, path_stride
 from sandbox.analysis.reference import Trust, Twins, reference_of
 from sandbox.engines import REFERENCE, Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
@@ -24,7 +26,6 @@ from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
-MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 T = TypeVar("T")
 
 
@@ -211,9 +212,85 @@ def compare(
     if against not in sources:
         hint = suggestion(against, sources)
         raise SandboxError(f"cannot compare against {against!r}, which does not take part; {hint}")
-    run = partial(_compare_those_that_run, scene, sources, against, inputs, progress)
-    comparison, ended = _up_to_limit(run, steps, clock)
-    return replace(comparison, ended=ended)
+    comparison = RunningComparison(scene, sources, against, inputs, steps)
+    comparison.advance(steps, progress)
+    return comparison.result()
+
+
+class RunningComparison:
+    """A comparison that goes on: engines run to any step, and are compared as far as they have come.
+
+    engines, against, inputs: as for `compare`; planned: how many steps are expected, which decides how many frames of
+    paths are kept. steps: done so far.
+    Raises SandboxError as `compare` does.
+    """
+
+    def __init__(
+        self, scene: Scene, engines: Mapping[str, Source], against: str, inputs: Sequence[Input], planned: int
+    ) -> None:
+        self._scene, self._engines, self._against = scene, dict(engines), against
+        self._planned = planned
+        self._failed: dict[str, EngineError] = {}
+        self._ended: LimitReached | None = None
+        self._most: float = math.inf  # steps that no engine reaches a limit in
+        self.inputs = tuple(inputs)
+        self._begin()
+
+    @property
+    def steps(self) -> int:
+        """The number of steps done."""
+        return self._lockstep.steps
+
+    def replace_inputs(self, inputs: Sequence[Input]) -> None:
+        """Replace the inputs to come. Those before the present step must be as they were."""
+        self.inputs = tuple(inputs)
+        self._lockstep.replace_pending(inputs)
+
+    def advance(self, steps: int, progress: Callable[[float], object] | None = None) -> None:
+        """Run up to a step, or as far as no engine reaches a limit. progress: as for `compare`.
+
+        Where an engine fails, all is run again without it, and where one reaches a limit, for fewer steps: the result
+        is that of a run of just these engines and steps.
+        """
+        while self.steps < min(steps, self._most):
+            try:
+                self._advance(int(min(steps, self._most)))
+            except LimitReached as limit:
+                self._most = min(self._lockstep.clock.step(limit.time), min(steps, self._most) - 1)
+                if self._most < 1:
+                    raise
+                self._ended = limit
+                self._begin()
+            except EngineError as error:
+                if error.engine == self._against:
+                    raise
+                self._failed[error.engine] = error
+                del self._engines[error.engine]
+                self._begin()
+            if progress:
+                progress(self.steps / steps)
+
+    def result(self) -> Comparison:
+        """Return the comparison so far."""
+        is_whole = self._ended or self.steps == self._planned
+        seconds = self._scene.seconds if is_whole else self._lockstep.time
+        comparison = self._segment.comparison(self.inputs, seconds)
+        return replace(comparison, failed=dict(self._failed), ended=self._ended)
+
+    def _begin(self) -> None:
+        self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+        self._segment = self._new_segment()
+
+    def _advance(self, steps: int) -> None:
+        """Do a step or more, up to a number of them."""
+        self._lockstep.apply_due()
+        if self._lockstep.edited:
+            self._segment = self._new_segment()
+        self._segment.advance(steps)
+
+    def _new_segment(self) -> "_Segment":
+        planned = max(1, self._planned - self._lockstep.steps)
+        return _Segment(self._lockstep, list(self._engines), self._against, planned)
 
 
 def _up_to_limit(run: Callable[[int], T], steps: int, clock: Clock) -> tuple[T, LimitReached | None]:
@@ -231,48 +308,6 @@ def _up_to_limit(run: Callable[[int], T], steps: int, clock: Clock) -> tuple[T, 
             if steps < 1:
                 raise
             ended = limit
-
-
-def _compare_those_that_run(
-    scene: Scene,
-    sources: Mapping[str, Source],
-    against: str,
-    inputs: Sequence[Input],
-    progress: Callable[[float], object] | None,
-    steps: int,
-) -> Comparison:
-    """Run a scene in several engines for some steps, without those that fail. Raises EngineError if `against` does."""
-    running, failed = dict(sources), dict[str, EngineError]()
-    while True:
-        try:
-            return replace(_compare(scene, running, against, inputs, progress, steps), failed=failed)
-        except EngineError as error:
-            if error.engine == against:
-                raise
-            failed[error.engine] = error
-            del running[error.engine]
-
-
-def _compare(
-    scene: Scene,
-    engines: Engines,
-    against: str,
-    inputs: Sequence[Input],
-    progress: Callable[[float], object] | None,
-    steps: int,
-) -> Comparison:
-    """Run a scene in several engines for some steps. Raises EngineError as soon as one fails."""
-    lockstep = Lockstep(scene, engines, inputs)
-    names = list(lockstep.engines)
-    segment = _Segment(lockstep, names, against, steps)
-    while lockstep.steps < steps:
-        lockstep.apply_due()
-        if lockstep.edited:
-            segment = _Segment(lockstep, names, against, steps - lockstep.steps)
-        segment.advance()
-        if progress:
-            progress(lockstep.steps / steps)
-    return segment.comparison(tuple(inputs))
 
 
 @dataclass(frozen=True)
@@ -324,15 +359,15 @@ def _run_reference(scene: Scene, engine: str, steps: int) -> Reference:
     lockstep, position = Lockstep(scene, [engine]), np.empty((steps + 1, len(scene.bodies), 2))
     segment = _Segment(lockstep, [engine], engine, steps, kept=position)
     comparison = segment.complete()
-    measured = segment.reference
-    return Reference(engine, comparison.runs[engine], measured.start, measured.timeline, position, measured.trust)
+    measured = segment.measurements[engine]
+    return Reference(engine, comparison.runs[engine], measured.start, measured.timeline, position, comparison.trust)
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     steps = reference.steps
     if engine == reference.engine:
-        time, stride = scene.clock.times(np.arange(steps + 1)), _path_stride(scene, steps)
+        time, stride = scene.clock.times(np.arange(steps + 1)), path_stride(scene, steps)
         runs = {engine: reference.run}
         return Comparison(scene, engine, 0.0, time, runs, reference.trust, stride, (), ended=reference.ended)
     try:
@@ -361,29 +396,9 @@ class _RunningReference:
         return position
 
     @property
-    def start(self) -> State:
-        """Its first state."""
-        return self._measurement.start
-
-    @property
-    def timeline(self) -> Timeline:
-        """What is wrong with it, at the end of the run."""
-        return self._measurement.timeline
-
-    @property
-    def energy(self) -> Floats:
-        """Its energy, (steps + 1,) kg px²/s², at the end of the run."""
-        return self._measurement.energy
-
-    @property
-    def energy_scale(self) -> float:
-        """The scale of its energy, kg px²/s², at the end of the run."""
-        return self._measurement.scale.value
-
-    @property
     def trust(self) -> Trust:
         """Until when its paths mean anything, at the end of the run."""
-        return self._twins.trust(self._measurement.contacts)
+        return self._twins.trust(self._measurement.so_far.contacts)
 
 
 class _Segment:
@@ -412,26 +427,22 @@ class _Segment:
         state_bytes = 4 * 8 * len(self.scene.bodies)
         self.rows = min(max(2, BLOCK_BYTES // state_bytes), steps + 1)
         self.chunk = max(1, CHUNK_BYTES // state_bytes)
-        self.stride = _path_stride(self.scene, steps)
-        self.measurements = {
-            name: Measurement(self.scene, lockstep.engines[name], self.rows, self.stride, steps) for name in names
-        }
+        self.measurements = {name: Measurement(self.scene, lockstep.engines[name], self.rows, steps) for name in names}
         self.states = {measurement.runner: measurement.states for measurement in self.measurements.values()}
-        self.reference: Reference | _RunningReference
-        if reference:
-            self.reference = reference
-        else:
-            self.reference = _RunningReference(lockstep, self.measurements[against], kept)
-        self.disturbed = np.zeros(steps + 1, bool)
+        self.begun = lockstep.steps
+        self.paths = reference or _RunningReference(lockstep, self.measurements[against], kept)
+        self.reference: MeasuredReference = reference or self.measurements[against]
+        self.disturbed: list[int] = []  # steps before which a ball was pushed
         self.before, self.measured, self.filled = 0, 0, 1
 
-    def advance(self) -> None:
-        """Advance the engines by a step or more, and measure the states once there are enough."""
-        end = min(max(self.measured, 1) + self.chunk, self.rows, self.steps + 1 - self.before)
+    def advance(self, steps: int) -> None:
+        """Advance the engines by a step or more, up to a step of the run; measure the states once there are enough."""
+        last = steps - self.begun - self.before
+        end = min(max(self.measured, 1) + self.chunk, self.rows, last + 1)
         rows = slice(self.filled, end)
         self.filled += self.lockstep.advance({runner: states.rows(rows) for runner, states in self.states.items()})
         if self.lockstep.pushes:
-            self.disturbed[self.before + rows.start] = True
+            self.disturbed.append(self.before + rows.start)
             for name, measurement in self.measurements.items():
                 measurement.pushes += [(rows.start, ball, dv) for ball, dv in self.lockstep.pushes[name]]
                 measurement.scale.give(self.lockstep.work[name] - self.work_before[name])
@@ -443,13 +454,13 @@ class _Segment:
     def _measure(self) -> None:
         """Measure the states that are not measured yet."""
         rows = slice(self.measured, self.filled)
-        reference = self.reference.positions(rows, self.before)
+        reference = self.paths.positions(rows, self.before)
         for name, measurement in self.measurements.items():
             measurement.measure(rows, None if name == self.against else reference, self.before)
         for number, expect in enumerate(self.expect):
             first, last = steps_around(expect.at, self.scene.rate)
             around = first - self.before, last - self.before
-            if rows.start <= around[1] < rows.stop and not self.disturbed[: self.before + around[1] + 1].any():
+            if rows.start <= around[1] < rows.stop and not (self.disturbed and self.disturbed[0] <= last):
                 for measurement in self.measurements.values():
                     measurement.expect(number, expect, around, self.before)
         self.measured = self.filled
@@ -466,29 +477,27 @@ class _Segment:
     def complete(self) -> Comparison:
         """Run all steps, without inputs, and return the comparison."""
         while self.lockstep.steps < self.steps:
-            self.advance()
-        return self.comparison(())
+            self.advance(self.steps)
+        return self.comparison((), self.scene.seconds)
 
-    def comparison(self, inputs: tuple[Input, ...]) -> Comparison:
-        """Return the comparison, once all steps are done."""
+    def comparison(self, inputs: tuple[Input, ...], seconds: float) -> Comparison:
+        """Return the comparison so far. seconds: that the whole run is to take, from its start."""
         if self.filled > 1 or not self.before:
             self._enter()
+        steps = self.before
         for number, expect in enumerate(self.expect):
-            if expect.at <= self.scene.seconds and steps_around(expect.at, self.scene.rate)[1] > self.steps:
+            if expect.at <= seconds and steps_around(expect.at, self.scene.rate)[1] > steps:
                 for measurement in self.measurements.values():
                     measurement.skip(number, expect)
-        trust = self.reference.trust
+        trust, disturbed = self.paths.trust, np.isin(np.arange(steps + 1), self.disturbed)
         runs = {
-            name: measurement.run(None if name == self.against else self.reference, trust.until, self.disturbed)
+            name: measurement.run(None if name == self.against else self.reference, trust.until, disturbed)
             for name, measurement in self.measurements.items()
         }
-        time = self.scene.clock.times(np.arange(self.steps + 1))
-        return Comparison(self.scene, self.against, self.since, time, runs, trust, self.stride, inputs)
-
-
-def _path_stride(scene: Scene, steps: int) -> int:
-    """Return the number of steps between two frames of a path."""
-    return max(1, 8 * len(scene.bodies) * (steps + 1) // MAX_PATH_BYTES)
+        time = self.scene.clock.times(np.arange(steps + 1))
+        stride = next(iter(self.measurements.values())).stride
+        scene = self.scene if self.scene.seconds == seconds else self.scene.changed(seconds=seconds)
+        return Comparison(scene, self.against, self.since, time, runs, trust, stride, inputs)
 
 
 def _default_names(scene: Scene, inputs: Sequence[Input]) -> list[str]:

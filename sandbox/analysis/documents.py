@@ -11,8 +11,8 @@ from typing import Annotated, Any, Final, get_args, get_type_hints
 from pydantic import BaseModel, Field, TypeAdapter, WithJsonSchema, create_model
 
 from sandbox.analysis.difference import Difference
+from sandbox.analysis.figures import Figures
 from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
-from sandbox.analysis.measurement import Figures
 from sandbox.judge.causes import Cause
 from sandbox.judge.ledger import Entry
 

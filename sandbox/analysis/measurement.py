@@ -1,22 +1,21 @@
-"""Measuring one engine's run: its energy, momentum and gap over time, its ledger, its differences."""
+"""Measuring one engine's run, as far as it has come: energy, momentum and gap over time, its ledger, what is wrong."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.analysis.difference import Difference, Passage, difference_at_start, differences, passages
+from sandbox.analysis.difference import Difference, difference_at_start, differences, passages
+from sandbox.analysis.figures import Escape, Figures, Run, change_of, keeps_energy
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
-from sandbox.analysis.misreports import Misreport, Reports
+from sandbox.analysis.misreports import Reports
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.judge import Judge
-from sandbox.judge.ledger import Entry, entries_of
-from sandbox.judge.timeline import Suffered, Timeline
+from sandbox.judge.ledger import entries_of
+from sandbox.judge.timeline import Timeline
 from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
 from sandbox.scene.fields import Vector
@@ -25,108 +24,12 @@ from sandbox.scores.energy_scale import EnergyScale
 from sandbox.scores.expectations import Score, overlap_in, score
 from sandbox.state import NO_DAMPING, PUSH, Bools, Contacts, Floats, Integers, State, States
 
+MAX_PATH_BYTES: Final = 20_000_000  # of an engine's positions kept; of a long run, one frame in so many
 SPEED_SAMPLES: Final = 200  # states of a gas, about, whose speeds are compared with their law
 
 
-@dataclass(frozen=True)
-class Figures:
-    """One engine's figures; the names are those of JSON and CSV. What an engine does not report is None."""
-
-    energy_ratio: float | None  # at the end: 1 + the change as a fraction of the comparison's scale; None if that is 0
-    energy_drift: float | None  # the largest change of that, at any time
-    energy_error: float | None  # the largest of `Run.energy_gap`, as a magnitude
-    momentum_drift: float | None  # no wall, gravity or mouse gave it; as a fraction of the sum of all balls' |momentum|
-    angular_momentum_drift: float | None  # likewise of angular momentum about the arena's centre, of flight and spin
-    gap_rms: float  # px from the reference, over all balls and times
-    gap_max: float  # px, of any ball at any time
-    pair_contacts: int | None
-    wall_contacts: int | None
-    max_overlap: float  # px, of two balls at the end of any step
-    escaped: int  # balls whose centre was outside the arena's walls at any step
-    expected: int  # of the scene's expectations, the number that fall into the run and can be judged
-    met: int  # the number of those that the engine meets
-    skipped: int  # expectations that fall into the run and cannot be judged, because a contact is next to their time
-    first_difference: Difference | None  # from the reference
-    ledger: tuple[Entry, ...]  # every change of energy, momentum and positions, by its cause
-
-
-def keeps_energy(scene: Scene) -> bool:
-    """Return whether no contact of a scene takes or gives energy, so that it is known beyond every horizon."""
-    factors = [*(wall.elasticity for wall in scene.surfaces), *scene.bodies.elasticity]
-    return all(factor == 1 for factor in factors) and not scene.bodies.friction.any()
-
-
-class Escape(NamedTuple):
-    """Balls whose centres left the arena."""
-
-    time: float  # s, when the first of them was outside
-    ball: int  # the first of them
-    balls: int  # how many did
-    furthest: float  # px from the arena
-    left: int  # how many are still outside at the end
-
-
-@dataclass(frozen=True, repr=False)
-class Run:
-    """What one engine did, over time.
-
-    energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s², the `EnergyScale` of the reference, which all shares of
-    energy are of, 0 if nothing moves; energy_gap: (steps + 1,) the difference from the reference's energy as a fraction
-    of the scale, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part
-    of the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's
-    centre; centre_of_mass: (steps + 1, 2) px;
-    gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
-    apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
-    mean anything; contacts: as reported, in order of time; impacts: the motion before and after the first MAX_IMPACTS
-    of them; differences: its wrong steps, in order; missed: the contacts that did not happen; escape: the balls that
-    left the arena, None if none did; suffered: what the run suffers from, the worst first; misreport: where the
-    contacts reported are others than what the balls did; scores: for the scene's expectations that fall into the run;
-    theory: figures of a gas, measured and expected; path:
-    (frames, n, 2) px, float32, one frame in every so many steps.
-    """
-
-    figures: Figures
-    energy: Floats
-    energy_scale: float
-    energy_gap: Floats
-    momentum: Floats
-    angular_momentum: Floats
-    centre_of_mass: Floats
-    gap_rms: Floats
-    gap_max: Floats
-    gap_of_ball: Floats
-    apart: float | None
-    contacts: Contacts
-    impacts: Impacts
-    differences: tuple[Difference, ...]
-    missed: tuple[Passage, ...]
-    escape: Escape | None
-    suffered: tuple[Suffered, ...]
-    misreport: Misreport | None
-    scores: list[Score]
-    theory: tuple[TheoryRow, ...]
-    path: NDArray[np.float32]
-    final: State
-
-    @property
-    def energy_change(self) -> Floats:
-        """The energy since the start, as a fraction of the scale: (steps + 1,), NaN if that is 0."""
-        return change_of(self.energy, self.energy_scale)
-
-    def __repr__(self) -> str:
-        return (
-            f"<Run: {len(self.energy) - 1} steps, {len(self.contacts)} contacts, RMS gap {self.figures.gap_rms:.4g} px>"
-        )
-
-
-def change_of(energy: Floats, scale: float) -> Floats:
-    """Return by how much an energy (kg px²/s²) has changed since its first value, as a fraction of a scale."""
-    change: Floats = (energy - energy[0]) / (scale or np.nan)
-    return change
-
-
 class MeasuredReference(Protocol):
-    """What a run is compared with, once all steps are done.
+    """What a run is compared with, as far as both have come.
 
     start: its first state; energy: (steps + 1,) kg px²/s²; energy_scale: kg px²/s²; timeline: what is wrong with it.
     """
@@ -144,14 +47,42 @@ class MeasuredReference(Protocol):
     def timeline(self) -> Timeline: ...  # noqa: D102
 
 
+class Course(NamedTuple):
+    """Values after each step.
+
+    energy: kg px²/s²; touching: whether a soft contact holds part of it; momentum: (steps, 2) kg px/s; centre_of_mass:
+    (steps, 2) px; lengths: the sum of the lengths of all momenta, kg px/s; angular_momentum: about the arena's centre,
+    kg px²/s; levers: the most that it can be at these speeds and spins; gap_rms, gap_max: px, from the reference.
+    """
+
+    energy: Floats
+    touching: Bools
+    momentum: Floats
+    centre_of_mass: Floats
+    lengths: Floats
+    angular_momentum: Floats
+    levers: Floats
+    gap_rms: Floats
+    gap_max: Floats
+
+
+class SoFar(NamedTuple):
+    """All steps that are entered: their values, the contacts as reported, by time, and what is wrong with them."""
+
+    course: Course
+    contacts: Contacts
+    timeline: Timeline
+
+
 class Measurement:
     """Measures one engine, as its states come in.
 
     states: (rows, n, 2), a block of them; the first is the last of the block before, or the start. pushes: by the mouse
-    and by kicks, in the block so far: the row of the state that the step led to, the ball, and px/s.
+    and by kicks, in the block so far: the row of the state that the step led to, the ball, and px/s; stride: steps
+    between two frames of the path, which are fewer than wanted once there are more steps than expected (`steps`).
     """
 
-    def __init__(self, scene: Scene, runner: Runner, rows: int, stride: int, steps: int) -> None:
+    def __init__(self, scene: Scene, runner: Runner, rows: int, steps: int) -> None:
         n = len(scene.bodies)
         self.runner, self._traits = runner, runner.traits
         self.states = States.empty(rows, n)
@@ -160,7 +91,7 @@ class Measurement:
         self.states.fill(0, state)
         runner.engine.record_contacts()
         self._scene = scene
-        self._stride = stride
+        self.stride = path_stride(scene, steps)
         self._substeps = self._traits.damping.substeps
         if self._substeps > 1:
             runner.substates()  # starts recording
@@ -172,16 +103,10 @@ class Measurement:
         self._reports = Reports(scene)
         traits = self._traits
         self._are_reports_known = traits.reports_contacts and not traits.soft and traits.damping == NO_DAMPING
-        self.energy = np.empty(steps + 1)  # kg px²/s², after each step
-        self._touching = np.zeros(steps + 1, bool)  # whether a soft contact holds part of the energy
-        self._momentum = np.empty((steps + 1, 2))
-        self._centre_of_mass = np.empty((steps + 1, 2))  # px
+        self._courses: list[Course] = []
+        self._so_far: SoFar | None = None
         self._entered = 0  # steps
-        self._lengths = np.empty(steps + 1)  # sum of the lengths of all momenta, kg px/s
         self._centre = np.divide(scene.arena.size, 2)
-        self._angular_momentum = np.empty(steps + 1)  # about the centre, kg px²/s
-        self._levers = np.empty(steps + 1)  # the most that it can be at these speeds and spins, kg px²/s
-        self._gap_rms, self._gap_max = np.empty(steps + 1), np.empty(steps + 1)
         self._apart: tuple[float, int] | None = None  # s, ball
         self._gap_of_ball = np.zeros(n)
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
@@ -203,30 +128,37 @@ class Measurement:
         states = self.states.rows(rows)
         position, velocity = states.position, states.velocity
         first = before + rows.start
-        steps = slice(first, first + len(position))
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
-        self.energy[steps] = energy(states, bodies, scene.gravity, scene.arena.size)
-        if self._traits.soft:
-            self._touching[steps] = [overlap_in(scene, places) > 0 for places in position]
-        self._momentum[steps] = momentum(velocity, bodies.mass)
-        self._centre_of_mass[steps] = centre_of_mass(position, bodies.mass)
-        speed = length(velocity)
-        self._lengths[steps] = np.einsum("tn,n->t", speed, bodies.mass)
-        about_centre = states._replace(position=position - self._centre)
-        self._angular_momentum[steps] = angular_momentum(about_centre, bodies)
-        self._levers[steps] = np.einsum("tn,tn,n->t", length(about_centre.position), speed, bodies.mass)
-        self._levers[steps] += np.einsum("tn,n->t", np.abs(states.spin), bodies.moment)
-        self._gap_rms[steps] = np.sqrt(np.mean(gap**2, axis=1))
-        self._gap_max[steps] = gap.max(axis=1)
+        self._courses.append(self._course(states, gap))
         self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
         if self._apart is None and (apart := gap > bodies.radius).any():
             step, ball = np.argwhere(apart)[0].tolist()
             self._apart = scene.clock.time(first + step), ball
         if scene.arena.walls and (position.min() < 0 or (position > scene.arena.size).any()):
             self._note_escapes(outside(position, scene.arena.size), first)
-        self._path.append(position[-first % self._stride :: self._stride].astype(np.float32))
+        self._path.append(position[-first % self.stride :: self.stride].astype(np.float32))
+        if sum(map(len, self._path)) * 8 * len(bodies) > 2 * MAX_PATH_BYTES:  # there are more steps than expected
+            self._path, self.stride = [np.concatenate(self._path)[::2]], 2 * self.stride
         if self._obeys_laws:
             self._velocities.append(velocity[-first % self._velocity_stride :: self._velocity_stride].copy())
+
+    def _course(self, states: States, gap: Floats) -> Course:
+        """Return the values of some states. gap: (steps, n) px, from the reference."""
+        scene, bodies, speed = self._scene, self._scene.bodies, length(states.velocity)
+        about_centre = states._replace(position=states.position - self._centre)
+        levers = np.einsum("tn,tn,n->t", length(about_centre.position), speed, bodies.mass)
+        soft = self._traits.soft
+        return Course(
+            energy=energy(states, bodies, scene.gravity, scene.arena.size),
+            touching=np.array([soft and overlap_in(scene, places) > 0 for places in states.position]),
+            momentum=momentum(states.velocity, bodies.mass),
+            centre_of_mass=centre_of_mass(states.position, bodies.mass),
+            lengths=np.einsum("tn,n->t", speed, bodies.mass),
+            angular_momentum=angular_momentum(about_centre, bodies),
+            levers=levers + np.einsum("tn,n->t", np.abs(states.spin), bodies.moment),
+            gap_rms=np.sqrt(np.mean(gap**2, axis=1)),
+            gap_max=gap.max(axis=1),
+        )
 
     def _note_escapes(self, away: Floats, first: int) -> None:
         """Note who left the arena. away: (steps, n) px from it, negative inside; first: the step of the first row."""
@@ -266,6 +198,7 @@ class Measurement:
         self._entered += rows - 1
         states.fill(0, states.state(-1, 0.0))
         self.pushes.clear()
+        self._so_far = None
 
     def _judge_steps(self, states: States, pushes: NDArray[np.void], dt: Floats) -> None:
         """Judge a block's steps, or their substeps."""
@@ -288,19 +221,27 @@ class Measurement:
         self._impacts.append(impacts_in(self._scene, states, contacts, rows, within, together=together))
 
     @property
-    def _final(self) -> State:
-        """The last state, once all are entered."""
-        return self.states.state(0, self._scene.clock.time(len(self.energy) - 1)).copy()
+    def so_far(self) -> SoFar:
+        """All steps that are entered, each of which is measured."""
+        if self._so_far is None:
+            course = Course(*map(np.concatenate, zip(*self._courses, strict=True)))
+            self._so_far = SoFar(course, np.concatenate(self._contacts), Timeline(self._judge))
+        return self._so_far
 
-    @cached_property
-    def contacts(self) -> Contacts:
-        """The contacts as reported, by time, once all steps are entered."""
-        return np.concatenate(self._contacts)
+    @property
+    def energy(self) -> Floats:
+        """The energy so far, (steps + 1,) kg px²/s²."""
+        return self.so_far.course.energy
 
-    @cached_property
+    @property
+    def energy_scale(self) -> float:
+        """The scale of energy so far, kg px²/s²."""
+        return self.scale.value
+
+    @property
     def timeline(self) -> Timeline:
-        """What is wrong with the run, once all steps are entered."""
-        return Timeline(self._judge)
+        """What is wrong with the run so far."""
+        return self.so_far.timeline
 
     def run(
         self,
@@ -308,13 +249,14 @@ class Measurement:
         trusted_until: float | None,
         disturbed: Bools,
     ) -> Run:
-        """Return the whole run.
+        """Return the run so far.
 
         reference: None for the reference's own run; trusted_until: s, when its paths first mean nothing, None if they
         do to the end; disturbed: (steps + 1,), whether a ball was pushed in the step that led to each state.
         """
-        scene, contacts, final = self._scene, self.contacts, self._final
-        energy_scale = reference.energy_scale if reference else self.scale.value
+        scene, (course, contacts, timeline) = self._scene, self.so_far
+        final = self.states.state(0, scene.clock.time(self._entered)).copy()
+        energy_scale = reference.energy_scale if reference else self.energy_scale
         trusted = math.inf if trusted_until is None else trusted_until
         means_energy = math.inf if keeps_energy(scene) and not disturbed.any() else trusted
         energy_gap = self._energy_gap(reference.energy if reference else self.energy, energy_scale, means_energy)
@@ -322,23 +264,23 @@ class Measurement:
         scores, escape = self._scores(energy_scale), self._escape(final)
         return Run(
             figures=self._figures(energy_scale, energy_gap, differing, scores, escape),
-            energy=self.energy,
+            energy=course.energy,
             energy_scale=energy_scale,
             energy_gap=energy_gap,
-            momentum=self._momentum,
-            angular_momentum=self._angular_momentum,
-            centre_of_mass=self._centre_of_mass,
-            gap_rms=self._gap_rms,
-            gap_max=self._gap_max,
+            momentum=course.momentum,
+            angular_momentum=course.angular_momentum,
+            centre_of_mass=course.centre_of_mass,
+            gap_rms=course.gap_rms,
+            gap_max=course.gap_max,
             gap_of_ball=self._gap_of_ball,
             apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
             contacts=contacts,
             impacts=np.concatenate(self._impacts),
             differences=differing,
-            missed=passages(self.timeline),
+            missed=passages(timeline),
             escape=escape,
-            suffered=self.timeline.suffered,
-            misreport=self._reports.found(self.timeline.errors),
+            suffered=timeline.suffered,
+            misreport=self._reports.found(timeline.errors),
             scores=scores,
             theory=self._theory(contacts, final.time) if is_gas(scene) or trusted_until is not None else (),
             path=np.concatenate(self._path),
@@ -354,32 +296,33 @@ class Measurement:
         escape: Escape | None,
     ) -> Figures:
         """Return the figures of the run. scale: of energy, kg px²/s²; the others: as in `Run`."""
-        pairs = int(np.count_nonzero(self.contacts["second"] >= 0))
-        change = change_of(self.energy, scale)
-        gained = self.timeline.gained(len(self.energy) - 1)
+        course, contacts, timeline = self.so_far
+        pairs = int(np.count_nonzero(contacts["second"] >= 0))
+        change = change_of(course.energy, scale)
+        gained = timeline.gained(self._entered)
         return Figures(
             energy_ratio=float(1 + change[-1]) if scale else None,
-            energy_drift=float(np.abs(change)[~self._touching].max(initial=0.0)) if scale else None,
+            energy_drift=float(np.abs(change)[~course.touching].max(initial=0.0)) if scale else None,
             energy_error=float(np.nanmax(np.abs(energy_gap))) if scale else None,
-            momentum_drift=_largest(length(gained[:, :2]), self._lengths),
-            angular_momentum_drift=_largest(np.abs(gained[:, 2]), self._levers),
-            gap_rms=float(np.sqrt(np.mean(self._gap_rms**2))),
-            gap_max=float(self._gap_max.max()),
+            momentum_drift=_largest(length(gained[:, :2]), course.lengths),
+            angular_momentum_drift=_largest(np.abs(gained[:, 2]), course.levers),
+            gap_rms=float(np.sqrt(np.mean(course.gap_rms**2))),
+            gap_max=float(course.gap_max.max()),
             pair_contacts=pairs if self._traits.reports_contacts else None,
-            wall_contacts=len(self.contacts) - pairs if self._traits.reports_contacts else None,
+            wall_contacts=len(contacts) - pairs if self._traits.reports_contacts else None,
             max_overlap=self._max_overlap,
             escaped=escape.balls if escape else 0,
             expected=sum(not each.skipped for each in scores),
             met=sum(each.passed for each in scores if not each.skipped),
             skipped=sum(bool(each.skipped) for each in scores),
             first_difference=differing[0] if differing else None,
-            ledger=entries_of(self.timeline.sums),
+            ledger=entries_of(timeline.sums),
         )
 
     def _differences(self, reference: "MeasuredReference") -> tuple[Difference, ...]:
         """Return what is wrong with the run; if nothing is, what is wrong with the reference, where the two differ."""
         start, timeline = difference_at_start(self._scene, self.start, reference.start), self.timeline
-        if not self._gap_max.any() and not start:
+        if not self.so_far.course.gap_max.any() and not start:
             return ()
         if timeline.errors:
             return (*([start] if start else []), *differences(self._scene, timeline))
@@ -409,7 +352,7 @@ class Measurement:
         above = np.maximum(self.energy - around.max(axis=0), 0.0)
         below = np.minimum(self.energy - around.min(axis=0), 0.0)
         gap: Floats = (above + below) / (scale or np.nan)
-        gap[1:][self._touching[1:]] = np.nan
+        gap[1:][self.so_far.course.touching[1:]] = np.nan
         gap[1:][np.arange(1, len(gap)) >= self._scene.clock.steps(until) * (1 - NEGLIGIBLE)] = np.nan
         return gap
 
@@ -430,3 +373,8 @@ class Measurement:
 def _largest(gained: Floats, scale: Floats) -> float:
     """Return the largest of what was gained up to each step, as a fraction of the largest of a scale."""
     return float(gained.max(initial=0.0) / (scale.max() or 1.0))
+
+
+def path_stride(scene: Scene, steps: int) -> int:
+    """Return the number of steps between two frames of the path of so many steps."""
+    return max(1, 8 * len(scene.bodies) * (steps + 1) // MAX_PATH_BYTES)

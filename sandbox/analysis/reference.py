@@ -50,6 +50,13 @@ class Trust(NamedTuple):
         """Which of the three is the earliest; empty if none is within the run."""
         return min(self._found, key=self._found.__getitem__, default="")
 
+    def followed_by(self, later: "Trust", since: float) -> "Trust":
+        """Return this trust, and where it is to the end, that of what follows, of which the times count from since."""
+        both = zip(self[:3], later[:3], strict=True)
+        times = (before if before is not None or after is None else since + after for before, after in both)
+        horizon, undecided, unresolved = times
+        return Trust(horizon, undecided, unresolved)
+
     @property
     def _found(self) -> dict[str, float]:
         """Those that are within the run. At equal times, the one that says more comes first."""

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 from sandbox.files import whole_file
 from sandbox.quantity import height
 from sandbox.state import Floats

@@ -10,8 +10,8 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import pair_name
+from sandbox.analysis.figures import Figures, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow
-from sandbox.analysis.measurement import Figures, Run, keeps_energy
 from sandbox.engines import REFERENCE, TUNED, settings_in
 from sandbox.judge.causes import NEGLIGIBLE, Cause
 from sandbox.judge.ledger import Entry

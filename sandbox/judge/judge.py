@@ -6,6 +6,7 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 
 from collections import Counter
 from collections.abc import Sequence
+from copy import copy, deepcopy
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -127,6 +128,13 @@ class Judge:
     def whole_step(self, substep: int) -> int:
         """Return the step that contains a substep, both counted from 1."""
         return -(-substep // self._damping.substeps)
+
+    def so_far(self) -> "Judge":
+        """Return a copy that has judged all steps, while this one goes on to fill its block."""
+        shared = {id(self._scene): self._scene, id(self._bodies): self._bodies}
+        judge = deepcopy(self, shared | {id(error): copy(error) for error in self.errors})
+        judge.finish()
+        return judge
 
     def finish(self) -> None:
         """Judge the steps that wait for a block to be full."""

@@ -32,11 +32,11 @@ class Suffered(NamedTuple):
 
 
 class Timeline:
-    """What a judge has found, once all steps are judged. errors: in order; sums: (4, causes), of the ledger."""
+    """What a judge has found so far. errors: in order; sums: (4, causes), of the ledger."""
 
     def __init__(self, judge: Judge) -> None:
-        self._judge, self.touches = judge, judge.touches
-        judge.finish()
+        self._judge = judge = judge.so_far()
+        self.touches = judge.touches
         undecided = {id(error) for error in judge.undecided}
         decided = [error for error in judge.errors if id(error) not in undecided]
         self.errors = [replace(error, step=judge.whole_step(error.step)) for error in decided]

@@ -2,61 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Self
 
-from sandbox.analysis.comparison import Comparison, compare
+from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 from sandbox.analysis.verdict import ledger_mark, until_words, verdict_parts
+from sandbox.report.run_so_far import Marks, RunSoFar
 from sandbox.report.tables import NOTHING, sentence, share_text, velocities_and_spins
-from sandbox.run.inputs import Input, clock_of
-from sandbox.scene.clock import Clock
-from sandbox.scene.model import Scene
-from sandbox.session.session import Session
-
-
-@dataclass(frozen=True)
-class RunSoFar:
-    """Engines that run a scene with some inputs, up to a step. against: the one that the others are compared with."""
-
-    scene: Scene
-    engines: tuple[str, ...]
-    against: str
-    inputs: tuple[Input, ...]
-    steps: int
-
-    @classmethod
-    def of(cls, session: Session) -> Self:
-        """Return the run of a session up to the latest step that it has reached."""
-        inputs = tuple(given for given in session.inputs if given.step <= session.end)
-        return cls(session.start, _engines_of(session), session.reference, inputs, session.end)
-
-    def is_part_of(self, session: Session) -> bool:
-        """Return whether a session's run began like this, and has come as far."""
-        now = session.start, _engines_of(session), session.reference
-        same = (self.scene, self.engines, self.against) == now and self.steps <= session.end
-        return same and self._done == [given for given in session.inputs if given.step < self.steps]
-
-    @cached_property
-    def _done(self) -> list[Input]:
-        """The inputs before the last step, which the states show."""
-        return [given for given in self.inputs if given.step < self.steps]
-
-    @cached_property
-    def clock(self) -> Clock:
-        """The times of its steps."""
-        return clock_of(self.scene.clock, self.inputs)
-
-    def compare(self) -> Comparison:
-        """Run it again, and compare. Raises SandboxError as `compare` does."""
-        scene = self.scene.changed(seconds=self.clock.time(self.steps))
-        return compare(scene, self.engines, against=self.against, inputs=self.inputs)
-
-
-def _engines_of(session: Session) -> tuple[str, ...]:
-    """Return the names of a session's engines, with that of the reference if it is hidden."""
-    return tuple(dict.fromkeys([*session.names, session.reference]))
 
 
 @dataclass(frozen=True)
@@ -100,19 +52,22 @@ class EngineCase:
 class Case:
     """Summary of a run so far.
 
-    since: s, the time of the last edit, from which all times in words count; verdict: its parts, each a sentence or
-    more; engines: all but the reference, and without those that failed, of which the verdict speaks.
+    marks: what has stood out in it; since: s, the time of the last edit, from which all times in words count; verdict:
+    its parts, each a sentence or more; engines: all but the reference, and without those that failed, of which the
+    verdict speaks.
     """
 
+    marks: Marks
     since: float
     verdict: tuple[str, ...]
     engines: dict[str, EngineCase]
 
 
-def case_of(run: RunSoFar, comparison: Comparison) -> Case:
-    """Return the summary of a run so far. comparison: what its `compare` returns."""
+def case_of(run: RunSoFar, comparison: Comparison, marks: Marks) -> Case:
+    """Return the summary of a run so far, with its comparison and what has stood out in it."""
     first = run.clock.step(comparison.since)
     return Case(
+        marks,
         comparison.since,
         tuple(verdict_parts(comparison)),
         {

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import MAX_DIFFERENCES, Kind, Velocities, pair_name
+from sandbox.analysis.figures import Run
 from sandbox.analysis.impacts import MAX_IMPACTS
-from sandbox.analysis.measurement import Run
 from sandbox.analysis.series import contacts_by, energies
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, verdict
 from sandbox.engines import TUNED

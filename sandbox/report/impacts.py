@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.analysis.comparison import Comparison
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 
 
 def impacts(comparison: Comparison, most: int) -> dict[str, Any]:

@@ -163,10 +163,8 @@ class Lockstep:
         self.walls = list(range(len(ARENA_WALLS) + len(scene.walls)))  # likewise of each wall, the arena's included
         self.edited = False  # since the last step
         self._balls_ever, self._walls_ever = len(self.balls), len(self.walls)
-        self._pending = list(reversed(inputs))
         self._steps_per_call = FIRST_STEPS
-        for given in inputs:
-            self._check_drag(given)
+        self.replace_pending(inputs)
 
     def new_runner(self, name: str, state: State, build: Build | None = None) -> Runner:
         """Build an engine that continues from a state at this step; by default the named one."""
@@ -231,6 +229,12 @@ class Lockstep:
             for name, runner in self.engines.items():
                 if not runner.traits.can_be_dragged:
                     raise Refused(f"{name}: has no method kick, so its balls cannot be dragged")
+
+    def replace_pending(self, inputs: Sequence[Input]) -> None:
+        """Replace the inputs to come by those among all inputs of the run that are not applied yet."""
+        self._pending = list(reversed(inputs[len(self.given) :]))
+        for given in self._pending:
+            self._check_drag(given)
 
     def apply_due(self) -> None:
         """Apply the inputs of the next step."""

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Final, Self
 
 from sandbox.analysis import comparison, verdict
-from sandbox.analysis.measurement import Figures
+from sandbox.analysis.figures import Figures
 from sandbox.analysis.verdict import key_figures
 from sandbox.files import whole_file
 from sandbox.report.tables import headline, print_comparison

@@ -4,8 +4,8 @@ No engine can be copied bit for bit while it runs (a Pymunk space has state that
 inputs: to continue from a step, the engines run again from the start with the same inputs, to the same bytes.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Final, Protocol
+from collections.abc import Sequence
+from typing import Final
 
 from sandbox.analysis.gas import wall_impulse
 from sandbox.analysis.reference import reference_of
@@ -26,16 +26,6 @@ from sandbox.state import Contacts, State, States, no_contacts
 CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
 
 
-class Observer(Protocol):
-    """Follows the engines of a session."""
-
-    def begin(self, lockstep: Lockstep, reference: str) -> None:
-        """Follow engines that are at their first step. reference: the one that the others are measured against."""
-
-    def observe(self, states: Mapping[str, State], contacts: Mapping[str, Contacts]) -> None:
-        """Observe the engines after a step, with the contacts of that step."""
-
-
 class Session:
     """Engines in lockstep, at any step that they have reached.
 
@@ -51,7 +41,6 @@ class Session:
         scene: Scene,
         engines: Engines,
         inputs: Sequence[Input] = (),
-        observer: Observer | None = None,
         reference: str | None = None,
     ) -> None:
         self.start = scene
@@ -62,7 +51,6 @@ class Session:
         self.step = 0  # the present one, which may lie in the past of the engines
         self.end = 0  # the latest reached with these inputs
         self._history = History()
-        self._observer = observer
         self._undone: list[list[Input]] = []
         self._calls = 0  # of `admit_reference`
         self._begin()
@@ -244,14 +232,13 @@ class Session:
         expendable = self.reference if is_hidden else None
         self.lockstep = Lockstep(self.start, self._engines | along, stops=True, expendable=expendable)
         self._stale = False
+        self.stopped: tuple[float, str] | None = None  # s, when the reference could go on no longer, and its message
         self._counts = dict.fromkeys(names, 0)
         self._wall_impulse = dict.fromkeys(names, 0.0)
         self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
         self._before = self.lockstep.states()  # of the last moment that was kept
         for runner in self.lockstep.engines.values():
             runner.record_contacts()
-        if self._observer:
-            self._observer.begin(self.lockstep, self.reference)
 
     def _can_run_along(self) -> bool:
         """Return whether the reference is compiled, as far as two balls that meet show it."""
@@ -294,8 +281,8 @@ class Session:
                 self._counts[name] += len(resolved)
                 self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
         states = lockstep.states()
-        if self._observer:
-            self._observer.observe(states, contacts)
+        if why := lockstep.limits().get(self.reference) or lockstep.dropped:
+            self.stopped = self.stopped or (lockstep.time, str(why))
         if lockstep.edited:  # the balls of these contacts may have other numbers now
             contacts = dict.fromkeys(contacts, no_contacts())
         self._follow_energy(states, contacts)

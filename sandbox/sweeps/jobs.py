@@ -14,8 +14,8 @@ import numpy as np
 
 from sandbox.analysis.comparison import Comparison, Reference, compare, compare_with, flatten, run_reference
 from sandbox.analysis.documents import figure_columns
+from sandbox.analysis.figures import Run
 from sandbox.analysis.gas import speed_law
-from sandbox.analysis.measurement import Run
 from sandbox.engines import REFERENCE, TEXTBOOK_ENGINES, TUNED, create, settings_in
 from sandbox.engines.article import pow_variant
 from sandbox.engines.specs import Value, format_settings, parse_settings

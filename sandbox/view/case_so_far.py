@@ -6,7 +6,8 @@ from time import monotonic
 from typing import Final
 
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case, RunSoFar
+from sandbox.report.case import Case
+from sandbox.report.run_so_far import RunSoFar
 from sandbox.session.session import Session
 from sandbox.view.case_worker import CaseWorker
 from sandbox.view.notice import Kind, Notice

@@ -1,5 +1,6 @@
 """A process that compares the run so far, beside the window: no frame waits for it."""
 
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -7,7 +8,8 @@ from sandbox.analysis.comparison import Comparison
 from sandbox.errors import SandboxError
 from sandbox.files import whole_file
 from sandbox.processes import ChildProcess, serve
-from sandbox.report.case import Case, RunSoFar, case_of
+from sandbox.report.case import Case, case_of
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.signals import signals_deferred
 
 DIED = "the process that compares has died"
@@ -52,16 +54,17 @@ class CaseWorker:
 
 
 def _serve(connection: "Connection[Any, Any]") -> None:
-    serve(connection, _answer)
+    serve(connection, partial(answer, ComparisonSoFar()))
 
 
-def _answer(task: tuple[RunSoFar, str | None]) -> Case | SandboxError:
+def answer(so_far: ComparisonSoFar, task: tuple[RunSoFar, str | None]) -> Case | SandboxError:
+    """Return the summary of a run, and write its page into a file if that is named."""
     run, file = task
     try:
-        comparison = run.compare()
+        comparison = so_far.of(run)
         if file is not None:
             _write_page(comparison, file)
-        return case_of(run, comparison)
+        return case_of(run, comparison, so_far.marks)
     except SandboxError as error:
         return SandboxError(str(error))  # others, such as EngineError, cannot be pickled
 

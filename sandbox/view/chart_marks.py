@@ -7,7 +7,7 @@ from typing import Final
 import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.session.monitor import Marks
+from sandbox.report.run_so_far import Marks
 from sandbox.view.palette import Palette
 from sandbox.view.primitives import lettering, shortened, text_width
 from sandbox.view.time_axis import TimeAxis

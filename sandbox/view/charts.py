@@ -8,10 +8,10 @@ import numpy as np
 import pygame
 from pygame import Rect, Surface
 
+from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import Span, round_up
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import Floats
 from sandbox.view.ball_chart import BallChart

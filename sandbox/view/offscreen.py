@@ -1,12 +1,14 @@
 """Record the run of a scene as a video, or its end as a picture, without a window."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from pygame import Surface
 
 from sandbox.errors import EngineError, SandboxError
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
 from sandbox.view.layers import Layer
@@ -19,6 +21,8 @@ from sandbox.view.video import VIDEO_FORMATS
 
 MIN_SIDE: Final = 64  # px
 MAX_SIDE: Final = 8192  # px
+MARKED_STEPS: Final = 15  # that are compared at once, at least
+MARKED_SHARE: Final = 1.02  # by which a run has grown when it is compared again, so that long ones do not take longer
 PICTURE_FPS: Final = 60  # samples of trails and charts per second, for a picture
 
 
@@ -36,6 +40,7 @@ class Camera:
         self.scene = scene
         self.showing = showing
         self.view = SessionView(scene, engines, inputs)
+        self._so_far, self._compared = ComparisonSoFar(), 0
         self.surface = Surface(size)
         self.layout = Layout(
             size, scene.arena.size, len(self.view.panes), has_chart=bool(self.view.chart_count(showing))
@@ -46,16 +51,27 @@ class Camera:
         while self.view.session.step < step:
             self.view.session.advance()
         self.view.update()
-        self.view.complete_marks()
 
     def draw(self) -> Surface:
         """Draw the current step, and return the surface."""
+        if Layer.CHARTS in self.showing:
+            self._mark()
         layout, moment = self.layout, self.view.moment
         self.surface.fill(theme.ground)
         self.view.draw(self.surface, layout, self.showing)
         caption = f"{self.scene.title or self.scene.name}    seed {self.scene.seed}    {moment.time:.2f} s"
         write(self.surface, caption, layout.status, theme.dim, layout.text_height)
         return self.surface
+
+    def _mark(self) -> None:
+        """Mark what stands out, if enough new steps are there for a comparison, and something can still be found."""
+        run, marks = RunSoFar.of(self.view.session), self._so_far.marks
+        is_complete = marks.trust.until is not None and {*run.engines} == {run.against, *marks.differences}
+        if run.steps >= max(self._compared + MARKED_STEPS, MARKED_SHARE * self._compared) and not is_complete:
+            self._compared = run.steps
+            with suppress(SandboxError):  # of which a pane says why
+                self._so_far.of(run)
+        self.view.mark(self._so_far.marks)
 
 
 def steps_of_frames(scene: Scene, fps: int) -> list[int]:

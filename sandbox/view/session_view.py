@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Final
 
 from pygame import Surface
 
 from sandbox.engines import REFERENCE, default_engines
+from sandbox.report.run_so_far import Marks
 from sandbox.run.edits import edited_scenes
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
-from sandbox.session.monitor import Monitor
 from sandbox.session.session import Session
 from sandbox.view.charts import Charts
 from sandbox.view.layers import Layer
@@ -30,10 +31,9 @@ class SessionView:
     """
 
     def __init__(self, scene: Scene, engines: Sequence[str] | None, inputs: Sequence[Input] = ()) -> None:
-        self._monitor = Monitor()
         names = engines or default_engines(*edited_scenes(scene, inputs))
         reference = REFERENCE if len(scene.bodies) <= MAX_BALLS_BESIDE else None
-        self.session = Session(scene, names, inputs, self._monitor, reference)
+        self.session = Session(scene, names, inputs, reference)
         self.moment = self.session.shown
         lockstep = self.session.lockstep
         self.panes = [Pane(self.moment, name, lockstep.engines[name].engine) for name in self.session.names]
@@ -56,17 +56,14 @@ class SessionView:
             pane.show(session.moments(first, moment.step), engine, live=live, afresh=afresh)
         self.moment, self._live = moment, live
         self.charts.moment = moment
-        self.charts.marks = self._monitor.marks
         self.charts.note = self._note
 
-    def complete_marks(self) -> bool:
-        """Mark what the last steps show too, which may take the time of a frame. Return whether that is news."""
-        if not self.session.is_live:
-            return False
-        before = self.charts.marks
-        self._monitor.catch_up()
-        self.charts.marks = self._monitor.marks
-        return self.charts.marks != before
+    def mark(self, marks: Marks) -> bool:
+        """Show what stands out in the run, and where its reference stops. Return whether that is news."""
+        marks = replace(marks, stopped=self.session.stopped)
+        is_news = marks != self.charts.marks
+        self.charts.marks = marks
+        return is_news
 
     @property
     def _note(self) -> str:

@@ -10,6 +10,7 @@ from sandbox.analysis.difference import MAX_DIFFERENCES, Difference
 from sandbox.analysis.verdict import MARK
 from sandbox.judge.causes import Cause
 from sandbox.report.case import Case, EngineCase, LedgerLine, OtherContact
+from sandbox.report.run_so_far import Marks
 from sandbox.scene.fields import rgb
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.contact_mark import draw_contact
@@ -79,6 +80,11 @@ class WhyPage:
         contact = self._gone_to
         is_shown = contact in self._contacts and contact and contact.step == self._playback.view.moment.step
         return contact if is_shown else None
+
+    @property
+    def marks(self) -> Marks:
+        """What has stood out in the run, as far as it has been compared."""
+        return self._case.marks if self._case else Marks()
 
     @property
     def _case(self) -> Case | None:

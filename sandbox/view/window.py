@@ -309,17 +309,17 @@ class Window:
         if again:
             with self._stoppable():
                 self._on_press(again)
-        if self._compilation and self._compilation.is_running:
+        compiling = self._compilation is not None and self._compilation.is_running
+        if self._compilation and compiling:
             self._compilation.poll()
             self._outdated = True
         if playback.paused:
             playback.wait()
         else:
             playback.advance(1 / video.fps if video else seconds)
-        if self._drawn[0] == self.view.moment.step:  # a frame without a step has time for it
-            self._outdated = self.view.complete_marks() or self._outdated
-        if self.panel.open is Panel.WHY:
+        if not compiling:
             self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
+        self._outdated = self.view.mark(self.why.marks) or self._outdated
         if self._outdated or self._drawn != (self.view.moment.step, self.status):
             self.draw()
             pygame.display.flip()

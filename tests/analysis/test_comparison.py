@@ -98,7 +98,7 @@ def test_the_number_of_states_that_are_measured_together_changes_no_bit(
 ) -> None:
     scene, inputs = BLOCKS[name]
     engines = [engine for engine in ("pymunk", "impulse", "exact") if can_run(engine, scene)]
-    monkeypatch.setattr("sandbox.analysis.comparison.MAX_PATH_BYTES", 20_000)
+    monkeypatch.setattr("sandbox.analysis.measurement.MAX_PATH_BYTES", 20_000)
     whole = compare(scene, engines, inputs=inputs)
     assert whole.stride > 1 or len(scene.bodies) < 4
     for steps in (1, 7):
@@ -147,7 +147,7 @@ def test_progress_is_reported_several_times_a_second(monkeypatch: pytest.MonkeyP
 def test_paths_keep_their_stride_and_the_mouse_its_step_from_block_to_block(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = load("article").changed(seconds=3.0)
     inputs: list[Input] = [Grab(step=10, ball=0, at=(400, 300)), Release(step=100)]
-    monkeypatch.setattr("sandbox.analysis.comparison.MAX_PATH_BYTES", 3 * 8 * 181 // 4)
+    monkeypatch.setattr("sandbox.analysis.measurement.MAX_PATH_BYTES", 3 * 8 * 181 // 4)
     whole = compare(scene, ["impulse"], inputs=inputs)
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 48)
     blocks = compare(scene, ["impulse"], inputs=inputs)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 from sandbox.engines import can_run, registry
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Judge

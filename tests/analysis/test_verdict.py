@@ -8,7 +8,7 @@ import pytest
 from conftest import numbers_in, scene_of
 
 from sandbox.analysis.comparison import compare
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 from sandbox.analysis.reference import Trust
 from sandbox.analysis.verdict import key_figures, mark_words, reference_words, trust_words, verdict
 from sandbox.judge.causes import Cause

@@ -13,7 +13,7 @@ from conftest import Command, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Kind
-from sandbox.analysis.measurement import Run
+from sandbox.analysis.figures import Run
 from sandbox.engines import named
 from sandbox.engines.engine import Traits
 from sandbox.engines.specs import file_and_name, settings_in

@@ -8,7 +8,8 @@ import pytest
 from conftest import Command, scene_of
 
 from sandbox.judge.causes import Cause
-from sandbox.report.case import Case, RunSoFar, case_of
+from sandbox.report.case import Case, case_of
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.edits import SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release, write_run
 from sandbox.scene.files import load
@@ -40,8 +41,8 @@ def session_of(scene: str, engines: tuple[str, ...], inputs: tuple[Input, ...], 
 
 
 def case(session: Session) -> Case:
-    run = RunSoFar.of(session)
-    return case_of(run, run.compare())
+    run, so_far = RunSoFar.of(session), ComparisonSoFar()
+    return case_of(run, so_far.of(run), so_far.marks)
 
 
 @pytest.mark.usefixtures("working_folder")

@@ -16,7 +16,6 @@ from sandbox.run.lockstep import AVERAGED_STEPS
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.session.monitor import Monitor
 from sandbox.session.samples import CAPACITY, Quantity, Samples, Series, change_of_energy, share_of_energy
 from sandbox.session.session import Session
 from sandbox.state import State, no_contacts
@@ -163,16 +162,12 @@ def test_the_time_that_steps_took_is_sampled_in_ms(monkeypatch: pytest.MonkeyPat
 
 
 def test_the_reference_runs_along_hidden_and_engines_are_measured_against_it() -> None:
-    marks, differences = [], []
+    gaps = []
     for names, reference in ((["pymunk", "article"], "exact"), (["pymunk", "article", "exact"], None)):
-        monitor = Monitor()
-        session = run(Session(load("article"), names, observer=monitor, reference=reference), 90)
-        marks.append(monitor.marks)
-        differences.append(session.samples.of(Quantity.GAP)[-1].tolist())
+        session = run(Session(load("article"), names, reference=reference), 90)
+        gaps.append(session.samples.of(Quantity.GAP)[-1].tolist())
         assert session.names == names
-    assert marks[0] == marks[1]
-    assert set(marks[0].differences) == {"pymunk", "article"}
-    assert differences[0] == differences[1]
+    assert gaps[0] == gaps[1]
 
 
 def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,11 +180,10 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits(monkeyp
         step(engine)
 
     monkeypatch.setattr(ExactEngine, "step", fail)
-    monitor = Monitor()
-    session = run(Session(load("article"), ["pymunk"], observer=monitor, reference="exact"), 60)
+    session = run(Session(load("article"), ["pymunk"], reference="exact"), 60)
     assert session.shown.states["pymunk"].position.tobytes() == expected.position.tobytes()
     assert set(session.shown.states) == {"pymunk"}
-    assert monitor.marks.stopped == (0.5, "exact: contacts without end")
+    assert session.stopped == (0.5, "exact: contacts without end")
     gap = session.samples.of(Quantity.GAP)[:, 0]
     assert np.isfinite(gap[:30]).all()
     assert np.isnan(gap[30:]).all()
@@ -197,7 +191,7 @@ def test_without_a_reference_that_stops_the_run_goes_on_to_the_same_bits(monkeyp
     session.catch_up()
     assert "exact" in session.shown.states
     run(session, 50)
-    assert monitor.marks.stopped == (0.5, "exact: contacts without end")
+    assert session.stopped == (0.5, "exact: contacts without end")
     with pytest.raises(SandboxError, match="contacts without end"):
         run(Session(load("article"), ["pymunk", "exact"]), 60)
 
@@ -212,21 +206,18 @@ def test_a_reference_compiled_later_is_there_from_the_start(monkeypatch: pytest.
 
     with monkeypatch.context() as patch:
         patch.setattr("sandbox.session.session.create", create)
-        monitor = Monitor()
-        session = Session(load("article"), ["article"], observer=monitor, reference="exact")
+        session = Session(load("article"), ["article"], reference="exact")
         for _ in range(30):  # frames, of two steps
             run(session, 2)
             assert not session.admit_reference()
         assert session.is_live
     assert (len(tries), session.lacks_reference, set(session.shown.states)) == (2, True, {"article"})
-    assert not monitor.marks.differences
     assert any(session.admit_reference() for _ in range(30))
     assert not session.is_live
     run(session, 30)
     assert not session.lacks_reference
     rows, expected_rows = (one.samples.series.rows[:, : -len(one.samples.engines)] for one in (session, expected))
     assert np.array_equal(rows, expected_rows, equal_nan=True)  # but for what steps took, which comes last
-    assert math.isfinite(monitor.marks.differences["article"])
 
 
 # What walls and spins take part in

@@ -11,10 +11,10 @@ from pygame import Color, Rect, Surface
 from window_driver import hover, run, step
 
 from sandbox.analysis.reference import Trust
+from sandbox.report.run_so_far import Marks
 from sandbox.report.scales import BothSigns, Linear, Logarithmic, Scale, Span
 from sandbox.scene.model import Scene
 from sandbox.session.history import Moment
-from sandbox.session.monitor import Marks
 from sandbox.session.samples import Samples
 from sandbox.state import State, no_contacts
 from sandbox.view.chart_marks import spread

@@ -34,8 +34,12 @@ def window_of(scene: str, engines: list[str] | None, steps: int) -> Window:
     window.screen = pygame.display.set_mode(SIZE)
     window.showing |= {Layer.GHOSTS} | ({Layer.NUMBERS} if len(window.scene.bodies) <= 30 else set())
     window.panel.show(Panel.SCENE)
+    window.why.case = CaseSoFar(window.notice, WorkerHere())
     press(window, "p")
     run(window, steps)
+    for _ in range(2):  # to compare, and to note what was found
+        window.why.update()
+    window.view.mark(window.why.marks)
     return window
 
 
@@ -70,7 +74,6 @@ def gas() -> Window:
 def why_window() -> Window:
     """At the article's first contact, which Pymunk finds late."""
     window = window_of("article", ["pymunk", "article"], 60)
-    window.why.case = CaseSoFar(window.notice, WorkerHere())
     for key in ("w", ">", "<"):
         press(window, key)
         window.frame(1 / 60)

@@ -9,12 +9,13 @@ import pygame
 import pytest
 from conftest import scene_of
 from pygame.event import Event
-from window_driver import click, colour_at, given, mouse, press, run, shown, step, tool
+from window_driver import WorkerHere, click, colour_at, given, mouse, press, run, shown, step, tool
 
 from sandbox.compiled import NotCompiledYet
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
 from sandbox.session.samples import Quantity
+from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.events import PendingEvents, Stopped
 from sandbox.view.theme import theme
@@ -220,20 +221,18 @@ def test_after_a_jump_in_time_trails_include_the_steps_before(window: Window) ->
     window.draw()
 
 
-@pytest.mark.parametrize("playing_slowly", [False, True], ids=["paused", "slow"])
-def test_a_frame_without_a_step_marks_what_the_last_steps_show(memory_screen: None, playing_slowly: bool) -> None:
+def test_a_window_marks_what_the_last_steps_show(memory_screen: None) -> None:
     """A ball hits two others at once in step 50."""
     balls = (
         "radius = 20\nposition = [100, 300]\nvelocity = [200, 0]",
         "radius = 20\npositions = [[300, 279], [300, 321]]",
     )
     window = Window(scene_of(*balls), ["pymunk", "exact"])
+    window.why.case = CaseSoFar(window.notice, WorkerHere())
     run(window, 50)
-    window.playback.paused = not playing_slowly
-    window.playback.set_speed(0.1)
-    for _ in range(2):
+    window.playback.paused = True
+    for _ in range(3):
         window.frame(1 / 60)
-    assert step(window) == 50
     assert window.view.charts.marks.trust.undecided == pytest.approx(0.8298, abs=1e-4)
 
 
@@ -325,7 +324,7 @@ def test_a_hidden_reference_that_ends_early_says_why_in_the_status_line_and_the_
         window.playback.advance(1 / 60)
     why = "exact ends at 0.1 s: the next step exceeds the limit of 0 contacts"
     assert window.notice.text == f"{why}; the others run on without it"
-    stopped = window.view.charts.marks.stopped
+    stopped = window.view.session.stopped
     assert stopped is not None
     assert stopped[0] == pytest.approx(7 / 60)
     assert stopped[1] == why
@@ -345,7 +344,7 @@ def test_a_reference_that_reaches_its_limit_stands_still_in_its_pane_and_nothing
     assert str(exact.failure) == why
     assert pymunk.failure is None
     assert exact.state.position[0].tolist() == pytest.approx([400 + 3600 * 6 / 60, 300])
-    stopped = window.view.charts.marks.stopped
+    stopped = window.view.session.stopped
     assert stopped is not None
     assert stopped[0] == pytest.approx(7 / 60)
     assert stopped[1] == why

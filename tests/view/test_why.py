@@ -13,8 +13,9 @@ from window_driver import WorkerHere, button, click, press, run, step
 
 from sandbox.analysis.comparison import compare
 from sandbox.errors import SandboxError
-from sandbox.report.case import Case, RunSoFar, case_of
+from sandbox.report.case import Case, case_of
 from sandbox.report.comparison import page
+from sandbox.report.run_so_far import ComparisonSoFar, RunSoFar
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
@@ -33,7 +34,7 @@ pytestmark = pytest.mark.usefixtures("memory_screen")
 
 
 @pytest.fixture(autouse=True)
-def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+def _here(memory_screen: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sandbox.view.case_so_far.CaseWorker", WorkerHere)
     monkeypatch.setattr("sandbox.view.case_so_far.monotonic", lambda: 0.0)  # it never rests
 
@@ -82,9 +83,12 @@ def test_a_contact_with_a_ball_at_rest_is_drawn() -> None:
 
 def expected(window: Window) -> Case:
     """Return what is to be said of the run that the window has done."""
-    session = window.view.session
-    so_far = RunSoFar.of(session)
-    return case_of(so_far, so_far.compare())
+    return case_of_run(RunSoFar.of(window.view.session))
+
+
+def case_of_run(run: RunSoFar) -> Case:
+    so_far = ComparisonSoFar()
+    return case_of(run, so_far.of(run), so_far.marks)
 
 
 def test_the_page_says_what_compare_says_of_the_run_so_far(article: Window) -> None:
@@ -334,7 +338,7 @@ def test_a_process_finds_the_same_and_a_new_one_follows_when_it_dies() -> None:
     for _ in range(60):
         session.advance()
     so_far = RunSoFar.of(session)
-    expected = case_of(so_far, so_far.compare())
+    expected = case_of_run(so_far)
     worker = CaseWorker()
     try:
         assert worker.poll() is None

@@ -1,35 +1,35 @@
 """What stands out while a run goes on is what a comparison of it reports."""
 
-import gc
-import tracemalloc
+import json
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+import numpy as np
 import pytest
 from conftest import scene_of
 
-from sandbox.analysis.comparison import compare
-from sandbox.errors import SandboxError
+from sandbox.analysis.comparison import RunningComparison, compare
+from sandbox.engines import named
+from sandbox.report.run_so_far import ComparisonSoFar, Marks, RunSoFar
 from sandbox.run.edits import DeleteBall, SetElasticity, SetRate, SetVelocity
 from sandbox.run.inputs import Grab, Input, Kick, Move, Release
-from sandbox.run.lockstep import Lockstep
+from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
-from sandbox.session.monitor import Marks, Monitor
 from sandbox.session.session import Session
 
 
 class Watched:
-    """A session with a monitor."""
+    """A session that is compared while it runs."""
 
     def __init__(self, scene: Scene, engines: list[str], inputs: Sequence[Input] = ()) -> None:
-        self.monitor = Monitor()
-        self.session = Session(scene, engines, inputs, self.monitor)
+        self.so_far = ComparisonSoFar()
+        self.session = Session(scene, engines, inputs)
 
     @property
     def marks(self) -> Marks:
-        self.monitor.catch_up()
-        return self.monitor.marks
+        self.so_far.of(RunSoFar.of(self.session))
+        return self.so_far.marks
 
 
 def run(watched: Watched, steps: int) -> Watched:
@@ -93,19 +93,6 @@ def test_a_ball_more_or_less_is_no_difference_from_the_twins_before() -> None:
     assert marks.trust.undecided is None
 
 
-@pytest.mark.parametrize(
-    ("name", "engines"), [("article", ["pymunk", "article", "exact"]), ("gas-100", ["impulse", "exact"])]
-)
-def test_marks_are_those_of_one_step_at_a_time(name: str, engines: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    inputs: list[Input] = [Grab(step=20, ball=0, at=(200, 200)), Release(step=33)]
-    together = Watched(load(name), engines, inputs)
-    monkeypatch.setattr("sandbox.session.monitor.MAX_BOOKED", 1)
-    singly = Watched(load(name), engines, inputs)
-    for _ in range(120):
-        assert run(together, 1).marks == run(singly, 1).marks
-    assert together.marks.differences
-
-
 DENSE: Final = scene_of(
     "count = 12\nradius = 28\ninside = [[0, 0], [300, 300]]\nspeed = 900", size="[300, 300]", more="seconds = 5"
 )
@@ -148,8 +135,7 @@ def test_marks_do_not_depend_on_how_often_they_are_asked_for(inputs: Sequence[In
     always, once = (Watched(DENSE, ["impulse", "exact"], inputs) for _ in range(2))
     run(once, DENSE.steps)
     for _ in range(DENSE.steps):
-        assert run(always, 1).session.inputs == list(inputs)
-        always.monitor.catch_up()
+        assert run(always, 1).marks is not None
     assert once.marks == always.marks
     assert once.marks.trust.horizon is not None
 
@@ -159,7 +145,7 @@ def test_an_edit_keeps_what_the_steps_before_it_have_shown(edit_at: int) -> None
     """The tie is in step 50."""
     watched = run(Watched(TIE, ["pymunk", "exact"]), edit_at)
     watched.session.give(SetVelocity(step=edit_at, ball=0, velocity=(0, -1)))
-    assert run(watched, 30).monitor.marks.trust.undecided == (pytest.approx(0.8298, abs=1e-4) if edit_at > 49 else None)
+    assert run(watched, 30).marks.trust.undecided == (pytest.approx(0.8298, abs=1e-4) if edit_at > 49 else None)
 
 
 def test_a_throw_that_is_undone_leaves_no_mark() -> None:
@@ -172,21 +158,11 @@ def test_a_throw_that_is_undone_leaves_no_mark() -> None:
     assert watched.marks.trust.undecided is not None
 
 
-def test_without_a_twin_that_stops_no_engine_is_judged_and_the_run_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise SandboxError("exact: contacts without end")
-
-    watched = Watched(load("article"), ["pymunk", "exact"])
-    monkeypatch.setattr("sandbox.engines.renumbered.RenumberedEngine.advance", fail)
-    assert run(watched, 90).session.step == 90
-    assert watched.marks == Marks(stopped=(0.25, "exact: contacts without end"))
-
-
 def test_marks_appear_when_the_run_gets_there() -> None:
-    """The first differences of `article` are at 0.82 and 0.83 s, and are known some steps later."""
-    watched = run(Watched(load("article"), ["pymunk", "article", "exact"]), 49)
+    """The first differences of `article` are in step 46."""
+    watched = run(Watched(load("article"), ["pymunk", "article", "exact"]), 45)
     assert watched.marks.differences == {}
-    assert set(run(watched, 20).marks.differences) == {"pymunk", "article"}
+    assert set(run(watched, 1).marks.differences) == {"pymunk", "article"}
 
 
 def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
@@ -194,9 +170,8 @@ def test_a_run_repeated_has_the_same_marks_and_a_changed_run_others() -> None:
     before = watched.marks
     assert before.differences
     watched.session.seek(10)
-    watched.session.catch_up()
-    assert watched.marks.differences == {}
-    assert run(watched, 70).marks == before
+    assert watched.marks == before
+    assert run(watched, 20).marks == before
     watched.session.seek(10)
     watched.session.give(SetVelocity(step=10, ball=1, velocity=(0, 0)))
     assert run(watched, 70).marks != before
@@ -220,20 +195,24 @@ def test_the_mouse_makes_no_difference() -> None:
     assert run(Watched(scene, ["impulse", "exact"], inputs), 60).marks.differences == {}
 
 
-def test_a_run_in_which_nothing_happens_takes_no_more_memory() -> None:
-    scene = scene_of("radius = 20\nposition = [400, 300]", "radius = 20\nposition = [100, 100]")
-    lockstep = Lockstep(scene, ["impulse", "exact"])
-    for runner in lockstep.engines.values():
-        runner.record_contacts()
-    monitor = Monitor()
-    monitor.begin(lockstep, "exact")
-    sizes = []
-    tracemalloc.start()
-    for _ in range(4):
-        for _ in range(500):
-            lockstep.step()
-            monitor.observe(lockstep.states(), {name: runner.contacts() for name, runner in lockstep.engines.items()})
-        gc.collect()
-        sizes.append(tracemalloc.get_traced_memory()[0])
-    tracemalloc.stop()
-    assert sizes[3] - sizes[2] < 20_000  # a state kept each step would be 500 times a hundred bytes
+@pytest.mark.parametrize("name", ["newtons-cradle", "billiards", "pile", "gas-100"])
+def test_a_comparison_that_goes_on_is_to_the_byte_that_of_a_run_of_as_many_steps(name: str) -> None:
+    engines = ["pymunk", "impulse", "exact"]
+    scene = load(name).changed(seconds=0.5)
+    running = RunningComparison(scene, named(engines), "exact", (), scene.steps)
+    for steps in (7, 8, 19, 30):
+        running.advance(steps)
+        comparison = running.result()
+    assert json.dumps(comparison.as_json()) == json.dumps(compare(scene, engines).as_json())
+    assert comparison.as_csv() == compare(scene, engines).as_csv()
+
+
+def test_the_path_of_a_run_longer_than_expected_has_fewer_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sandbox.analysis.measurement.MAX_PATH_BYTES", 3 * 8 * 100)
+    scene = load("article")
+    running = RunningComparison(scene, named(["impulse", "exact"]), "exact", (), 60)
+    running.advance(500)
+    comparison = running.result()
+    positions, path = simulate(scene, "impulse", steps=500).position, comparison.runs["impulse"].path
+    assert 50 < len(path) <= 200
+    assert np.array_equal(path, positions[:: comparison.stride].astype(np.float32))
