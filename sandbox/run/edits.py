@@ -24,6 +24,7 @@ from sandbox.scene.validation import invalid
 from sandbox.state import State, States
 
 CONSTANTS: Final = ("radius", "mass", "elasticity", "friction")  # of a ball
+NOT_CHANGED: Final = ("step", "do", "ball", "wall", "continued")  # fields that say when and where a change is
 
 
 class Edit(Model):
@@ -55,14 +56,18 @@ class _Changes(Edit):
     def _check_something_changes(self) -> Self:
         if not self.changes:
             fields = type(self).model_fields.items()
-            keys = [field.serialization_alias or name for name, field in fields if field.default is None]
+            keys = [
+                field.serialization_alias or name
+                for name, field in fields
+                if field.default is None and name not in NOT_CHANGED
+            ]
             raise invalid(((), f"must contain {', '.join(keys[:-1])} or {keys[-1]}"))
         return self
 
     @property
     def changes(self) -> dict[str, Any]:
         """The new values by their names."""
-        return self.model_dump(exclude={"step", "do", "ball", "wall"}, exclude_none=True)
+        return self.model_dump(exclude={*NOT_CHANGED}, exclude_none=True)
 
 
 class AddBall(Edit):
@@ -236,7 +241,8 @@ class AddWall(Edit):
 class ChangeWall(_Changes):
     """Change a wall: its ends, its thickness, its elasticity, its friction.
 
-    No ball may then be deeper in it than before, in any engine.
+    No ball may then be deeper in it than before, in any engine. The wall stands still during every step, also one
+    that is dragged: it does no work on the balls.
     """
 
     do: Literal["change-wall"] = "change-wall"
@@ -252,6 +258,8 @@ class ChangeWall(_Changes):
     """The wall's factor: the elasticity of a contact is the product of the wall's and the ball's."""
     friction: NotNegative | None = None
     """The wall's factor: the friction of a contact is the product of the wall's and the ball's."""
+    continued: Literal[True] | None = None
+    """Whether this goes on with the drag that the edit before it belongs to, so that both are undone together."""
 
     def change_scene(self, scene: Scene) -> Scene:
         """Replace the wall."""

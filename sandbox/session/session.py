@@ -12,7 +12,7 @@ from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
 from sandbox.engines import Engines, Source, create, named
 from sandbox.errors import SandboxError
-from sandbox.run.edits import Edit, edited
+from sandbox.run.edits import ChangeWall, Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.balls import BallGroup
@@ -29,8 +29,9 @@ CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled
 class Session:
     """Engines in lockstep, at any step that they have reached.
 
-    An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit, or a grab with
-    everything up to its release. An engine that is not built in and fails stops there; the others go on.
+    An input given in the past replaces all that came after it. `undo` undoes one *action*: an edit with those that
+    continue it, or a grab with everything up to its release. An engine that is not built in and fails stops there; the
+    others go on.
 
     reference: the engine that the others are measured against, by default as `reference_of` chooses. If it is not among
     the names, it runs along, hidden, as long as it can; in a window, from when it is compiled.
@@ -193,6 +194,8 @@ class Session:
         last = len(inputs) - len(again)
         if isinstance(again[0], Grab):
             last = next((k for k in range(last, len(inputs)) if isinstance(inputs[k], Release)), len(inputs) - 1)
+        while last + 1 < len(inputs) and _continues(inputs[last + 1]):
+            last += 1
         self.return_to(again[0].step, inputs)
         self.step = self.end = inputs[last].step
         return True
@@ -215,8 +218,8 @@ class Session:
                     return k
                 case Release() if action is not None:
                     return action
-                case Edit():
-                    action = k if action is None else action
+                case Edit() if action is None or (action == k + 1 and _continues(self.inputs[action])):
+                    action = k
         return action
 
     def _branch(self) -> None:
@@ -315,3 +318,8 @@ class Session:
         self._scale.follow(lockstep.scene, States.stack(reached), contacts[name], before, lockstep.clock)
         self._scale.give(lockstep.work[name])
         self._before = states
+
+
+def _continues(given: Input) -> bool:
+    """Return whether an input belongs to the action of the input before it."""
+    return isinstance(given, ChangeWall) and given.continued is True

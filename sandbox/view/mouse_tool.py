@@ -11,6 +11,7 @@ from pygame.event import Event
 from sandbox.quantity import length
 from sandbox.run.inputs import Grab, Move, Release
 from sandbox.scene.fields import Vector
+from sandbox.scene.model import ARENA_WALLS
 from sandbox.state import Floats, State
 from sandbox.view.editor import Editor
 from sandbox.view.layout import Layout, Lens, ScreenPoint
@@ -29,8 +30,8 @@ CLICK_DISTANCE: Final = 4  # px of the screen that the mouse may move in a click
 class MouseTool:
     """The mouse over the window.
 
-    The hand pulls a ball while time passes; while the run is paused, it selects a ball and drags the tip of its
-    velocity. The other tools move, add and delete.
+    The hand pulls a ball or pushes a wall while time passes; while the run is paused, it selects a ball and drags the
+    tip of its velocity, or moves a wall. The other tools move, add and delete.
     """
 
     def __init__(self, playback: Playback, editor: Editor, layout: Callable[[], Layout]) -> None:
@@ -106,6 +107,13 @@ class MouseTool:
         return distance * self._layout().scale <= GRAB_DISTANCE
 
     @property
+    def _over_wall(self) -> bool:
+        """Whether the mouse is over a wall of the scene, which the hand can move."""
+        position = self.position if self.tool is Tool.HAND else None
+        wall = None if position is None else self.move.wall_at(position, self._reach)
+        return wall is not None and wall >= len(ARENA_WALLS)
+
+    @property
     def cursor(self) -> int:
         """The pointer that shows what the mouse holds, or could hold: one of pygame's SYSTEM_CURSOR."""
         if self.holds or self._moved_from:
@@ -114,7 +122,7 @@ class MouseTool:
             return pygame.SYSTEM_CURSOR_CROSSHAIR
         if self.hovered:
             return pygame.SYSTEM_CURSOR_HAND
-        return pygame.SYSTEM_CURSOR_HAND if self.over_grip else pygame.SYSTEM_CURSOR_ARROW
+        return pygame.SYSTEM_CURSOR_HAND if self.over_grip or self._over_wall else pygame.SYSTEM_CURSOR_ARROW
 
     @property
     def holds(self) -> bool:
@@ -268,6 +276,9 @@ class MouseTool:
             wall = None if near else self.move.wall_at(position, self._reach)
             if wall is not None:
                 self._editor.select_wall(wall)
+            if wall is not None and wall >= len(ARENA_WALLS):
+                self.move.hold_wall(wall, pane, position)
+                self._pressed_at = point
 
     def _erase(self, pane: int, position: Vector) -> None:
         """Delete the ball at a position in a pane, px of the scene, or else the wall there."""

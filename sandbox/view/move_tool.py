@@ -1,6 +1,7 @@
-"""Moving balls and walls of a paused run with the mouse, and drawing walls."""
+"""Moving balls and walls of a paused run with the mouse, dragging walls of a running one, and drawing walls."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Final
 
@@ -23,6 +24,7 @@ from sandbox.view.theme import theme
 
 Line = tuple[Vector, Vector, float]  # the ends of a wall and its thickness, px
 HANDLE: Final = 0.45  # radius of the rings at a wall's ends, in heights of the text
+SHARES: Final = (1.0, 0.5, 0.25, 0.125, 0.0625)  # of a dragged wall's way in a step, tried where balls are in its way
 
 
 class Tool(Enum):
@@ -36,7 +38,7 @@ class Tool(Enum):
 
 
 DOES: Final = {  # what a press of the mouse does with each tool
-    Tool.HAND: "pull a ball while time passes; set its velocity while it stands still",
+    Tool.HAND: "pull a ball or push a wall while time passes; set a ball's velocity while it stands still",
     Tool.MOVE: "move a ball, a wall, or the end of a wall, in every engine; pauses",
     Tool.BALL: "add a ball where you click, like the selected one or the last",
     Tool.WALL: "draw a wall from here to there; pauses",
@@ -59,7 +61,10 @@ class Grip:
 
 
 class MoveTool:
-    """Moves a ball to the same place in every engine, without throwing it; moves walls and their ends; draws walls."""
+    """Moves a ball to the same place in every engine, without throwing it; moves walls and their ends; draws walls.
+
+    While time passes, a wall that is held follows the mouse between the steps, and no ball is moved.
+    """
 
     def __init__(self, playback: Playback, editor: Editor) -> None:
         self._playback = playback
@@ -73,6 +78,7 @@ class MoveTool:
         self.grip: Grip | None = None
         self._pane = 0
         self._at: Vector | None = None  # px of the scene, where the mouse has dragged it
+        self._latest: Edit | None = None  # of the drag of a wall while time passes
 
     @property
     def _scene(self) -> Scene:
@@ -107,6 +113,10 @@ class MoveTool:
         self.grip, self._pane, self._at = grip, pane, None
         return True
 
+    def hold_wall(self, wall: int, pane: int, position: Vector) -> None:
+        """Hold a wall of the scene, by its number among all walls, at a position in a pane, px of the scene."""
+        self.grip, self._pane, self._at = Grip(position, wall=wall - len(ARENA_WALLS)), pane, None
+
     def drag(self, position: Vector) -> None:
         """Move what is held, or the new wall's end, to a position, px of the scene."""
         self._at = self._scene.arena.nearest_inside(position)
@@ -114,13 +124,57 @@ class MoveTool:
     def release(self) -> None:
         """Do what the drag shows, in every engine; let go."""
         self._playback.settle()
-        edit = self.edit
+        edit = None if self._follows else self.edit
         self.let_go()
         if edit is not None:
             walls = len(self._scene.walls)
             self._editor.give(edit)
             if len(self._scene.walls) > walls:
                 self._editor.select_wall(len(ARENA_WALLS) + walls)
+
+    @property
+    def _follows(self) -> bool:
+        """Whether what the mouse holds is a wall that moves while time passes."""
+        grip = self.grip
+        return grip is not None and grip.wall is not None and grip.end is None and not self._playback.paused
+
+    def follow(self) -> None:
+        """Let a wall that is held go towards the mouse before the next step, as far as no ball is in its way.
+
+        In a step it goes at most the smallest radius, so that no ball is passed.
+        """
+        grip, at, session = self.grip, self._at, self._playback.session
+        is_done = self._latest is not None and self._latest.step == session.step
+        if (
+            grip is None
+            or at is None
+            or is_done
+            or not self._follows
+            or session.steps_behind
+            or not self._is_there(grip)
+        ):
+            return
+        distance = math.dist(grip.pressed, at)
+        longest = min(1.0, float(self._scene.bodies.radius.min()) / distance) if distance else 0.0
+        for share in SHARES if distance else ():
+            dx, dy = (share * longest * (end - start) for start, end in zip(grip.pressed, at, strict=True))
+            if self._shift_wall(grip.wall or 0, (dx, dy)):
+                self.grip = replace(grip, pressed=(grip.pressed[0] + dx, grip.pressed[1] + dy))
+                return
+
+    def _shift_wall(self, number: int, by: Vector) -> bool:
+        """Move a wall by some px, as a part of the drag. Return whether there was room for it in every engine."""
+        session, wall = self._playback.session, self._scene.walls[number]
+        start, to = (_shifted(end, (0.0, 0.0), by) for end in (wall.start, wall.to))
+        continued = True if self._latest is not None and session.given()[-1:] == [self._latest] else None
+        edit = ChangeWall(step=session.step, wall=number, start=start, to=to, continued=continued)
+        try:
+            edited(self._scene, edit, self._playback.view.moment.states)
+        except SandboxError:
+            return False
+        self._playback.give(edit)
+        self._latest = edit
+        return True
 
     @property
     def edit(self) -> Edit | None:

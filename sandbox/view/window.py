@@ -316,6 +316,7 @@ class Window:
         if playback.paused:
             playback.wait()
         else:
+            self.mouse.move.follow()
             playback.advance(1 / video.fps if video else seconds)
         if not compiling:
             self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated

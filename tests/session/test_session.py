@@ -7,7 +7,9 @@ from conftest import scene_of
 from sandbox.errors import Refused, SandboxError
 from sandbox.run.edits import (
     AddBall,
+    AddWall,
     ChangeBall,
+    ChangeWall,
     DeleteBall,
     Edit,
     Heat,
@@ -220,6 +222,11 @@ ACTIONS: dict[str, list[Input]] = {
     "edit": [SetElasticity(step=10, elasticity=0.5)],
     "delete": [DeleteBall(step=10, ball=1)],
     "heat": [Heat(step=10, factor=1.1)],
+    "drag-of-a-wall": [
+        AddWall(step=10, start=(300, 500), to=(700, 500)),
+        ChangeWall(step=11, wall=0, to=(700, 505), continued=True),
+        ChangeWall(step=14, wall=0, to=(700, 510), continued=True),
+    ],
     "edit-while-holding": [THROW[0], SetGravity(step=8, gravity=(0, 900)), *THROW[1:]],
 }
 

@@ -1,5 +1,7 @@
 """The mouse pulls balls, sets velocities and selects."""
 
+from typing import Final
+
 import numpy as np
 import pygame
 import pytest
@@ -22,7 +24,7 @@ from window_driver import (
     tool,
 )
 
-from sandbox.run.edits import SetVelocity
+from sandbox.run.edits import ChangeWall, SetVelocity
 from sandbox.run.inputs import Grab, Input, Move, Release
 from sandbox.run.trajectory import simulate
 from sandbox.scene.fields import rgb
@@ -402,3 +404,65 @@ def test_very_large_discs_are_drawn_when_zoomed() -> None:
     window.mouse.lens = Lens(50.0, (0.5, 0.5))
     window.draw()
     assert colour_at(window, 400.5, 300.5) == rgb(window.scene.colors[0])
+
+
+WALL: Final = "walls = [{ from = [300, 200], to = [300, 400], thickness = 10 }]"
+
+
+def walled(*balls: str) -> Window:
+    return Window(scene_of(*balls, more=WALL), ["pymunk", "impulse", "exact"])
+
+
+def drag_wall(window: Window, to: tuple[int, int], frames: int) -> None:
+    """Drag the wall by its middle while time passes."""
+    mouse(window, pygame.MOUSEBUTTONDOWN, point(window, 300, 300))
+    mouse(window, pygame.MOUSEMOTION, point(window, *to))
+    for _ in range(frames):
+        window.frame(1 / 60)
+    mouse(window, pygame.MOUSEBUTTONUP, point(window, *to))
+
+
+def wall_at(window: Window) -> float:
+    """Return how far right the wall is, px."""
+    [wall] = window.view.moment.scene.walls
+    assert (wall.start[0], wall.to[1] - wall.start[1]) == (wall.to[0], 200)
+    return wall.start[0]
+
+
+def test_a_wall_is_dragged_while_time_passes_by_no_more_than_a_radius_a_step_and_its_run_is_replayed() -> None:
+    window = walled("radius = 20\nposition = [100, 300]\nvelocity = [120, 0]", "radius = 8\nposition = [600, 500]")
+    drag_wall(window, (500, 300), 12)
+    assert step(window) >= 11
+    edits = given(window)
+    assert {type(edit) for edit in edits} == {ChangeWall}
+    assert [edit.step for edit in edits] == [*range(len(edits))]
+    assert wall_at(window) == pytest.approx(300 + 8 * len(edits))  # the pointer is 200 px away
+    run(window, 20)
+    for name, state in window.view.moment.states.items():
+        replay = simulate(window.scene, name, steps=step(window), inputs=edits)
+        assert replay.position[-1].tobytes() == state.position.tobytes()
+    energy = window.view.moment.energy
+    assert energy == pytest.approx(dict.fromkeys(energy, 0.5 * 120**2))
+    press(window, "u")
+    assert (given(window), step(window), wall_at(window)) == ([], 0, 300)
+    press(window, "y")
+    assert given(window) == edits
+
+
+def test_a_wall_stops_at_the_first_ball_in_its_way_in_any_engine_and_passes_none() -> None:
+    window = walled("radius = 20\nposition = [360, 300]", "radius = 20\nposition = [450, 210]")
+    drag_wall(window, (700, 300), 60)
+    assert wall_at(window) == pytest.approx(335, abs=20 / 16)  # half the wall is 5 px thick, the ball's radius is 20
+    assert wall_at(window) <= 335 + 1e-6
+    for pane in window.view.panes:
+        assert pane.state.position.tolist() == [[360, 300], [450, 210]]
+
+
+def test_a_wall_is_moved_by_the_hand_in_a_pause_where_the_button_is_released() -> None:
+    window = walled("radius = 20\nposition = [100, 300]")
+    press(window, "p")
+    drag_wall(window, (500, 350), 5)
+    [edit] = given(window)
+    assert isinstance(edit, ChangeWall)
+    assert edit.start == pytest.approx((500, 250), abs=1 / window.layout.scale)
+    assert (step(window), edit.continued) == (0, None)
