@@ -314,7 +314,7 @@ class Charts:
         ends = {name: values[column] for name, column in self._columns.items() if np.isfinite(values[column])}
         heights = _y(plot, self._span, chart.scale.position(np.array(list(ends.values())))).tolist()
         line = round(1.15 * height)
-        tops = spread([y - line / 2 for y in heights], [line] * len(ends), plot.y - height, plot.bottom + height // 2)
+        tops = spread([y - line / 2 for y in heights], [line] * len(ends), plot.y - height, plot.bottom)
         for name, y, top in zip(ends, heights, tops, strict=True):
             colour = self._colours[name]
             if name != LAW:

@@ -106,12 +106,17 @@ def draw_status(surface: Surface, place: Rect, progress: Compilation, height: in
     """Draw the same in a line of text, at the right end of its place. height: of the text, px."""
     text = str(progress)
     bar = Rect(0, place.centery - 2, BAR_WIDTH // 2, 4)
-    width = min(place.width, text_width(text, height) + bar.width + 3 * height)
+    width = min(place.width, status_width(progress, height))
     line = Rect(place.right - width, place.y, width, place.height)
     panel(surface, line)
     bar.right = line.right - height
     write(surface, text, Rect(line.x + height, line.y, bar.x - line.x - 2 * height, line.height), theme.dim, height)
     _draw_bar(surface, bar, progress)
+
+
+def status_width(progress: Compilation, height: int) -> int:
+    """Return the width of that line, px."""
+    return text_width(str(progress), height) + BAR_WIDTH // 2 + 3 * height
 
 
 def _draw_bar(surface: Surface, place: Rect, progress: Compilation) -> None:

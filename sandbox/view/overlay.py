@@ -1,6 +1,7 @@
 """The layers over and under a pane's balls: arrows, trails, contacts, numbers and the like."""
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -14,13 +15,16 @@ from sandbox.scene.model import Scene
 from sandbox.state import Contacts, Floats, State
 from sandbox.view.layers import Layer
 from sandbox.view.palette import contrast, palette
-from sandbox.view.primitives import MIN_DASHED, arrow, lettering, ring
+from sandbox.view.primitives import MIN_DASHED, SMALLEST_TEXT, arrow, lettering, ring
 from sandbox.view.recent import CONTACT_SECONDS, RecentContacts, Trail
+from sandbox.view.theme import readable
 
 ARROW_SECONDS: Final = 0.2  # a velocity's arrow ends where the ball would be after so long
 MAX_WRITTEN: Final = 12  # contacts whose impulse is written next to them
 MAX_NUMBERED: Final = 1_000  # balls; their numbers would hide them, and take half a second a frame
 MAX_RING: Final = 200  # px; larger outlines are drawn without smooth edges
+MIN_NUMBERED: Final = 1.4  # diameter of a ball that its number is written on, in heights of that
+MIN_CONTRAST: Final = 3.0  # of an outline with its ground
 MIN_CELL: Final = 40  # px of the screen between two lines of the grid
 
 
@@ -135,15 +139,20 @@ class Overlay:
         pygame.draw.circle(self.surface, self.palette.ink, at, radius, self.width)
 
     def numbers(self) -> None:
-        """Write each ball's number on it, unless there are too many balls to read them."""
+        """Write each ball's number on it, or above it if it is small, unless there are too many to read them."""
         if len(self.scene.bodies) > MAX_NUMBERED:
             return
         centres = self._at(self._state.position).tolist()
         balls = zip(centres, self.scene.bodies.radius, self.scene.colors, strict=True)
         for number, ((x, y), radius, colour) in enumerate(balls):
-            height = max(9, min(round(radius * self._scale), self._text_height))
-            text = lettering(str(number), contrast(colour), height)
-            self.surface.blit(text, text.get_rect(center=(round(x), round(y))))
+            px = radius * self._scale
+            height = max(SMALLEST_TEXT, min(round(px), self._text_height))
+            has_room = 2 * px >= MIN_NUMBERED * height
+            text = lettering(str(number), contrast(colour) if has_room else self.palette.ink, height)
+            centre = round(x), round(y if has_room else y - px - height / 2)
+            if has_room:  # over the line that shows the ball's angle
+                pygame.draw.circle(self.surface, rgb(colour), centre, min(0.85 * height, px - 1))
+            self.surface.blit(text, text.get_rect(center=centre))
 
     def ghosts(self) -> None:
         """Draw the outlines of the reference's balls."""
@@ -153,10 +162,11 @@ class Overlay:
         balls = zip(centres.round().astype(int).tolist(), self.scene.bodies.radius, self.scene.colors, strict=True)
         for centre, radius, colour in balls:
             px = max(2, round(radius * self._scale))
+            visible = _outline(rgb(colour), (self.palette.ground.r, self.palette.ground.g, self.palette.ground.b))
             if px > MAX_RING:
-                pygame.draw.circle(self.surface, rgb(colour), centre, px, width)
+                pygame.draw.circle(self.surface, visible, centre, px, width)
                 continue
-            picture = ring(px, rgb(colour), 1 if px < MIN_DASHED else width)
+            picture = ring(px, visible, 1 if px < MIN_DASHED else width)
             place = picture.get_rect(center=centre)
             if place.colliderect(inside):
                 self.surface.blit(picture, place)
@@ -185,6 +195,13 @@ ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
     Layer.CONTACTS: Overlay.contacts,
     Layer.CENTRE: Overlay.centre,
 }
+
+
+@lru_cache(maxsize=256)
+def _outline(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Return a ball's colour, or the nearest that is visible as a thin line on a ground."""
+    visible = readable(Color(*colour), Color(*ground), MIN_CONTRAST)
+    return visible.r, visible.g, visible.b
 
 
 def _quarters(count: int) -> list[tuple[int, int, float]]:

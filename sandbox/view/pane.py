@@ -89,6 +89,11 @@ class Pane:
         return energy_in_words(self.error, self.energy_scale, is_alone=self.is_alone)
 
     @property
+    def signed_energy(self) -> str:
+        """The same as briefly as possible."""
+        return f"{'-' if self.error < 0 else '+'}{amount_text(self.error, self.energy_scale)}"
+
+    @property
     def hand_text(self) -> str:
         """What mouse and edits have added to the energy; empty if nothing."""
         if not self.work:
@@ -164,8 +169,10 @@ class Pane:
         left = swatch.right + height // 2
         is_off = self.energy_text != AS_IT_SHOULD_BE and not self.is_reference
         energy = "the reference" if self.is_reference else self.energy_text
-        if text_width(f"{self.name}  {energy}", height, bold=True) > place.right - left:
-            energy = energy.partition(" than")[0]
+        beside = place.right - left - text_width(self.name, height, bold=True) - height
+        if is_off:
+            sizes = (energy, energy.partition(" than")[0], self.signed_energy)
+            energy = next((text for text in sizes if text_width(text, height, bold=True) <= beside), sizes[-1])
         room = place.right - left - (text_width(energy, height, bold=is_off) + height if is_off else 0)
         name = shortened(self.name, max(room, 3 * height), height)
         left = write(surface, name, Rect(left, place.y, place.right - left, place.height), theme.ink, height, bold=True)

@@ -138,6 +138,9 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     if max(map(abs, (*a, *b, radius))) > MAX_PYGAME_SHAPE:
         _fill_rows(surface, colour, (a, b), radius, sides)
         return
+    if a[0] != b[0] and a[1] != b[1]:
+        for k in (0, 2):  # their outer halves remain as the smooth edges
+            pygame.draw.aaline(surface, colour, sides[k], sides[k + 1])
     pygame.draw.polygon(surface, colour, sides)
     for end in (a, b):
         pygame.draw.circle(surface, colour, end, radius)
@@ -188,6 +191,17 @@ def ring(radius: int, colour: tuple[int, int, int], width: int) -> Surface:
             wedge = [(size / 2 * (1 + 2 * x), size / 2 * (1 + 2 * y)) for x, y in corners]
             pygame.draw.polygon(large, (*colour, 0), [(size / 2, size / 2), *wedge])
     return pygame.transform.smoothscale(large, (2 * radius + 4, 2 * radius + 4))
+
+
+@lru_cache(maxsize=512)
+def dot(radius: int, colour: tuple[int, int, int], rim: tuple[int, int, int]) -> Surface:
+    """Return a smooth disc with a thin rim on a clear surface. radius: px."""
+    size = RING_SCALE * (2 * radius + 2)
+    large = Surface((size, size), pygame.SRCALPHA)
+    large.fill((*rim, 0))
+    pygame.draw.circle(large, rim, (size / 2, size / 2), RING_SCALE * (radius + 0.5))
+    pygame.draw.circle(large, colour, (size / 2, size / 2), RING_SCALE * (radius - 0.5))
+    return pygame.transform.smoothscale(large, (2 * radius + 2, 2 * radius + 2))
 
 
 def thin_lines(surface: Surface, colour: Ink, ends: Floats) -> None:

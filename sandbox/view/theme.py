@@ -145,8 +145,11 @@ def contrast_ratio(one: Color, other: Color) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-def readable(colour: Color, ground: Color) -> Color:
-    """Return the colour nearest to another, on the way to black or white, in which text can be read on a ground."""
+def readable(colour: Color, ground: Color, ratio: float = 4.5) -> Color:
+    """Return the colour nearest to another, on the way to black or white, in which text can be read on a ground.
+
+    ratio: the contrast that it has at least; 3 is enough for lines.
+    """
     to = Color("black") if luminance(ground) > 0.18 else Color("white")
     shades = (colour.lerp(to, k / 20) for k in range(21))
-    return next((shade for shade in shades if contrast_ratio(shade, ground) >= 4.5), to)
+    return next((shade for shade in shades if contrast_ratio(shade, ground) >= ratio), to)

@@ -19,7 +19,7 @@ from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import draw_ball_card, draw_error_card, draw_help
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.compilation import Compilation
-from sandbox.view.compiling import caption, draw_status
+from sandbox.view.compiling import caption, draw_status, status_width
 from sandbox.view.controls import Action, Control, Group, Panel, control_of
 from sandbox.view.editor import Editor
 from sandbox.view.engines_page import EnginesPage
@@ -53,6 +53,7 @@ FRAME_RATE: Final = 60  # frames a second
 IDLE_RATE: Final = 25  # checks for events a second while nothing happens; pygame's own wait checks 1,000 times
 MAX_NUMBERED: Final = 30  # balls of a scene that opens with their numbers
 OPENS_WITH: Final = (Layer.CHARTS, Layer.GHOSTS)
+MIN_MESSAGE: Final = 20  # width of a message beside what is compiled, in heights of the text
 MAX_OUTLINED: Final = 300  # balls of a scene that opens with outlines; more would hide the balls
 QUIT_HINT: Final = "Esc again quits"
 UNSAVED_HINT: Final = "the edits of this run are not saved; Esc again quits"
@@ -587,14 +588,23 @@ class Window:
     def _draw_buttons(self, surface: Surface, layout: Layout) -> None:
         self.header.draw(surface, layout)
         self.palette.draw(surface, layout)
+
+    def _draw_messages(self, surface: Surface, layout: Layout) -> None:
+        """Draw a message, and what is compiled beside it; the message alone if there is no room for both."""
+        text, place, height = self._progress or self.notice.text, layout.status.copy(), layout.text_height
         if self._compilation and self._compilation.is_running:
-            draw_status(surface, layout.status, self._compilation, layout.text_height)
+            room = place.width - status_width(self._compilation, height) - height
+            if text and room < MIN_MESSAGE * height:
+                room = place.width
+            else:
+                draw_status(surface, place, self._compilation, height)
+            place.width = room
+        if text:
+            draw_notice(surface, place, height, text, Kind.HINT if self._progress else self.notice.kind)
 
     def _draw_over(self, surface: Surface, layout: Layout) -> None:
         """Draw cards, messages, and what fills the window."""
-        if text := self._progress or self.notice.text:
-            kind = Kind.HINT if self._progress else self.notice.kind
-            draw_notice(surface, layout.status, layout.text_height, text, kind)
+        self._draw_messages(surface, layout)
         self._draw_ball_card(surface, layout)
         if self._free_point:
             self.view.draw_title_card(surface, layout, self._free_point)

@@ -1,9 +1,10 @@
 """A monkey test of the window, on a screen in memory: whatever the input, the run equals its replay.
 
-`pytest -m slow tests/slow/test_monkey.py` goes on for ten minutes.
+`pytest -m slow tests/slow/test_monkey.py` goes on for ten minutes of the window's time with each of three seeds.
 """
 
 import os
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -11,8 +12,7 @@ from typing import Any, Final
 import numpy as np
 import pygame
 import pytest
-from conftest import sizes
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, seed, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 from pygame._sdl2.video import Window as SystemWindow
@@ -26,6 +26,7 @@ from sandbox.view.move_tool import Tool
 from sandbox.view.window import Window
 
 SCENES: Final = ("article", "bouncing", "newtons-cradle", "oblique", "head-on", "funnel", "break-shot", "mine.toml")
+SECONDS: Final = 600.0  # of the window's time, with each seed of a long run
 ENGINES: Final = (None, ["exact"], ["impulse", "exact", "pymunk"])
 MINE: Final = """
 title = "Mine"
@@ -71,6 +72,7 @@ class Monkey(RuleBasedStateMachine):
     """Actions of a user, a desktop and an editor on a window. Time passes in steps, never by the clock."""
 
     window: Window
+    passed = 0.0  # s of the window's time, in all runs
 
     def __init__(self) -> None:
         super().__init__()
@@ -109,6 +111,7 @@ class Monkey(RuleBasedStateMachine):
     def wait(self, seconds: float, frames: int) -> None:
         for _ in range(frames):
             self.window.frame(seconds)
+            Monkey.passed += seconds
 
     @rule(control=st.sampled_from(CONTROLS), times=st.integers(1, 3))
     def use(self, control: Control, times: int) -> None:
@@ -297,12 +300,25 @@ class Monkey(RuleBasedStateMachine):
             )
 
 
-@pytest.mark.parametrize("examples", sizes(3, slow=833))
-def test_whatever_the_input_the_run_equals_its_replay(examples: int) -> None:
+def watch(monkey: type[Monkey], examples: int) -> None:
     run_state_machine_as_test(
-        Monkey,
+        monkey,
         settings=settings(
             max_examples=examples,
             suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
         ),
     )
+
+
+def test_whatever_the_input_the_run_equals_its_replay() -> None:
+    watch(Monkey, 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(3))
+def test_ten_minutes_of_any_input_end_in_no_exception(number: int) -> None:
+    Monkey.passed = 0.0
+    for start in count(1000 * number):
+        watch(seed(start)(Monkey), 20)
+        if Monkey.passed >= SECONDS:
+            break

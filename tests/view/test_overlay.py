@@ -6,6 +6,7 @@ import pytest
 from conftest import scene_of
 from pygame import Color, Surface
 
+from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import CONTACT, State
@@ -123,7 +124,7 @@ def test_balls_have_their_numbers_in_scene_order(scene: Scene) -> None:
         ink = lettering(str(number), Color("white" if number == 0 else "black"), 16)
         place = ink.get_rect(center=(x, 300))
         expected = Surface(place.size)
-        expected.fill(GREY)
+        expected.fill(rgb(scene.colors[number]))  # over the line that shows the angle
         expected.blit(ink, (0, 0))
         shown = overlay.surface.subsurface(place)
         assert np.array_equal(pygame.surfarray.array3d(shown), pygame.surfarray.array3d(expected))

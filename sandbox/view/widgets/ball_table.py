@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import pygame
 from pygame import Rect, Surface
 
 from sandbox.quantity import kinetic_energies, length
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
 from sandbox.state import Floats, State
-from sandbox.view.primitives import text_width, write
+from sandbox.view.primitives import dot, text_width, write
 from sandbox.view.theme import theme
 from sandbox.view.widgets.widget import Widget
 
@@ -100,9 +99,9 @@ class BallTable(Widget):
             ball = order[row]
             if ball == chosen:
                 surface.fill(theme.hover, line)
-            dot = line.x + small // 2, line.centery
-            pygame.draw.circle(surface, rgb(scene.colors[ball]), dot, small // 3)
-            pygame.draw.circle(surface, theme.dim, dot, small // 3 + 1, 1)  # or white balls would not be seen
+            rim = (theme.dim.r, theme.dim.g, theme.dim.b)  # or white balls would not be seen
+            disc = dot(max(2, small // 3), rgb(scene.colors[ball]), rim)
+            surface.blit(disc, disc.get_rect(center=(line.x + small // 2, line.centery)))
             write(surface, str(ball), Rect(line.x + small, line.y, first, line.height), theme.ink, small)
             for column in range(len(names)):
                 cell = Rect(line.x + first + column * width, line.y, width, line.height)

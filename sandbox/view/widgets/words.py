@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import pygame
 from pygame import Color, Rect, Surface
 
-from sandbox.view.primitives import shortened, text_width, wrapped, write
+from sandbox.view.primitives import dot, shortened, text_width, wrapped, write
 from sandbox.view.theme import theme
 from sandbox.view.widgets.widget import Pressable, Widget, draw_ground
 
@@ -65,8 +64,10 @@ class Words(Pressable):
             surface.fill(theme.accent, (place.x, place.y, max(2, text_height // 4), place.height))
         top = place.y + (place.height - self.height(place.width, text_height)) // 2 + text_height // 6
         line = Rect(place.x + text_height // 2, top, place.width - text_height, self._step(text_height))
-        for dot in self.dots:
-            pygame.draw.circle(surface, dot, (line.x + text_height // 3, line.centery), text_height // 3)
+        rim = (theme.dim.r, theme.dim.g, theme.dim.b)
+        for colour in self.dots:
+            disc = dot(max(2, text_height // 3), (colour.r, colour.g, colour.b), rim)
+            surface.blit(disc, disc.get_rect(center=(line.x + text_height // 3, line.centery)))
             line.x += text_height
             line.width -= text_height
         for text in self._lines(place.width, text_height):
