@@ -153,6 +153,14 @@ class Desktop:
         [file] = set(self.folder.glob("*.toml")) - before
         return file
 
+    def click(self, text: str) -> None:
+        """Click a button by its text, before anything has changed the window."""
+        assert self.layout
+        assert self._model
+        self._model.screen = pygame.Surface(self.size)
+        place = next(place for widget, place in self._model._placed if getattr(widget, "label", "") == text)
+        self.xdo("mousemove", "--window", self.window, *place.center, "click", 1)
+
     def slide(self, name: str, share: float) -> None:
         """Drag a slider of the page of the scene, which is open, to a share of its track."""
         assert self.layout
