@@ -26,7 +26,7 @@ from sandbox.view.chart_marks import (
     small,
     spread,
 )
-from sandbox.view.instruments import LAW, LOGARITHMIC, Instrument, TimeChart, time_chart
+from sandbox.view.instruments import LAW, LOGARITHMIC, Even, Instrument, TimeChart, time_chart
 from sandbox.view.layout import ScreenPoint
 from sandbox.view.markers import draw_marker
 from sandbox.view.palette import chart_palette
@@ -265,7 +265,7 @@ class Charts:
             surface.blit(line, line.get_rect(right=plot.right - 2, top=plot.y + 2))
 
     def _write_axis(self, surface: Surface, chart: TimeChart, plot: Rect, height: int) -> None:
-        """Write as many of the chart's values as there is room for."""
+        """Write as many of the chart's values as there is room for; of evenly spaced ones all, or the ends and 0."""
         written = list[Rect]()
         for at, text in chart.scale.ticks(self._span):
             number = lettering(text, theme.dim, height)
@@ -275,6 +275,8 @@ class Charts:
                 pygame.draw.line(surface, self.palette.faint, (plot.x, y), (plot.right - 1, y))
                 surface.blit(number, place)
                 written.append(place)
+            elif isinstance(chart.scale, Even) and at:
+                break
         if chart.is_relative:
             zero = round(float(_y(plot, self._span, np.array(0.0))))
             pygame.draw.line(surface, self._colours[self.samples.reference], (plot.x, zero), (plot.right - 1, zero))

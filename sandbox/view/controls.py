@@ -235,7 +235,7 @@ CONTROLS = (
     Control(Group.WINDOW, Action.ESCAPE, "Esc", "close what is open over the panes; twice, quit", (pygame.K_ESCAPE,)),
 )
 HELP = (
-    ("Left drag", "pull the nearest ball, or a wall; if paused, set a velocity"),
+    ("Left drag", "pull a ball or a wall; if paused, set a velocity"),
     ("Drag in the charts", "go to that time, as in the bar; the wheel zooms"),
     ("Wheel, middle drag", "zoom in and out, and move what the panes show"),
     ("Mouse on a ball", "show position, velocity and energy in every engine"),

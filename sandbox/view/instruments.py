@@ -125,11 +125,12 @@ class Even:
         return round_up((span[1] - span[0]) / TICKS)
 
     def ticks(self, span: Span) -> list[tuple[float, str]]:
-        """Return round numbers, the ends first."""
+        """Return round numbers: the ends first, then 0, then from the highest down."""
         step = self._step(span)
         numbers = 0.0 + step * np.arange(np.ceil(span[0] / step - 1e-9), np.floor(span[1] / step + 1e-9) + 1)
         lowest, *others = numbers.tolist()
-        ordered = [*others[-1:], lowest, *others[:-1]]
+        between = sorted(others[:-1], key=lambda at: (at != 0, -at))
+        ordered = [*others[-1:], lowest, *between]
         return [(at, f"{at:,.6g}{self.unit if at == ordered[0] else ''}") for at in ordered]
 
 

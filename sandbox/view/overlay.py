@@ -60,6 +60,11 @@ class Overlay:
         self.palette = palette(scene.arena.background)
         self.width = max(1, round(text_height / 10))  # of lines, px
 
+    def _visible(self, colour: str) -> tuple[int, int, int]:
+        """Return a ball's colour, or the nearest that is visible as a thin line."""
+        ground = self.palette.ground
+        return _line_colour(rgb(colour), (ground.r, ground.g, ground.b))
+
     def _at(self, position: Floats) -> Floats:
         """Turn positions in the scene, (..., 2) px, into places on the surface."""
         return position * self._scale + self._origin
@@ -82,7 +87,7 @@ class Overlay:
         lines = np.rint(self._at(positions)).astype(int).swapaxes(0, 1)
         for start, end, share in _quarters(len(positions)):
             for line, colour in zip(lines[:, start:end].tolist(), self.scene.colors, strict=True):
-                faded = self.palette.ground.lerp(Color(*rgb(colour)), share)
+                faded = self.palette.ground.lerp(self._visible(colour), share)
                 pygame.draw.lines(self.surface, faded, False, line, self.width)
 
     def velocity(self) -> None:
@@ -162,7 +167,7 @@ class Overlay:
         balls = zip(centres.round().astype(int).tolist(), self.scene.bodies.radius, self.scene.colors, strict=True)
         for centre, radius, colour in balls:
             px = max(2, round(radius * self._scale))
-            visible = _outline(rgb(colour), (self.palette.ground.r, self.palette.ground.g, self.palette.ground.b))
+            visible = self._visible(colour)
             if px > MAX_RING:
                 pygame.draw.circle(self.surface, visible, centre, px, width)
                 continue
@@ -198,7 +203,7 @@ ABOVE_BALLS: Final[Mapping[Layer, Callable[[Overlay], None]]] = {
 
 
 @lru_cache(maxsize=256)
-def _outline(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> tuple[int, int, int]:
+def _line_colour(colour: tuple[int, int, int], ground: tuple[int, int, int]) -> tuple[int, int, int]:
     """Return a ball's colour, or the nearest that is visible as a thin line on a ground."""
     visible = readable(Color(*colour), Color(*ground), MIN_CONTRAST)
     return visible.r, visible.g, visible.b

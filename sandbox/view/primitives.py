@@ -20,7 +20,11 @@ from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stam
 from sandbox.view.theme import theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
-FALLBACK: Final = "notosanscjksc,notosanscjkjp,wenquanyimicrohei,microsoftyahei,pingfangsc,hiraginosans,dejavusans"
+FALLBACKS: Final = (  # the systems' own fonts for what the usual one lacks
+    *("notosanscjksc", "notosanscjkjp", "notosanscjkkr", "sourcehansans", "wenquanyimicrohei", "wenquanyizenhei"),
+    *("droidsansfallback", "microsoftyahei", "yugothic", "malgungothic", "simsun", "msgothic"),
+    *("pingfangsc", "hiraginosans", "hiraginosansgb", "applesdgothicneo", "arialunicodems", "unifont", "dejavusans"),
+)
 MAX_PYGAME_SHAPE: Final = 10_000  # px; larger shapes are filled here, only where they are visible
 RING_SCALE: Final = 4  # rings are drawn larger and scaled down
 MIN_DASHED: Final = 8  # px, radius of a ring; dashes of smaller ones would not be seen
@@ -36,19 +40,33 @@ Ink = Color | tuple[int, ...]
 
 
 @lru_cache(maxsize=256)
-def font(height: int, *, bold: bool = False, fallback: bool = False) -> pygame.font.Font:
-    """Return a font, the same on every machine; fallback: the system's, with more characters. height: px."""
+def font(height: int, *, bold: bool = False, fallback: str = "") -> pygame.font.Font:
+    """Return a font, the same on every machine; fallback: the name of one of the system's instead. height: px."""
     pygame.font.init()
     if fallback:
-        return pygame.font.Font(pygame.font.match_font(FALLBACK, bold), round(0.95 * height))
+        return pygame.font.Font(pygame.font.match_font(fallback, bold), round(0.95 * height))
     return pygame.font.Font(str(FACES / f"SourceSansPro-{'Semibold' if bold else 'Regular'}.ttf"), round(1.15 * height))
 
 
+@lru_cache(maxsize=1024)
+def _lacks(text: str, fallback: str) -> int:
+    """Return how many characters of a text a font has no picture of."""
+    face = font(TEXT_SCALE * SMALLEST_TEXT, fallback=fallback)
+    missing = face.metrics("\uffff")[0]
+    return sum(shape in (None, missing) for shape in face.metrics(text))
+
+
+@lru_cache(maxsize=1)
+def _installed() -> tuple[str, ...]:
+    """Return those fallbacks that the system has."""
+    return tuple(name for name in FALLBACKS if pygame.font.match_font(name))
+
+
 def _face(text: str, height: int, *, bold: bool) -> pygame.font.Font:
-    """Return the font that a text is written in: the fallback if the usual one lacks a character of it."""
-    usual = font(height, bold=bold)
-    missing = usual.metrics("\uffff")[0]
-    return usual if text.isascii() or missing not in usual.metrics(text) else font(height, bold=bold, fallback=True)
+    """Return the font that a text is written in: where the usual one lacks characters, that which lacks fewest."""
+    if text.isascii():
+        return font(height, bold=bold)
+    return font(height, bold=bold, fallback=min(("", *_installed()), key=lambda name: _lacks(text, name)))
 
 
 @lru_cache(maxsize=2048)

@@ -3,13 +3,14 @@
 from collections.abc import Callable
 
 import numpy as np
+import pygame
 import pytest
 from pygame import Surface
 from window_driver import pixels
 
 from sandbox.report.scales import round_up
 from sandbox.state import Bools, Floats
-from sandbox.view.primitives import capsule, text_width, wrapped
+from sandbox.view.primitives import _face, capsule, font, text_width, wrapped
 
 
 @pytest.mark.parametrize(("size", "up"), [(1, 1), (1.1, 2), (3, 5), (7, 10), (0.03, 0.05), (400, 500), (2e-7, 2e-7)])
@@ -51,3 +52,15 @@ def test_a_number_keeps_its_unit_where_a_line_is_broken(unit: str) -> None:
 def test_a_line_may_be_broken_between_a_number_and_a_word_that_begins_like_a_unit() -> None:
     broken = [wrapped("the ball has 12 steps left", width, 16) for width in range(200)]
     assert any(line.startswith("steps") for lines in broken for line in lines)
+
+
+def test_characters_that_the_usual_font_lacks_are_written_in_the_font_of_the_system_that_has_most_of_them() -> None:
+    if not pygame.font.match_font("dejavusans"):
+        pytest.skip("needs the font DejaVu Sans")
+    for text in ("\u2200x", "\u2203\u2200"):
+        shown, tofu = (
+            pygame.surfarray.array_alpha(face.render(text, True, "black"))
+            for face in (_face(text, 20, bold=False), font(20, bold=False))
+        )
+        assert shown.shape != tofu.shape or (shown != tofu).any()
+    assert _face("\u00e9 \u2192 \u00bd", 20, bold=False) is font(20, bold=False)
