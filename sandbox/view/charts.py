@@ -266,8 +266,11 @@ class Charts:
 
     def _write_axis(self, surface: Surface, chart: TimeChart, plot: Rect, height: int) -> None:
         """Write as many of the chart's values as there is room for; of evenly spaced ones all, or the ends and 0."""
-        written = list[Rect]()
-        for at, text in chart.scale.ticks(self._span):
+        written, ticks = list[Rect](), chart.scale.ticks(self._span)
+        tall = 4 / 3 * lettering("0", theme.dim, height).get_height()
+        if isinstance(chart.scale, Even) and tall * (len(ticks) - 1) > plot.height:
+            ticks = [(at, text) for at, text in ticks if at in (0.0, *self._span)]
+        for at, text in ticks:
             number = lettering(text, theme.dim, height)
             y = round(float(_y(plot, self._span, np.array(at))))
             place = number.get_rect(right=plot.x - height // 2, centery=y)
@@ -275,8 +278,6 @@ class Charts:
                 pygame.draw.line(surface, self.palette.faint, (plot.x, y), (plot.right - 1, y))
                 surface.blit(number, place)
                 written.append(place)
-            elif isinstance(chart.scale, Even) and at:
-                break
         if chart.is_relative:
             zero = round(float(_y(plot, self._span, np.array(0.0))))
             pygame.draw.line(surface, self._colours[self.samples.reference], (plot.x, zero), (plot.right - 1, zero))

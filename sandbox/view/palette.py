@@ -9,7 +9,7 @@ from pygame import Color
 
 from sandbox.report.colours import colours_of
 from sandbox.scene.fields import PALETTE, rgb
-from sandbox.view.theme import luminance, readable, theme
+from sandbox.view.theme import DARK, luminance, readable, theme
 
 BLUE, ORANGE, GREEN, VERMILLION, SKY, PURPLE = PALETTE
 GLARE: Final = 0.3  # luminance of a background that would glare in a dark window
@@ -20,12 +20,14 @@ YELLOW: Final = "#f0e442"  # of Okabe and Ito's colours; balls do not have it, a
 class Palette:
     """The colours of everything that is drawn on one background.
 
-    ink: text and marks. faint: grid and axes. law: lines of a theory. momentum, contact: arrows and contacts.
+    ink: text and marks. wall: inner walls, which do not glare either. faint: grid and axes. law: lines of a theory.
+    momentum, contact: arrows and contacts.
     is_dark: the background.
     """
 
     ground: Color
     ink: Color
+    wall: Color
     faint: Color
     law: Color
     momentum: Color
@@ -58,6 +60,7 @@ def _palette(ground: tuple[int, int, int]) -> Palette:
     return Palette(
         ground=Color(*ground),
         ink=ink,
+        wall=DARK.dim if Color(*ground) == DARK.pane else ink,
         faint=Color(*ground).lerp(ink, 0.12),
         law=Color(*ground).lerp(ink, 0.4),
         momentum=Color(ORANGE if dark else PURPLE),

@@ -68,7 +68,7 @@ class Pane:
         if isinstance(engine, PymunkEngine) and engine is not self._drawn:
             self._drawn, self.debug_draw = (
                 engine,
-                DebugDraw(engine.space, moment.scene.colors, palette(moment.scene.arena.background).ink),
+                DebugDraw(engine.space, moment.scene.colors, palette(moment.scene.arena.background).wall),
             )
         if afresh or moment.scene is not self.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
@@ -110,7 +110,7 @@ class Pane:
     def recolour(self) -> None:
         """Draw in the colours of the theme."""
         if self.debug_draw:
-            self.debug_draw.recolour(palette(self.scene.arena.background).ink)
+            self.debug_draw.recolour(palette(self.scene.arena.background).wall)
 
     def draw(
         self,
@@ -224,7 +224,7 @@ def draw_failure_card(surface: Surface, layout: Layout, place: Rect, error: Engi
 
 def draw_walls(surface: Surface, scene: Scene, scale: float, origin: Vector = (0.0, 0.0)) -> None:
     """Draw a scene's walls. scale: px of the surface for one px of the scene; origin: where the scene's is."""
-    ink = palette(scene.arena.background).ink
+    ink = palette(scene.arena.background).wall
     for wall in scene.walls:
         draw_wall(surface, ink, (wall.start, wall.to), wall.thickness, scale, origin)
 

@@ -33,6 +33,7 @@ EDGE: Final = 0.5  # px; a segment of which less is visible, as of the arena's w
 MAX_LETTERS: Final = 1000  # of a line that are drawn; no screen has room for more
 SMALLEST_TEXT: Final = 9  # px, of what is made smaller to fit
 TEXT_SCALE: Final = 3  # text is drawn larger and scaled down: at its own size, letters are spaced unevenly
+LARGE: Final = 200  # px, of letters whose sizes are compared; small ones of one size may be different letters
 _PIECE: Final = re.compile(r"\d|\D+")  # of a text, which is drawn at once
 _BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:ms|s|px|kg|rad|%)(?:\W|$))")
 Point = Sequence[float]
@@ -50,8 +51,8 @@ def font(height: int, *, bold: bool = False, fallback: str = "") -> pygame.font.
 
 @lru_cache(maxsize=1024)
 def _lacks(text: str, fallback: str) -> int:
-    """Return how many characters of a text a font has no picture of."""
-    face = font(TEXT_SCALE * SMALLEST_TEXT, fallback=fallback)
+    """Return how many characters of a text a font has no picture of, but draws as it draws one that does not exist."""
+    face = font(LARGE, fallback=fallback)
     missing = face.metrics("\uffff")[0]
     return sum(shape in (None, missing) for shape in face.metrics(text))
 
@@ -156,9 +157,6 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     if max(map(abs, (*a, *b, radius))) > MAX_PYGAME_SHAPE:
         _fill_rows(surface, colour, (a, b), radius, sides)
         return
-    if a[0] != b[0] and a[1] != b[1]:
-        for k in (0, 2):  # their outer halves remain as the smooth edges
-            pygame.draw.aaline(surface, colour, sides[k], sides[k + 1])
     pygame.draw.polygon(surface, colour, sides)
     for end in (a, b):
         pygame.draw.circle(surface, colour, end, radius)

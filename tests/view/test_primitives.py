@@ -63,4 +63,5 @@ def test_characters_that_the_usual_font_lacks_are_written_in_the_font_of_the_sys
             for face in (_face(text, 20, bold=False), font(20, bold=False))
         )
         assert shown.shape != tofu.shape or (shown != tofu).any()
-    assert _face("\u00e9 \u2192 \u00bd", 20, bold=False) is font(20, bold=False)
+    for text in ("\u00e9 \u2192 \u00bd", "\u041f\u043e\u0447\u0435\u043c\u0443"):
+        assert _face(text, 20, bold=False) is font(20, bold=False, fallback="")
