@@ -40,6 +40,7 @@ def load_kernels() -> None:
     pixels, place, none = np.zeros(1, np.uint32), np.zeros(4, np.int64), np.zeros(0)
     stamp_discs(pixels, 1, place, np.zeros((0, 2)), none, np.zeros(0, np.int64), none, 0)
     stamp_lines(pixels, 1, place, np.zeros((0, 4)), 0)
+    stamp_wall(pixels, 1, place, np.zeros(4), 0.5, 0)
 
 
 def has_byte_channels(surface: Surface) -> bool:
@@ -191,3 +192,30 @@ def stamp_lines(pixels, row, place, ends, value):  # type: ignore[no-untyped-def
                         column, height = height, column
                     at = (int(height) + place[1]) * row + int(column) + place[0]
                     _blend(pixels, at, value, abs(1.0 - beside - (across - low)))
+
+
+@entry
+def stamp_wall(pixels, row, place, ends, radius, value):  # type: ignore[no-untyped-def]
+    """Draw a smooth segment with round ends.
+
+    pixels, row, place: as for discs; ends: (4,) px, x and y of both; radius: half its thickness, px; value: of a pixel
+    in its colour.
+    """
+    x, y, reach = ends[0] + place[0], ends[1] + place[1], radius + 0.5
+    length = math.hypot(ends[2] - ends[0], ends[3] - ends[1])
+    along_x, along_y = (ends[2] - ends[0]) / max(length, 1e-9), (ends[3] - ends[1]) / max(length, 1e-9)
+    end_x, end_y = x + length * along_x, y + length * along_y
+    for line in range(
+        math.floor(max(min(y, end_y) - reach, place[1])), math.ceil(min(max(y, end_y) + reach, place[3]))
+    ):
+        low, high = min(x, end_x) - reach, max(x, end_x) + reach
+        off_y = line + 0.5 - y
+        if abs(along_y) > 0.01:  # only the columns that it crosses in this row
+            middle, spread = x + off_y * along_x / along_y, reach / abs(along_y)
+            low, high = max(low, middle - spread), min(high, middle + spread)
+        for column in range(math.floor(max(low, place[0])), math.ceil(min(high, place[2]))):
+            off_x = column + 0.5 - x
+            along = min(max(off_x * along_x + off_y * along_y, 0.0), length)
+            coverage = reach - math.hypot(off_x - along * along_x, off_y - along * along_y)
+            if coverage > 0.0:
+                _blend(pixels, line * row + column, value, min(coverage, 1.0))

@@ -16,7 +16,7 @@ from pygame import Color, Rect, Surface
 from sandbox.state import Floats
 from sandbox.text import printable
 from sandbox.view.palette import Palette
-from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stamp_lines
+from sandbox.view.pixels import has_kernels, pixel_of, pixels_of, place_of, stamp_lines, stamp_wall
 from sandbox.view.theme import theme
 
 FACES: Final = files("font_source_sans_pro") / "files"
@@ -151,6 +151,9 @@ def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) ->
     for low, high, size in zip(map(min, a, b), map(max, a, b), surface.get_size(), strict=True):
         if high < EDGE - radius or low > size - EDGE + radius:
             return
+    if has_kernels(surface):
+        stamp_wall(*pixels_of(surface), place_of(surface), np.array([*a, *b], float), radius, pixel_of(surface, colour))
+        return
     distance = math.dist(a, b) or 1.0
     across_x, across_y = (a[1] - b[1]) / distance * radius, (b[0] - a[0]) / distance * radius
     sides = [(x + sign * across_x, y + sign * across_y) for (x, y), sign in ((a, 1), (b, 1), (b, -1), (a, -1))]

@@ -1,11 +1,12 @@
 """Shapes of any size, and round numbers."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pygame
 import pytest
-from pygame import Surface
+from pygame import Color, Surface
 from window_driver import pixels
 
 from sandbox.report.scales import round_up
@@ -65,3 +66,13 @@ def test_characters_that_the_usual_font_lacks_are_written_in_the_font_of_the_sys
         assert shown.shape != tofu.shape or (shown != tofu).any()
     for text in ("\u00e9 \u2192 \u00bd", "\u041f\u043e\u0447\u0435\u043c\u0443"):
         assert _face(text, 20, bold=False) is font(20, bold=False, fallback="")
+
+
+def test_a_wall_covers_the_area_of_its_rectangle_and_its_round_ends_with_smooth_edges() -> None:
+    surface = Surface((200, 100), 0, 32).subsurface((7, 5, 150, 80))
+    surface.fill("white")
+    capsule(surface, Color("black"), (20.3, 10.4), (110.9, 61.2), 4.3)
+    ink = 1 - pixels(surface)[:, :, 0] / 255
+    length = math.dist((20.3, 10.4), (110.9, 61.2))
+    assert ink.sum() == pytest.approx(2 * 4.3 * length + math.pi * 4.3**2, rel=0.01)
+    assert 0.1 < np.mean((ink > 0.02) & (ink < 0.98)) * ink.size / (2 * length) < 3  # about a pixel along either side
