@@ -14,9 +14,11 @@ is lost, and releases LLVM's memory in destructors, which an exception would lea
 Compiling takes seconds, once. A program with something to show in that time has it done by a `Compiler`.
 """
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import wraps
+from time import sleep
 from typing import Any, Final, Protocol, cast
 
 import numpy as np
@@ -26,9 +28,11 @@ from numba.core.caching import FunctionCache
 from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
 
-from sandbox.signals import signals_deferred
+from sandbox.signals import checkpoint, signals_deferred
 
 _OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
+_OF_ENTRY: Final = {**_OPTIONS, "nogil": True}  # so that a thread can run a kernel while others go on in Python
+RETRY_INTERVAL: Final = 0.05  # s, until a thread looks again whether a kernel is compiled
 MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel gets, to run in Python meanwhile
 
 
@@ -51,8 +55,15 @@ class NotCompiledYet(Exception):
     """A kernel is not in the cache, and is not to be waited for."""
 
 
+class _OfThread(threading.local):
+    """waits: whether a kernel that is not in the cache is waited for; only the main thread can let a compiler wait."""
+
+    def __init__(self) -> None:
+        self.is_main = self.waits = threading.current_thread() is threading.main_thread()
+
+
 _compiler: Compiler | None = None
-_waits = True  # whether a kernel that is not in the cache is waited for
+_of_thread = _OfThread()
 
 
 def compile_by(compiler: Compiler | None) -> None:
@@ -64,12 +75,11 @@ def compile_by(compiler: Compiler | None) -> None:
 @contextmanager
 def without_waiting() -> Iterator[None]:
     """Raise NotCompiledYet in this block where a kernel would have to be waited for."""
-    global _waits  # noqa: PLW0603
-    _waits, before = False, _waits
+    _of_thread.waits, before = False, _of_thread.waits
     try:
         yield
     finally:
-        _waits = before
+        _of_thread.waits = before
 
 
 @contextmanager
@@ -91,7 +101,7 @@ class _Cache(FunctionCache):
     def load_overload(self, signature: object, context: object) -> object:
         code = self._load(signature, context)
         if code is None and _compiler:
-            if not _waits:
+            if not _of_thread.waits:
                 _compiler.note_missing(self._py_func.__module__)
                 raise NotCompiledYet
             _compiler.wait(self._py_func.__module__)
@@ -120,10 +130,30 @@ kernel: Final[_Decorator] = register_jitable(**_OPTIONS, forceinline=True)
 
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a kernel that Python calls, when it is first called."""
-    compiled = njit(**_OPTIONS)(function)
+    compiled = njit(**_OF_ENTRY)(function)
     compiled._cache = _Cache(function)  # type: ignore[no-untyped-call]
     compiled._compiler.compile = signals_deferred()(compiled._compiler.compile)
+    compiled.compile = _waiting_in_threads(compiled.compile)
     return cast("Callable[..., Any]", compiled)
+
+
+def _waiting_in_threads(compile_or_load: Callable[[object], object]) -> Callable[[object], object]:
+    """Return a function that, in a thread beside the main one, tries again until the compiler is done.
+
+    The thread must wait here: inside, it has numba's lock, which the main thread needs to load its own kernels.
+    """
+
+    def call(signature: object) -> object:
+        while True:
+            try:
+                return compile_or_load(signature)
+            except NotCompiledYet:
+                if _of_thread.is_main:
+                    raise
+                checkpoint()
+                sleep(RETRY_INTERVAL)
+
+    return call
 
 
 def portable_entry(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,6 +10,7 @@ from typing import Final
 
 from sandbox.errors import Terminated
 
+_of_thread = threading.local()
 SIGNALS: Final = (signal.SIGINT, signal.SIGTERM, *((signal.SIGHUP,) if sys.platform != "win32" else ()))
 
 
@@ -68,6 +69,22 @@ def sigint_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class Abandoned(BaseException):
+    """Ends what a thread does, as nobody waits for it any longer."""
+
+
+def abandon_at(event: threading.Event) -> None:
+    """From now on, let `checkpoint` in this thread end what it does once an event is set."""
+    _of_thread.abandoned = event
+
+
+def checkpoint() -> None:
+    """Raise Abandoned if what this thread does is to end. Long computations call it ten times a second or more."""
+    event: threading.Event | None = getattr(_of_thread, "abandoned", None)
+    if event and event.is_set():
+        raise Abandoned
 
 
 def _terminate(number: int, _frame: FrameType | None = None) -> None:

@@ -120,7 +120,7 @@ def run(
     if has_display():
         with compiling_beside_window(chosen, engines) as compilation:
             print_warnings(chosen)
-            window = Window(chosen, engines, replayed, compilation)
+            window = Window(chosen, engines, replayed, compilation, beside=True)
             try:
                 window.run()
             finally:  # mouse input cannot be reproduced

@@ -20,7 +20,7 @@ class Moment:
     `gas.wall_impulse`, kg/s), energy (kg px²/s²), work (what mouse and edits have added to it): for each engine. balls:
     each ball's number among all that ever were in the run. held: the ball that the mouse holds, pulled to target (px).
     energy_scale: kg px²/s², what shares of energy are of so far, see `EnergyScale`. standing: the engines that have
-    reached a limit, and stand still.
+    reached a limit, and stand still. is_complete: whether it has the engine that is computed beside the others.
     """
 
     step: int
@@ -37,6 +37,7 @@ class Moment:
     wall_impulse: dict[str, float]
     energy_scale: float
     standing: frozenset[str] = frozenset()
+    is_complete: bool = True
 
     @property
     def size(self) -> int:
@@ -61,6 +62,10 @@ class History:
         self._drop(moment.step)
         self._recent[moment.step] = moment
         self._recent_bytes += moment.size
+        self._thin_out()
+
+    def _thin_out(self) -> None:
+        """Drop recent moments beyond the limits, but for one in so many, and older ones."""
         while len(self._recent) > 1 and (len(self._recent) > MAX_RECENT or self._recent_bytes > MAX_BYTES_KEPT):
             oldest = self._recent.pop(next(iter(self._recent)))
             self._recent_bytes -= oldest.size
@@ -72,6 +77,16 @@ class History:
             self._older = {step: kept for step, kept in self._older.items() if step % self._stride == 0}
             self._older_bytes = sum(kept.size for kept in self._older.values())
 
+    def complete(self, moment: Moment, completed: Moment) -> None:
+        """Keep a moment that now has every engine in the place of the same one without, if that is still kept."""
+        if self._recent.get(moment.step) is moment:
+            self._recent[moment.step] = completed
+            self._recent_bytes += completed.size - moment.size
+        elif self._older.get(moment.step) is moment:
+            self._older[moment.step] = completed
+            self._older_bytes += completed.size - moment.size
+        self._thin_out()
+
     def nearest(self, step: int) -> Moment:
         """Return the moment nearest to a step; at least one must be kept."""
         exact = self._recent.get(step) or self._older.get(step)
@@ -81,6 +96,11 @@ class History:
         """Return the moments kept between two steps, both included, in order."""
         steps = range(first, last + 1)
         return [kept for step in steps if (kept := self._recent.get(step) or self._older.get(step))]
+
+    def drop(self, moment: Moment) -> None:
+        """Drop a moment, if it is still kept."""
+        if moment is (self._recent.get(moment.step) or self._older.get(moment.step)):
+            self._drop(moment.step)
 
     def drop_from(self, step: int) -> None:
         """Drop a step and all after it."""

@@ -4,26 +4,40 @@ No engine can be copied bit for bit while it runs (a Pymunk space has state that
 inputs: to continue from a step, the engines run again from the start with the same inputs, to the same bytes.
 """
 
-from collections.abc import Sequence
-from typing import Final
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, Final, NamedTuple, TypeVar
 
-from sandbox.analysis.gas import wall_impulse
 from sandbox.analysis.reference import reference_of
 from sandbox.compiled import NotCompiledYet, between_frames
-from sandbox.engines import Engines, Source, create, named
+from sandbox.engines import REFERENCE, Engines, Source, create, named
 from sandbox.errors import SandboxError
 from sandbox.run.edits import ChangeWall, Edit, edited
 from sandbox.run.inputs import MAX_EDITS, Grab, Input, Move, Release, clock_of
-from sandbox.run.lockstep import Lockstep
+from sandbox.run.lockstep import Lockstep, Runner
 from sandbox.scene.balls import BallGroup
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.scores.energy_scale import EnergyScale
-from sandbox.session.history import History, Moment
+from sandbox.session.beside import Beside
+from sandbox.session.history import MAX_BYTES_KEPT, MAX_RECENT, History, Moment
+from sandbox.session.parts import Part, PartReader
 from sandbox.session.samples import Samples
-from sandbox.state import Contacts, State, States, no_contacts
+from sandbox.state import States
 
+T = TypeVar("T")
+NOTHING: Final = Part({}, {}, {}, {}, {}, {}, frozenset())  # is missing
 CALLS_PER_TRY: Final = 30  # between two tries whether the reference is compiled by now
+
+
+class Unfinished(NamedTuple):
+    """A moment without the reference. edited: whether an edit led to it; part: waits some seconds for the rest."""
+
+    moment: Moment
+    edited: bool
+    part: Callable[[float | None], Part]
 
 
 class Session:
@@ -35,6 +49,10 @@ class Session:
 
     reference: the engine that the others are measured against, by default as `reference_of` chooses. If it is not among
     the names, it runs along, hidden, as long as it can; in a window, from when it is compiled.
+
+    beside: whether `exact`, if it is the reference, is computed beside the others, which then do not wait for it: a
+    moment is shown without it, and completed and sampled when it arrives. Only an edit waits for it, as that is for the
+    state of every engine, and so do steps if it is as far behind as the history goes back. All moments become the same.
     """
 
     def __init__(
@@ -43,8 +61,11 @@ class Session:
         engines: Engines,
         inputs: Sequence[Input] = (),
         reference: str | None = None,
+        *,
+        beside: bool = False,
     ) -> None:
         self.start = scene
+        self.beside = beside
         self._engines = named(engines)
         self.names = list(self._engines)
         self.reference = reference or reference_of(self.names)
@@ -54,9 +75,12 @@ class Session:
         self._history = History()
         self._undone: list[list[Input]] = []
         self._calls = 0  # of `admit_reference`
+        self._beside: Beside | None = None
+        self._unfinished: deque[Unfinished] = deque()
+        self._unfinished_bytes = 0
         self._begin()
         at_start = self.lockstep.energies({"": self.lockstep.initial})[""]
-        silent = [name for name, runner in self.lockstep.engines.items() if not runner.traits.reports_contacts]
+        silent = [name for name, runner in self.runners.items() if not runner.traits.reports_contacts]
         engines_sampled = list(dict.fromkeys([*self.names, self.reference]))
         self.samples = Samples(engines_sampled, self.reference, at_start, silent, self._history)
         self._arrive()
@@ -71,7 +95,12 @@ class Session:
     @property
     def steps_behind(self) -> int:
         """The number of steps that the engines must run before the session can continue from here."""
-        return self.step if self._stale or self.lockstep.steps > self.step else self.step - self.lockstep.steps
+        return self.step if self._must_begin else self.step - self.lockstep.steps
+
+    @property
+    def _must_begin(self) -> bool:
+        """Whether the engines must run again from the start to be at the present step."""
+        return self._stale or self.lockstep.steps > self.step
 
     @property
     def is_live(self) -> bool:
@@ -83,6 +112,28 @@ class Session:
         """The ball that the mouse holds now; None during a replay of earlier inputs."""
         nothing_to_come = len(self.lockstep.given) == len(self.inputs)
         return self.lockstep.mouse.ball if self.is_live and nothing_to_come else None
+
+    @property
+    def runners(self) -> dict[str, Runner]:
+        """The engines that run, in order; one that is computed beside the others may be at an earlier step."""
+        return self._in_order(self.lockstep.engines, self._beside.lockstep.engines if self._beside else {})
+
+    @property
+    def dropped(self) -> str:
+        """Why the reference runs along no more; nothing if it does."""
+        return (self._beside or self).lockstep.dropped
+
+    @property
+    def lag(self) -> float:
+        """By how much the reference is behind the other engines, s."""
+        return self.lockstep.time - self.latest.time if self._unfinished else 0.0
+
+    @property
+    def waits(self) -> bool:
+        """Whether the next step would wait for the reference: it is too far behind, or an edit is to come."""
+        if not self._unfinished or self._must_begin:
+            return False
+        return len(self._unfinished) >= MAX_RECENT or self._unfinished_bytes >= MAX_BYTES_KEPT or self._edit_is_due
 
     def moments(self, first: int, last: int) -> list[Moment]:
         """Return the moments kept between two steps, both included, in order."""
@@ -128,7 +179,7 @@ class Session:
         Raises SandboxError if edits to come are refused; they are dropped, and the step is done.
         """
         self.catch_up()
-        self.lockstep.step()
+        self._step()
         self.step = self.lockstep.steps
         self.end = max(self.end, self.step)
         self._arrive()
@@ -139,13 +190,39 @@ class Session:
         Raises SandboxError if edits are refused, by engines that were not there when they were given; they are dropped,
         and another call goes on.
         """
-        if self._stale or self.lockstep.steps > self.step:
+        if self._must_begin:
             self._begin()
             self._arrive()
         steps = self.steps_behind if max_steps is None else min(self.steps_behind, max_steps)
         for _ in range(steps):
-            self.lockstep.step()
+            self._step()
             self._arrive()
+
+    def collect(self, seconds: float | None = 0.0) -> bool:
+        """Complete the moments for which the reference has arrived. Return whether there were any.
+
+        seconds: how long to wait until it has arrived for all; None: as long as that takes.
+        """
+        deadline, before = perf_counter() + (seconds or 0.0), len(self._unfinished)
+        while self._unfinished:
+            moment, edited, part = self._unfinished[0]
+            try:
+                rest = part(None if seconds is None else max(0.0, deadline - perf_counter()))
+            except TimeoutError:
+                break
+            self._unfinished.popleft()
+            self._unfinished_bytes -= moment.size
+            self._history.complete(moment, self._complete(moment, rest, edited=edited))
+        return len(self._unfinished) < before
+
+    def stop(self) -> None:
+        """Abandon what is computed beside, and the moments that lack it."""
+        if self._beside:
+            self._beside.stop()
+        for unfinished in self._unfinished:
+            self._history.drop(unfinished.moment)
+        self._unfinished.clear()
+        self._unfinished_bytes = 0
 
     def give(self, given: Input) -> None:
         """Add an input here. Inputs to come are dropped; a grab that is only replayed is released.
@@ -156,15 +233,17 @@ class Session:
         if isinstance(given, Edit):
             if sum(isinstance(earlier, Edit) for earlier in self.lockstep.given) >= MAX_EDITS:
                 raise SandboxError(f"there are {MAX_EDITS:,} edits, and a recording may have no more")
-            edited(self.lockstep.scene, given, self.lockstep.states())  # also if only the hidden engine has no room
+            self.collect(None)
+            states = {name: runner.state() for name, runner in self.runners.items()}
+            edited(self.lockstep.scene, given, states)  # also if only the hidden engine has no room
         before, mouse, is_held = self.lockstep.given, self.lockstep.mouse, self.held is not None
         if isinstance(given, Move) and before and isinstance(before[-1], Move) and before[-1].step == given.step:
             del before[-1]  # only the last move of a step pulls
         if isinstance(given, Grab) and mouse.ball is not None:
-            self.lockstep.apply(Release(step=given.step))
-        self.lockstep.apply(given)
+            self._apply(Release(step=given.step))
+        self._apply(given)
         if isinstance(given, Edit) and mouse.ball is not None and not is_held:
-            self.lockstep.apply(Release(step=given.step))
+            self._apply(Release(step=given.step))
         self.inputs = list(before)
         self._undone.clear()
         self._branch()
@@ -205,6 +284,7 @@ class Session:
         self.inputs = inputs
         self.step = step
         self._stale = True
+        self.stop()
         self._branch()
         if step == 0:
             self.catch_up()
@@ -231,17 +311,22 @@ class Session:
         is_hidden = self.reference not in self.names
         self.lacks_reference = is_hidden and not self._can_run_along()
         along: dict[str, Source] = {self.reference: self.reference} if is_hidden and not self.lacks_reference else {}
-        names = [*self.names, *along]
-        expendable = self.reference if is_hidden else None
-        self.lockstep = Lockstep(self.start, self._engines | along, stops=True, expendable=expendable)
+        engines, expendable = self._engines | along, self.reference if is_hidden else None
+        beside = {REFERENCE} if self.beside and self.reference == REFERENCE and len(engines) > 1 else set[str]()
+
+        def lockstep(names: set[str]) -> Lockstep:
+            sources = {name: source for name, source in engines.items() if name in names}
+            return Lockstep(self.start, sources, stops=True, expendable=expendable)
+
+        self.stop()
+        self._order = list(engines)
+        self.lockstep = lockstep(set(engines) - beside)
+        self._reader = PartReader(self.lockstep)
+        self._beside = Beside(lockstep(beside)) if beside & set(engines) else None
         self._stale = False
         self.stopped: tuple[float, str] | None = None  # s, when the reference could go on no longer, and its message
-        self._counts = dict.fromkeys(names, 0)
-        self._wall_impulse = dict.fromkeys(names, 0.0)
         self._scale = EnergyScale(self.lockstep.scene, self.lockstep.initial)
-        self._before = self.lockstep.states()  # of the last moment that was kept
-        for runner in self.lockstep.engines.values():
-            runner.record_contacts()
+        self._before = {name: runner.state() for name, runner in self.runners.items()}  # in the moment completed last
 
     def _can_run_along(self) -> bool:
         """Return whether the reference is compiled, as far as two balls that meet show it."""
@@ -269,54 +354,100 @@ class Session:
         lockstep, refused = self.lockstep, list[str]()
         while (k := len(lockstep.given)) < len(self.inputs) and self.inputs[k].step <= lockstep.steps:
             try:
-                lockstep.apply(self.inputs[k])
+                self._apply(self.inputs[k])
             except SandboxError as error:
                 del self.inputs[k]
                 refused.append(str(error))
         if refused:
             raise SandboxError("\n".join(refused))
 
+    @property
+    def _edit_is_due(self) -> bool:
+        """Whether an edit is to come after the next step."""
+        inputs, k = self.inputs, len(self.lockstep.given)
+        while k < len(inputs) and inputs[k].step <= self.lockstep.steps + 1:
+            if isinstance(inputs[k], Edit):
+                return True
+            k += 1
+        return False
+
+    def _step(self) -> None:
+        """Do a step in every engine."""
+        if self.waits:
+            self.collect(None)
+        self.lockstep.step()
+        if self._beside:
+            self._beside.step()
+
+    def _apply(self, given: Input) -> None:
+        """Apply an input in every engine. Raises SandboxError, with nothing changed, if one refuses it."""
+        beside = self._beside
+        if beside and isinstance(given, Edit):
+            self.collect(None)
+            beside.wait()
+            if self.reference in self.names:
+                edited(self.lockstep.scene, given, beside.lockstep.states())
+        self.lockstep.apply(given)
+        if beside:
+            beside.apply(given)
+
+    def _in_order(self, *of_engines: Mapping[str, T]) -> dict[str, T]:
+        """Return what there is of each engine in the order of the engines."""
+        joined: dict[str, T] = {}
+        for each in of_engines:
+            joined.update(each)  # in one go, as a thread can drop its engine
+        return {name: joined[name] for name in self._order if name in joined}
+
     def _keep_moment(self) -> None:
         lockstep = self.lockstep
-        contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
-        for name, resolved in contacts.items():
-            if len(resolved):
-                self._counts[name] += len(resolved)
-                self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
-        states = lockstep.states()
-        if why := lockstep.limits().get(self.reference) or lockstep.dropped:
-            self.stopped = self.stopped or (lockstep.time, str(why))
-        if lockstep.edited:  # the balls of these contacts may have other numbers now
-            contacts = dict.fromkeys(contacts, no_contacts())
-        self._follow_energy(states, contacts)
+        part, _ = self._reader.read()
         moment = Moment(
             lockstep.steps,
             lockstep.time,
             lockstep.scene,
-            states,
-            contacts,
-            dict(self._counts),
-            lockstep.energies(states),
-            dict(lockstep.work),
-            tuple(lockstep.balls),
-            lockstep.mouse.ball,
-            lockstep.mouse.target,
-            dict(self._wall_impulse),
-            self._scale.value,
-            frozenset(lockstep.limits()),
+            **part._asdict(),
+            balls=tuple(lockstep.balls),
+            held=lockstep.mouse.ball,
+            target=lockstep.mouse.target,
+            energy_scale=self._scale.value,
+            is_complete=self._beside is None,
         )
-        self.samples.add(moment, {name: runner.step_seconds for name, runner in lockstep.engines.items()})
-        self._history.keep(moment)
+        if self._beside:
+            self._history.keep(moment)
+            self._unfinished_bytes += moment.size
+            self._unfinished.append(Unfinished(moment, lockstep.edited, self._beside.part()))
+            self.collect(None if lockstep.edited or not lockstep.steps else 0.0)
+        else:
+            self._history.keep(self._complete(moment, NOTHING, edited=lockstep.edited))
 
-    def _follow_energy(self, states: dict[str, State], contacts: dict[str, Contacts]) -> None:
+    def _complete(self, moment: Moment, rest: Part, *, edited: bool) -> Moment:
+        """Return a moment with the rest of its engines, and sample it. edited: whether an edit led to it."""
+        joined: dict[str, Any] = {"standing": moment.standing | rest.standing}
+        for key, of_engines in rest._asdict().items():
+            if key not in joined:
+                joined[key] = self._in_order(getattr(moment, key), of_engines)
+        moment = replace(moment, **joined, is_complete=True)
+        self._note_end_of_reference(moment)
+        self._follow_energy(moment, edited=edited)
+        self.latest = replace(moment, energy_scale=self._scale.value)
+        self.samples.add(self.latest, {name: runner.step_seconds for name, runner in self.runners.items()})
+        return self.latest
+
+    def _note_end_of_reference(self, moment: Moment) -> None:
+        is_gone = self.reference in moment.standing or self.reference not in moment.states
+        if is_gone and not self.lacks_reference and not self.stopped:
+            lockstep = (self._beside or self).lockstep
+            self.stopped = moment.time, str(lockstep.limits().get(self.reference) or lockstep.dropped)
+
+    def _follow_energy(self, moment: Moment, *, edited: bool) -> None:
         """Let the scale of energy follow the reference, or the last engine where that does not run."""
-        lockstep = self.lockstep
+        states, clock = moment.states, self.lockstep.clock
         name = self.reference if self.reference in states else list(states)[-1]
-        begins = lockstep.edited or states[name].time == self._before[name].time  # with no step before it
+        begins = edited or states[name].time == self._before[name].time  # with no step before it
         reached = [states[name]] if begins else [self._before[name], states[name]]
-        before = lockstep.steps + 1 - len(reached)
-        self._scale.follow(lockstep.scene, States.stack(reached), contacts[name], before, lockstep.clock)
-        self._scale.give(lockstep.work[name])
+        before = moment.step + 1 - len(reached)
+        self._scale.follow(moment.scene, States.stack(reached), moment.contacts[name], before, clock)
+        self._scale.give(moment.work[name])
         self._before = states
 
 

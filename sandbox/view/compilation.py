@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from multiprocessing import connection
+from threading import Lock
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -100,7 +101,8 @@ def _compile(_: "connection.Connection[Any, Any]", part: Part) -> None:
 class Compilation:
     """Compiles parts, so many at once.
 
-    A part whose process fails counts as done: its kernels are compiled where they are called.
+    A part whose process fails counts as done: its kernels are compiled where they are called. A thread that lacks a
+    kernel can `poll` too.
     """
 
     def __init__(self, parts: tuple[Part, ...], at_once: int) -> None:
@@ -108,6 +110,7 @@ class Compilation:
         self._at_once = at_once
         self._todo = list(parts)
         self._running: dict[Part, ChildProcess] = {}
+        self._lock = Lock()  # of both
 
     def until_compiled(self, module: str) -> Iterator["Compilation"]:
         """Compile the part that a module belongs to next; yield the progress every POLL_INTERVAL until it is done."""
@@ -127,20 +130,23 @@ class Compilation:
         self._start()
 
     def _note_ended(self) -> None:
-        self._running = {part: process for part, process in self._running.items() if process.is_alive}
+        with self._lock:
+            self._running = {part: process for part, process in self._running.items() if process.is_alive}
 
     def _start(self) -> None:
-        while self._todo and len(self._running) < self._at_once:
-            part = self._todo.pop(0)
-            with signals_deferred():  # else a process that has just started might never be stopped
-                self._running[part] = ChildProcess(_compile, part)
+        with self._lock:
+            while self._todo and len(self._running) < self._at_once:
+                part = self._todo.pop(0)
+                with signals_deferred():  # else a process that has just started might never be stopped
+                    self._running[part] = ChildProcess(_compile, part)
 
     def stop(self) -> None:
         """Stop compiling; what is compiled stays in the cache."""
-        self._todo.clear()
-        for process in self._running.values():
-            process.stop()
-        self._running.clear()
+        with self._lock:
+            self._todo.clear()
+            for process in self._running.values():
+                process.stop()
+            self._running.clear()
 
     @property
     def is_running(self) -> bool:

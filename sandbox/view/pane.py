@@ -1,6 +1,6 @@
 """One engine's pane: its balls and walls, the layers, and a title."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import pygame
@@ -72,11 +72,17 @@ class Pane:
             )
         if afresh or moment.scene is not self.scene:
             self._discs = Discs(moment.scene.bodies.radius, moment.scene.colors)
-        self.scene, self.state, self._balls = moment.scene, moment.states[self.name], moment.balls
+        self.step, self.scene, self._balls = moment.step, moment.scene, moment.balls
+        self.state = moment.states[self.name]
         self._held, self._target = moment.held, moment.target
         self.contacts = moment.counts[self.name]
         self.energy, self.work = moment.energy[self.name], moment.work[self.name]
         self.energy_scale = moment.energy_scale
+
+    def shows(self, moment: Moment) -> bool:
+        """Return whether all that the pane shows of a moment is drawn."""
+        now = self._held, self._target
+        return moment.states[self.name] is self.state and (moment.held, moment.target) == now
 
     @property
     def title(self) -> str:
@@ -235,12 +241,12 @@ def draw_panes(
     panes: Sequence[Pane],
     showing: Collection[Layer],
     reference: str,
-    states: Mapping[str, State],
+    outlined: State | None,
 ) -> None:
-    """Draw every pane. The ghosts are the balls of the reference, if that runs; states: of all engines."""
+    """Draw every pane. outlined: the balls of the reference, if they are known."""
     colours = chart_palette().engines([*(pane.name for pane in panes), reference])
     for index, pane in enumerate(panes):
         pane.is_reference = pane.name == reference and len(panes) > 1
-        ghosts = states.get(reference) if pane.name != reference else None
-        outlined = reference if ghosts is not None and Layer.GHOSTS in showing else ""
-        pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, outlined)
+        ghosts = outlined if pane.name != reference else None
+        named = reference if ghosts is not None and Layer.GHOSTS in showing else ""
+        pane.draw(surface, layout, index, showing, colours[pane.name], ghosts, named)

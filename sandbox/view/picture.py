@@ -50,7 +50,7 @@ def draw_picture(comparison: Comparison) -> Surface:
         pane = Pane(end, name, create(name, scene, run.final))
         pane.energy_at_start = float(run.energy[0])
         panes.append(pane)
-    draw_panes(surface, layout, panes, (), comparison.against, end.states)
+    draw_panes(surface, layout, panes, (), comparison.against, end.states.get(comparison.against))
     caption = f"{scene.title or scene.name}    seed {scene.seed}    {comparison.time[-1]:.2f} s"
     write(surface, caption, layout.status, theme.dim, layout.text_height)
     return surface

@@ -7,13 +7,15 @@ from time import perf_counter
 from typing import Final
 
 from sandbox.errors import SandboxError
+from sandbox.run.edits import Edit
 from sandbox.run.inputs import Input, Release
 from sandbox.session.session import Session
 from sandbox.view.events import Stopped
 from sandbox.view.notice import Kind, Notice
 from sandbox.view.pace import Pace
-from sandbox.view.session_view import SessionView
+from sandbox.view.session_view import NOTED_LAG, SessionView
 
+PATIENCE: Final = 0.004  # s that a frame waits for a reference computed beside it, which mostly is there by then
 FRAME_BUDGET: Final = 0.025  # s of a frame that physics may take; if that is too short, time slows down
 SPEEDS: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, math.inf)
 
@@ -60,7 +62,7 @@ class Playback:
         self._release()
         before, step = self.view, self.session.step
         try:
-            view = SessionView(before.session.start, names, before.session.inputs)
+            view = SessionView(before.session.start, names, before.session.inputs, beside=before.session.beside)
             view.session.go_on_from(before.session)
             view.charts.axis.show_as(before.charts.axis)
             self.play(view)
@@ -72,6 +74,7 @@ class Playback:
         except Stopped:
             self.play(before)
             raise
+        before.session.stop()
         self.seek(step)
         return True
 
@@ -87,26 +90,38 @@ class Playback:
 
     # Time passes
 
-    def advance(self, seconds: float) -> None:
-        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones."""
+    def advance(self, seconds: float, *, patient: bool = False) -> None:
+        """Do the steps that are due after some seconds; if the machine is slow, fewer steps, never larger ones.
+
+        patient: whether a reference that is computed beside them is waited for.
+        """
         self.session.admit_reference()
         if self.catch_up():
             self.pace.restart()
             return
         if seconds:  # infinite speed times 0 s would be nan
             self._due += seconds * self.speed * self.view.moment.scene.rate
-        deadline, dropped = perf_counter() + FRAME_BUDGET, self.session.lockstep.dropped
-        while self._due >= 1:
+        deadline, dropped, patience = perf_counter() + FRAME_BUDGET, self.session.dropped, None if patient else PATIENCE
+        while self._due >= 1 and not self._must_wait(patience):
             with self._notice.reporting():  # an edit in a recording can be refused
                 self.session.advance()
             self._due -= 1
             if perf_counter() > deadline:
                 self._due = min(self._due, 1.0)
                 break
-        if self.session.lockstep.dropped != dropped:
-            self._notice.show(f"{self.session.lockstep.dropped}; the others run on without it")
+        self.session.collect(patience if self.session.lag <= NOTED_LAG or patient else 0.0)
+        if self.session.dropped != dropped:
+            self._notice.show(f"{self.session.dropped}; the others run on without it")
         self.view.update()
         self.pace.observe(self.view.moment.time + self._due / self.view.moment.scene.rate)
+
+    def _must_wait(self, patience: float | None = PATIENCE) -> bool:
+        """Return whether time must stand still in this frame, until the reference is nearer. patience: s, or None."""
+        if self.session.waits:
+            self.session.collect(patience)
+        if self.session.waits:
+            self._due = min(self._due, 1.0)
+        return self.session.waits
 
     def wait(self) -> None:
         """Let a frame pass while paused: go on to the current step, also if the reference can only now run along."""
@@ -114,6 +129,8 @@ class Playback:
         self._admits_reference = self.session.admit_reference() or (self._admits_reference and is_behind)
         if self._admits_reference or not self.shows_current_step:
             self.catch_up()
+        elif self.session.collect():
+            self.view.update()
 
     def catch_up(self) -> bool:
         """Run the engines towards the current step for the time of a frame. Return whether they are still behind.
@@ -127,10 +144,11 @@ class Playback:
     def _approach(self) -> None:
         """Run the engines towards the current step for a frame. Raises SandboxError if one refuses an edit."""
         deadline = perf_counter() + FRAME_BUDGET
-        while self.session.steps_behind:
+        while self.session.steps_behind and not self._must_wait():
             self.session.catch_up(max_steps=1)
             if perf_counter() > deadline:
                 break
+        self.session.collect()
         self.view.update()
 
     def settle(self) -> None:
@@ -148,9 +166,18 @@ class Playback:
     def give(self, given: Input) -> None:
         """Apply an input in every engine; show a notice if an engine refuses it."""
         self.settle()
+        if isinstance(given, Edit):
+            self._await_reference()
         with self._notice.reporting():
             self.session.give(given)
         self.view.update()
+
+    def _await_reference(self) -> None:
+        """Let frames pass until the reference is at the current step, as an edit is for its state too."""
+        while self.session.lag:
+            self.session.collect(FRAME_BUDGET)
+            if self.session.lag:
+                self._show_progress()
 
     # Going to other steps
 
@@ -180,6 +207,8 @@ class Playback:
         """Pause, and do one step."""
         self.paused = True
         self.settle()
+        if self.session.waits:
+            self._await_reference()
         self._due = 1.0
         self.advance(0.0)
         self.pace.restart()

@@ -14,6 +14,7 @@ from pygame.event import Event
 
 from sandbox.run.inputs import Input
 from sandbox.scene.model import Scene
+from sandbox.session.history import Moment
 from sandbox.signals import signals_deferred
 from sandbox.view.balls_page import BallsPage
 from sandbox.view.cards import draw_ball_card, draw_error_card, draw_help
@@ -78,7 +79,7 @@ class Window:
     """The event loop, the layout and the drawing; its parts do the rest.
 
     `engines` run in every scene that they accept; by default, Pymunk and a textbook engine do. `inputs` are replayed in
-    the first run. The status line shows a `compilation` while it runs.
+    the first run. The status line shows a `compilation` while it runs. beside: whether no frame waits for `exact`.
     """
 
     def __init__(
@@ -87,13 +88,15 @@ class Window:
         engines: Sequence[str] | None,
         inputs: Sequence[Input] = (),
         compilation: Compilation | None = None,
+        *,
+        beside: bool = False,
     ) -> None:
         self._system = SystemTheme()
         self._follow_system()
         self._compilation = compilation
         self.notice = Notice()
         self.guard = Guard(self.notice)
-        self.playback = Playback(SessionView(scene, engines, inputs), self.notice, self.show_progress)
+        self.playback = Playback(SessionView(scene, engines, inputs, beside=beside), self.notice, self.show_progress)
         self.editor = Editor(self.playback, self.notice, self._replace_engines)
         self.mouse = MouseTool(self.playback, self.editor, lambda: self.layout)
         self.scenes = SceneLoader(scene, engines, self.begin, self.notice)
@@ -137,7 +140,7 @@ class Window:
         self._cursor = pygame.SYSTEM_CURSOR_ARROW
         self._window_size: tuple[int, int] | None = None  # before full screen, px
         self._outdated = True  # something other than step and status has changed since the window was drawn
-        self._drawn = (-1, "")  # step and status in the window
+        self._drawn: tuple[Moment | None, Moment | None, str] = (None, None, "")  # in the panes and charts; and status
 
     def _follow_system(self) -> None:
         """Use the theme that the system prefers."""
@@ -249,7 +252,9 @@ class Window:
         if scene != self.scene:
             self.snapshots.forget()
         self.playback.stopwatch = None
-        self.playback.play(SessionView(scene, engines))
+        view = SessionView(scene, engines, beside=self.view.session.beside)
+        self.view.session.stop()
+        self.playback.play(view)
         if scene.arena.size != size:
             self.mouse.show_all()
         for layer in before ^ self._by_itself(scene):  # unless it was chosen otherwise
@@ -296,6 +301,7 @@ class Window:
                 self.frame(min(clock.tick(rate) / 1000, 4 / FRAME_RATE))
         finally:  # the window can also be closed while a kernel is waited for
             self.recorder.stop()
+            self.view.session.stop()
             self.why.case.stop()
             pygame.display.quit()
 
@@ -318,15 +324,21 @@ class Window:
             playback.wait()
         else:
             self.mouse.move.follow()
-            playback.advance(1 / video.fps if video else seconds)
+            playback.advance(1 / video.fps if video else seconds, patient=video is not None)
         if not compiling:
             self._outdated = self.guard.run(WHY_PAGE, self.why.update) or self._outdated
         self._outdated = self.view.mark(self.why.marks) or self._outdated
-        if self._outdated or self._drawn != (self.view.moment.step, self.status):
+        if self._outdated or not self._is_drawn:
             self.draw()
             pygame.display.flip()
         if not playback.paused:
             self.recorder.add_frame(self.screen)
+
+    @property
+    def _is_drawn(self) -> bool:
+        moment, charted, status = self._drawn
+        view = self.view
+        return moment is view.moment and charted is view.charts.moment and status == self.status
 
     # Events
 
@@ -551,7 +563,7 @@ class Window:
             self._draw_on(whole, layout)
             self.screen.blit(whole, (0, 0))
         pygame.display.set_caption(caption(self.scene))
-        self._drawn = self.view.moment.step, self.status
+        self._drawn = self.view.moment, self.view.charts.moment, self.status
         self._outdated = self.scenes.picker is not None and not self.scenes.picker.is_complete
 
     def _show_cursor(self) -> None:
@@ -638,7 +650,8 @@ class Window:
     def status(self) -> str:
         """What the window says of time and of what was done last."""
         recorded = "" if self.recorder.seconds is None else f"    {self.recorder.seconds:.1f} s"
-        return f"{self._time_line}    {self._pace}{recorded}    {self._progress or self.notice.text}"
+        said = self._progress or self.notice.text
+        return f"{self._time_line}    {self._pace}{recorded}    {self.view.charts.note}    {said}"
 
     @property
     def _time_line(self) -> str:
@@ -653,9 +666,11 @@ class Window:
     @property
     def _progress(self) -> str:
         """How far engines that run again still are from the current step, or nothing."""
-        playback, behind = self.playback, self.view.session.steps_behind
+        playback, behind, lag = self.playback, self.view.session.steps_behind, self.view.session.lag
         if behind and not (playback.paused and playback.shows_current_step):
             return f"catching up: {behind:,} steps to go{', Esc stops' if self._waits else ''}"
+        if lag and self._waits:
+            return f"{self.view.session.reference} is catching up: {lag:.1f} s to go, Esc stops"
         return ""
 
     @property

@@ -18,6 +18,7 @@ from sandbox.errors import LimitReached
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import pieces_of
+from sandbox.signals import checkpoint
 from sandbox.state import Contacts, Floats, State, States
 
 MAX_LOGGED_CONTACTS: Final = 5_000_000  # not yet read: half a GB, and five times that in a comparison
@@ -60,6 +61,7 @@ class ExactEngine:
         done, recording = 0, self._contacts.recording
         times = self._clock.times(self._steps + np.arange(steps + 1))
         while done < steps:
+            checkpoint()
             log = self._log._replace(collects=recording)
             more, collisions = run(self._world, times[done:], states.rows(slice(done, None)), log)
             done += more
