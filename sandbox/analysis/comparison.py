@@ -274,17 +274,23 @@ class RunningComparison:
         """Return the comparison so far."""
         is_whole = self._ended or self.steps == self._planned
         seconds = self._scene.seconds if is_whole else self._lockstep.time
-        comparison = self._segment.comparison(self.inputs, seconds)
+        segment = self._segment or self._new_segment()
+        comparison = segment.comparison(self.inputs, seconds)
         return replace(comparison, failed=dict(self._failed), ended=self._ended)
 
     def _begin(self) -> None:
         self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
-        self._segment = self._new_segment()
+        self._segment: _Segment | None = None
 
     def _advance(self, steps: int) -> None:
-        """Do a step or more, up to a number of them."""
+        """Do a step or more, up to a number of them. Those before the last edit are not measured."""
+        edits = (given.step for given in self.inputs if isinstance(given, Edit) and given.step < steps)
+        if self.steps < max(edits, default=0):
+            self._segment = None
+            self._lockstep.step()
+            return
         self._lockstep.apply_due()
-        if self._lockstep.edited:
+        if self._segment is None or self._lockstep.edited:
             self._segment = self._new_segment()
         self._segment.advance(steps)
 

@@ -5,9 +5,10 @@ from typing import Final
 
 import numpy as np
 import pymunk
+from pymunk.batch import Buffer, set_space_bodies
 
 from sandbox.engines.engine import Traits
-from sandbox.engines.space_reader import STATE_BYTES, SpaceReader
+from sandbox.engines.space_reader import STATE_BYTES, STATE_FIELDS, SpaceReader
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
 from sandbox.scene.walls import ARENA_COUNT, walls_of
@@ -33,11 +34,12 @@ class PymunkEngine:
         self._substeps = scene.pymunk.substeps
         self._dt = 1 / scene.rate / self._substeps
         self._rate = scene.rate
+        self._bodies = _add_bodies(self.space, scene, initial)
         if scene.pymunk.walls_first:
             walls = _add_walls(self.space, scene)
-            self._bodies = _add_balls(self.space, scene, initial)
+            _add_circles(self.space, scene, self._bodies)
         else:
-            self._bodies = _add_balls(self.space, scene, initial)
+            _add_circles(self.space, scene, self._bodies)
             walls = _add_walls(self.space, scene)
         carriers = {wall: body for wall in scene.wall_numbers if (body := walls[wall].body)}
         self._reader = SpaceReader(
@@ -111,21 +113,24 @@ def settings_of(scene: Scene) -> dict[str, float]:
     return {key: getattr(space, key) if value is None else value for key, value in scene.pymunk}
 
 
-def _add_balls(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
-    bodies = scene.bodies
-    added = []
-    for ball in range(len(bodies)):
-        radius, mass = float(bodies.radius[ball]), float(bodies.mass[ball])
-        body = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, radius))
-        body.position = tuple(initial.position[ball].tolist())
-        body.velocity = tuple(initial.velocity[ball].tolist())
-        body.angle, body.angular_velocity = float(initial.angle[ball]), float(initial.spin[ball])
-        shape = pymunk.Circle(body, radius)
-        shape.elasticity = float(bodies.elasticity[ball])
-        shape.friction = float(bodies.friction[ball])
-        space.add(body, shape)
-        added.append(body)
-    return added
+def _add_bodies(space: pymunk.Space, scene: Scene, initial: State) -> list[pymunk.Body]:
+    """Add the bodies of the balls to a Space that has no others, and return them. Their motion is set in one batch."""
+    constants = zip(scene.bodies.mass.tolist(), scene.bodies.radius.tolist(), strict=True)
+    bodies = [pymunk.Body(mass, pymunk.moment_for_circle(mass, 0, radius)) for mass, radius in constants]
+    space.add(*bodies)
+    motion = Buffer()
+    motion.set_float_buf(np.column_stack([initial.position, initial.angle, initial.velocity, initial.spin]).data)
+    set_space_bodies(space, STATE_FIELDS, motion)
+    return bodies
+
+
+def _add_circles(space: pymunk.Space, scene: Scene, bodies: Sequence[pymunk.Body]) -> None:
+    constants = (scene.bodies.radius, scene.bodies.elasticity, scene.bodies.friction)
+    circles = []
+    for body, radius, elasticity, friction in zip(bodies, *(part.tolist() for part in constants), strict=True):
+        circles.append(pymunk.Circle(body, radius))
+        circles[-1].elasticity, circles[-1].friction = elasticity, friction
+    space.add(*circles)
 
 
 def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:

@@ -12,7 +12,7 @@ from sandbox.quantity import dot, length, slips, tangent
 from sandbox.scene.walls import Walls, separation
 from sandbox.state import CONTACT, Damping, Floats, Integers, States
 
-_STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
+STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY  # as Pymunk orders them
 STATE_BYTES: Final = 48  # of a body
 _CONTACT_FIELDS: Final = (
     ArbiterFields.BODY_A_ID
@@ -72,12 +72,12 @@ class SpaceReader:
         self._states.clear()
         self._arbiters.clear()
         self._ends.clear()
-        get_space_bodies(self._space, _STATE_FIELDS, self._states)
+        get_space_bodies(self._space, STATE_FIELDS, self._states)
 
     def read(self) -> None:
         """Read the motion after a call of `Space.step` and, if contacts are recorded, what it solved."""
         self.calls += 1
-        get_space_bodies(self._space, _STATE_FIELDS, self._states)
+        get_space_bodies(self._space, STATE_FIELDS, self._states)
         if self.log.recording:
             get_space_arbiters(self._space, _CONTACT_FIELDS, self._arbiters)
             self._ends.append(len(self._arbiters.int_buf()))

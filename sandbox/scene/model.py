@@ -5,10 +5,20 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self, cast
 
 import numpy as np
-from pydantic import AfterValidator, Field, PrivateAttr, Strict, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    Field,
+    PrivateAttr,
+    Strict,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    field_validator,
+    model_validator,
+)
 
 from sandbox.errors import KeyPath
 from sandbox.scene.balls import MAX_BALLS, BallGroup
@@ -29,7 +39,7 @@ from sandbox.scene.fields import (
     Vector,
 )
 from sandbox.scene.toml_lines import Source
-from sandbox.scene.validation import invalid
+from sandbox.scene.validation import invalid, sandbox_error
 from sandbox.state import Bodies
 from sandbox.text import printable
 
@@ -147,7 +157,11 @@ class Expect(Model):
         return self
 
 
-def _check_in_arena(group: BallGroup, info: ValidationInfo) -> BallGroup:
+def _check_group(given: object, check: ValidatorFunctionWrapHandler, info: ValidationInfo) -> BallGroup:
+    """Return a group of balls, checked, also whether it is in the arena. The context: the `id` of each that was."""
+    if info.context and id(given) in info.context:
+        return cast("BallGroup", given)
+    group: BallGroup = check(given)
     arena = info.data.get("arena")  # None if it has errors of its own
     if (
         arena
@@ -184,7 +198,7 @@ class Scene(Model):
     gravity: Vector = (0, 0)
     """Acceleration of all balls, px/s², y down."""
     arena: Arena
-    balls: tuple[Annotated[BallGroup, AfterValidator(_check_in_arena)], ...]
+    balls: tuple[Annotated[BallGroup, WrapValidator(_check_group)], ...]
     walls: Annotated[tuple[Wall, ...], Field(max_length=MAX_WALLS)] = ()
     pymunk: PymunkSettings = PymunkSettings()
     expect: tuple[Expect, ...] = ()
@@ -255,7 +269,12 @@ class Scene(Model):
 
         Raises SandboxError for a value that a scene file may not have either.
         """
-        scene = type(self)(**{key: getattr(self, key) for key in type(self).model_fields} | changes)
+        values = {key: getattr(self, key) for key in type(self).model_fields} | changes
+        checked = frozenset(map(id, self.balls)) if values["arena"] is self.arena else frozenset()
+        try:
+            scene = type(self).model_validate(values, context=checked)
+        except ValidationError as error:
+            raise sandbox_error(error, type(self)) from None
         scene._source = self._source
         scene._clock = None if "rate" in changes else self._clock
         return scene
