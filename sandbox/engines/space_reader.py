@@ -12,7 +12,7 @@ from sandbox.quantity import dot, length, slips, tangent
 from sandbox.scene.walls import Walls, separation
 from sandbox.state import CONTACT, Damping, Floats, Integers, States
 
-STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY  # as Pymunk orders them
+STATE_FIELDS: Final = BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY
 STATE_BYTES: Final = 48  # of a body
 _CONTACT_FIELDS: Final = (
     ArbiterFields.BODY_A_ID

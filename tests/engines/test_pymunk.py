@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sandbox.engines.pymunk import WALL_HALF_THICKNESS, PymunkEngine, _chains
 from sandbox.scene.files import load
-from sandbox.scene.model import Scene
+from sandbox.scene.model import Scene, Wall
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, Floats, States
 
@@ -90,6 +90,25 @@ def test_positions_and_contacts_equal_a_plain_loop_s(name: str, substeps: int) -
     assert found["impulse"] == pytest.approx([contact[2] for contact in contacts], rel=1e-12)
     assert len(found) > 200
     assert np.hypot(*found["normal"].T) == pytest.approx(np.ones(len(found)))
+
+
+@pytest.mark.parametrize("walls_first", [0, 1])
+def test_bodies_begin_with_the_motion_of_their_balls_and_after_it_lie_their_circles(walls_first: int) -> None:
+    scene = scene_of("radius = 5\ngrid = [4, 3]\nspacing = 20\nspeed = 90\nspin = { from = -9, to = 9 }")
+    scene = scene.changed(pymunk={"walls_first": walls_first}, walls=[Wall(start=(10, 20), to=(90, 20))])
+    initial = spawn(scene)
+    initial.angle[:] = np.linspace(-4, 4, 12)
+    engine = PymunkEngine(scene, initial)
+    state, space = engine.state(), engine.space
+    for name in States._fields:
+        assert np.array_equal(getattr(state, name), getattr(initial, name))
+    for ball, position in enumerate(initial.position.tolist()):
+        nearest = space.point_query_nearest(tuple(position), 0, pymunk.ShapeFilter())
+        assert nearest is not None
+        assert nearest.shape is not None
+        assert nearest.shape.body is engine._bodies[ball]
+    is_circle = [isinstance(shape, pymunk.Circle) for shape in space.shapes]
+    assert is_circle == ([False] * 5 + [True] * 12 if walls_first else [True] * 12 + [False] * 5)
 
 
 def test_a_contact_has_the_normal_the_impulse_and_the_depth() -> None:

@@ -2,6 +2,7 @@
 
 import pickle
 import tomllib
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -11,10 +12,11 @@ import sandbox
 from sandbox.errors import SandboxError
 from sandbox.run.inputs import Grab
 from sandbox.scene.balls import BallGroup
-from sandbox.scene.fields import Range
+from sandbox.scene.fields import Range, Vector
 from sandbox.scene.files import bundled, load, parse
 from sandbox.scene.model import Arena, Expect, PymunkSettings, Scene, Wall
 from sandbox.scene.spawn import spawn
+from sandbox.scene.validation import Problem
 
 BROKEN = """
 title = 3
@@ -151,6 +153,29 @@ def test_a_change_keeps_the_source_and_reports_errors_in_the_same_words() -> Non
         "walls[0].to is the same point as from; a wall must have a length",
         f"sede {NO_KEY}; did you mean seed?",
     ]
+
+
+def test_a_change_checks_the_groups_that_are_new_and_all_in_a_new_arena(monkeypatch: pytest.MonkeyPatch) -> None:
+    checked = list[float]()
+    errors_in = BallGroup.errors_in
+
+    def noted(group: BallGroup, arena: Vector, overlap: float) -> Iterator[Problem]:
+        checked.append(group.radius)
+        return errors_in(group, arena, overlap)
+
+    groups = [BallGroup(radius=radius, position=(50, 50)) for radius in (5, 10, 15)]
+    scene = Scene(arena={"size": (100, 100)}, balls=groups)
+    monkeypatch.setattr(BallGroup, "errors_in", noted)
+    more = scene.changed(balls=[*scene.balls, {"radius": 20, "position": (50, 50)}], gravity=(0, 9))
+    assert checked == [20]
+    more.changed(arena={"size": (90, 90)})
+    assert checked == [20, 5, 10, 15, 20]
+    copy = more.balls[3].model_copy(update={"position": (85, 50)})
+    with pytest.raises(SandboxError, match=r"balls\[3\]\.position puts a ball outside the arena"):
+        more.changed(balls=[*more.balls[:3], copy])
+    copy = more.balls[3].model_copy(update={"count": 2})
+    with pytest.raises(SandboxError, match=r"balls\[3\]\.count puts 2 balls on one position"):
+        more.changed(balls=[*more.balls[:3], copy])
 
 
 def test_a_scene_survives_pickling_with_its_source() -> None:
