@@ -40,7 +40,7 @@ class Beside:
 
         It raises TimeoutError if that is not there yet, and SandboxError if a step before it has failed.
         """
-        part, tasks = self._thread.submit(_read, self._reader), self._tasks
+        part, tasks = self._thread.submit(self._reader.read), self._tasks
         self._tasks = []
         return partial(_result, part, tasks)
 
@@ -53,11 +53,6 @@ class Beside:
     def stop(self) -> None:
         """Abandon what is asked for and not done; what is being done ends soon."""
         _stop(self._thread, self._abandoned)
-
-
-def _read(reader: PartReader) -> Part:
-    part, _ = reader.read()
-    return part
 
 
 def _nothing() -> None:

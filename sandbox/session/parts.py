@@ -29,8 +29,8 @@ class PartReader:
         for runner in lockstep.engines.values():
             runner.record_contacts()
 
-    def read(self) -> tuple[Part, dict[str, Contacts]]:
-        """Return what a moment has of the engines now, and the contacts since the last call."""
+    def read(self) -> Part:
+        """Return what a moment has of the engines now, with the contacts since the last call."""
         lockstep = self._lockstep
         contacts = {name: runner.contacts() for name, runner in lockstep.engines.items()}
         for name, resolved in contacts.items():
@@ -38,7 +38,7 @@ class PartReader:
                 self._counts[name] += len(resolved)
                 self._wall_impulse[name] += wall_impulse(resolved, lockstep.scene.arena.size)
         states = lockstep.states()
-        part = Part(
+        return Part(
             states,
             # after an edit, the balls of these contacts may have other numbers
             dict.fromkeys(contacts, no_contacts()) if lockstep.edited else contacts,
@@ -48,4 +48,3 @@ class PartReader:
             dict(self._wall_impulse),
             frozenset(lockstep.limits()),
         )
-        return part, contacts

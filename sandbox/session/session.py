@@ -400,7 +400,7 @@ class Session:
 
     def _keep_moment(self) -> None:
         lockstep = self.lockstep
-        part, _ = self._reader.read()
+        part = self._reader.read()
         moment = Moment(
             lockstep.steps,
             lockstep.time,
