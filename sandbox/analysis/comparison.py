@@ -262,10 +262,7 @@ class RunningComparison:
                 self._ended = limit
                 self._begin()
             except EngineError as error:
-                if error.engine == self._against:
-                    raise
-                self._failed[error.engine] = error
-                del self._engines[error.engine]
+                self._leave_out(error)
                 self._begin()
             if progress:
                 progress(self.steps / steps)
@@ -279,8 +276,22 @@ class RunningComparison:
         return replace(comparison, failed=dict(self._failed), ended=self._ended)
 
     def _begin(self) -> None:
-        self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+        """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
+        while True:
+            try:
+                self._lockstep = Lockstep(self._scene, self._engines, self.inputs)
+            except EngineError as error:
+                self._leave_out(error)
+            else:
+                return
+
+    def _leave_out(self, error: EngineError) -> None:
+        """Go on without an engine that has failed. Raises its error if the others are measured against it."""
+        if error.engine == self._against:
+            raise error
+        self._failed[error.engine] = error
+        del self._engines[error.engine]
 
     def _advance(self, steps: int) -> None:
         """Do a step or more, up to a number of them. Those before the last edit are not measured."""

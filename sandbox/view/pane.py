@@ -41,7 +41,7 @@ class Pane:
     _balls: tuple[int, ...] = ()
     _drawn: PymunkEngine | None = None
     debug_draw: DebugDraw | None = None
-    error = 0.0  # of the energy: by how much it is off, in % if there is a scale
+    error: float | None = None  # of the energy: by how much it is off, in % if there is a scale
     is_alone = is_reference = False
     plain = False  # whether Pymunk draws with ragged edges, as it does by itself
 
@@ -91,13 +91,16 @@ class Pane:
 
     @property
     def energy_text(self) -> str:
-        """How the engine's energy compares with what it should have, in words."""
+        """How the engine's energy compares with what it should have, in words; nothing while that is not known."""
+        if self.error is None:
+            return ""
         return energy_in_words(self.error, self.energy_scale, is_alone=self.is_alone)
 
     @property
     def signed_energy(self) -> str:
         """The same as briefly as possible."""
-        return f"{'-' if self.error < 0 else '+'}{amount_text(self.error, self.energy_scale)}"
+        error = self.error or 0.0
+        return f"{'-' if error < 0 else '+'}{amount_text(error, self.energy_scale)}"
 
     @property
     def hand_text(self) -> str:
@@ -173,7 +176,7 @@ class Pane:
         swatch.centery = place.centery
         pygame.draw.rect(surface, colour, swatch, border_radius=3)
         left = swatch.right + height // 2
-        is_off = self.energy_text != AS_IT_SHOULD_BE and not self.is_reference
+        is_off = self.energy_text not in ("", AS_IT_SHOULD_BE) and not self.is_reference
         energy = "the reference" if self.is_reference else self.energy_text
         beside = place.right - left - text_width(self.name, height, bold=True) - height
         if is_off:

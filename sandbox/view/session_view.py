@@ -127,13 +127,13 @@ class SessionView:
         """Let a pane know by how much its energy is off."""
         samples = self.session.samples
         pane.energy_scale = self._completed(self.moment).energy_scale
-        pane.error, pane.is_alone = self.energy_errors[pane.name], samples.is_alone
+        pane.error, pane.is_alone = self.energy_errors.get(pane.name), samples.is_alone
 
     @property
     def energy_errors(self) -> dict[str, float]:
-        """By how much each engine's energy is off at the step shown, in % if there is a scale."""
+        """By how much energies are off at the step shown, as far as that is known; in % if there is a scale."""
         errors = self.session.samples.energy_error(self.moment.step)
-        return {name: 0.0 if math.isnan(error) else error for name, error in errors.items()}
+        return {name: error for name, error in errors.items() if not math.isnan(error)}
 
     def recolour(self) -> None:
         """Draw in the colours of the theme."""

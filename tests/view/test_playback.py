@@ -18,6 +18,7 @@ from sandbox.session.samples import Quantity
 from sandbox.view.case_so_far import CaseSoFar
 from sandbox.view.controls import Panel
 from sandbox.view.events import PendingEvents, Stopped
+from sandbox.view.pane import AS_IT_SHOULD_BE
 from sandbox.view.theme import theme
 from sandbox.view.window import STOPPED, Window
 
@@ -61,11 +62,13 @@ def test_a_reference_that_is_compiled_while_the_window_is_paused_runs_along(
         run(window, 40)
         for _ in range(40):
             window.frame(1 / 60)
+    assert window.view.panes[0].energy_text == ""  # nothing is known of what it should be
     monkeypatch.setattr("sandbox.view.playback.FRAME_BUDGET", -1.0)  # so that a frame does one step
     for _ in range(80):
         window.frame(1 / 60)
     assert not window.view.session.lacks_reference
     gaps = window.view.session.samples.of(Quantity.GAP)
+    assert window.view.panes[0].energy_text == AS_IT_SHOULD_BE
     assert step(window) == 40
     assert len(gaps) == 41
     assert np.isfinite(gaps).all()
