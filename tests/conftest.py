@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 NO_KEY: Final = f"is not a key of sandbox {version('pymunk-sandbox')} (perhaps of a newer one)"
 hypothesis.settings.register_profile("tests", deadline=None)  # how long an example takes depends on other programs
 hypothesis.settings.load_profile("tests")
-REQUIRED = os.environ.get("SANDBOX_NO_SKIPS") == "1"  # set by .ci/run: a missing program is a failure there
+# Set by .ci/run, where a test fails that lacks a program, or a program or a library of an extra: "programs", "all".
+_NO_SKIPS = os.environ.get("SANDBOX_NO_SKIPS", "")
+PROGRAMS_REQUIRED, LIBRARIES_REQUIRED = _NO_SKIPS in ("programs", "all"), _NO_SKIPS == "all"
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -49,7 +51,7 @@ def sizes(normal: int, *, slow: int) -> list[Any]:
 def require(*programs: str) -> None:
     """Skip a test if programs are not installed; fail it where nothing may be skipped."""
     missing = [program for program in programs if shutil.which(program) is None]
-    if missing and REQUIRED:
+    if missing and PROGRAMS_REQUIRED:
         pytest.fail(f"not installed: {', '.join(missing)}")
     if missing:
         pytest.skip(f"needs {', '.join(missing)}")

@@ -27,7 +27,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from browser import chromium
-from conftest import REQUIRED, Command
+from conftest import LIBRARIES_REQUIRED, Command
 from PIL import Image, ImageSequence
 
 from sandbox.bench.parts import PARTS
@@ -145,7 +145,7 @@ def test_every_command_prints_what_stands_there(
 ) -> None:
     for name, library in NEEDS.items():
         if name in block.text and find_spec(library) is None:
-            assert not REQUIRED, f"{library} is not installed"
+            assert not LIBRARIES_REQUIRED, f"{library} is not installed"
             pytest.skip(f"needs {library}")
     monkeypatch.setattr("sandbox.bench.parts.PARTS", {name: part._replace(rounds=1) for name, part in PARTS.items()})
     monkeypatch.setattr("sandbox.bench.window.finer_gas", lambda n: finer_gas(n // 50))

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import REQUIRED
+from conftest import LIBRARIES_REQUIRED
 from test_example_notebook import CODE
 
 import sandbox
@@ -124,7 +124,7 @@ WRONG = (
 def test_a_user_s_mypy_sees_types(tmp_path: Path) -> None:
     """One run of mypy for all: without a cache it takes half a minute."""
     if find_spec("mypy") is None:
-        (pytest.fail if REQUIRED else pytest.skip)("needs mypy")
+        (pytest.fail if LIBRARIES_REQUIRED else pytest.skip)("needs mypy")
     (tmp_path / "right.py").write_text(USER)
     (tmp_path / "notebook.py").write_text("\n".join(CODE))
     wrong = "\n".join(["import sandbox", *(line for line, _ in WRONG)])

@@ -33,11 +33,15 @@ class RunSoFar:
 
     def is_part_of(self, session: Session) -> bool:
         """Return whether a session's run began like this, and has come as far."""
-        return self.steps <= session.end and self.agrees_with(RunSoFar.of(session))
+        return self.is_beginning_of(RunSoFar.of(session))
 
-    def agrees_with(self, later: "RunSoFar") -> bool:
-        """Return whether a run that has come further began like this."""
-        same = (self.scene, self.engines, self.against) == (later.scene, later.engines, later.against)
+    def is_beginning_of(self, later: "RunSoFar") -> bool:
+        """Return whether a run began like this, and has come as far."""
+        same = self.steps <= later.steps and (self.scene, self.engines, self.against) == (
+            later.scene,
+            later.engines,
+            later.against,
+        )
         return same and self._done == [given for given in later.inputs if given.step < self.steps]
 
     @cached_property
@@ -103,7 +107,7 @@ class ComparisonSoFar:
 
     def _of_this_run(self, run: RunSoFar) -> RunningComparison:
         """Return the comparison that has been made so far if it is of this run, or else one that is at the start."""
-        if self._comparison and self._run and self._run.steps <= run.steps and self._run.agrees_with(run):
+        if self._comparison and self._run and self._run.is_beginning_of(run):
             self._comparison.replace_inputs(run.inputs)
         else:
             self._before_edit = Marks()

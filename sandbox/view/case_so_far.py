@@ -51,15 +51,15 @@ class CaseSoFar:
 
     def update(self, session: Session) -> bool:
         """Note what the worker has found, and let it go on. Return whether that is news."""
-        before = self.case, self.error, self.is_making_page
+        before, now = (self.case, self.error, self.is_making_page), RunSoFar.of(session)
         if self._asked and (answer := self._worker.poll()):
             self._note(self._asked, answer)
-        if self.compared and not self.compared.is_part_of(session):
+        if self.compared and not self.compared.is_beginning_of(now):
             self.forget()
-        if self._asked and not self._page and not self._asked.is_part_of(session):
+        if self._asked and not self._page and not self._asked.is_beginning_of(now):
             self.stop()
-        if self._asked is None and session.end and not session.lacks_reference:
-            self._ask(RunSoFar.of(session))
+        if self._asked is None and now.steps and not session.lacks_reference:
+            self._ask(now)
         return before != (self.case, self.error, self.is_making_page)
 
     def _note(self, run: RunSoFar, answer: Case | SandboxError) -> None:

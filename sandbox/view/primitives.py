@@ -147,7 +147,7 @@ def wrapped(text: str, width: int, height: int, indent: str = "") -> tuple[str, 
 
 def capsule(surface: Surface, colour: Ink, a: Point, b: Point, radius: float) -> None:
     """Draw a segment with round ends, if more of it than its edge is on the surface. a, b, radius: px of that."""
-    radius = max(radius, 0.5)
+    radius = max(float(radius), 0.5)  # one type of number, so that the kernel is compiled once
     for low, high, size in zip(map(min, a, b), map(max, a, b), surface.get_size(), strict=True):
         if high < EDGE - radius or low > size - EDGE + radius:
             return

@@ -4,7 +4,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import REQUIRED, scene_of
+from conftest import LIBRARIES_REQUIRED, scene_of
 
 from sandbox.engines import Engine, create, registry
 from sandbox.errors import Refused, SandboxError
@@ -14,7 +14,7 @@ from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
 from sandbox.state import Contacts, Floats
 
-if not REQUIRED:
+if not LIBRARIES_REQUIRED:
     pytest.importorskip("pyb2d3")
 
 from sandbox.engines.box2d import Box2DEngine, impulses

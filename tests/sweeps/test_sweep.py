@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import NO_KEY, REQUIRED, Command, scene_of, without_fma, without_notice
+from conftest import LIBRARIES_REQUIRED, NO_KEY, Command, scene_of, without_fma, without_notice
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import SHIFTED_TWINS
@@ -352,7 +352,7 @@ def test_a_reference_that_ran_with_another_variant_of_pow_is_not_shared() -> Non
 def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
     """Start a Dask scheduler and two workers, each a process, as on three machines."""
     if find_spec("distributed") is None:
-        (pytest.fail if REQUIRED else pytest.skip)("needs distributed")
+        (pytest.fail if LIBRARIES_REQUIRED else pytest.skip)("needs distributed")
     place = tmp_path / "scheduler.json"
 
     def start(*arguments: str) -> subprocess.Popen[str]:

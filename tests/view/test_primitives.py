@@ -11,6 +11,7 @@ from window_driver import pixels
 
 from sandbox.report.scales import round_up
 from sandbox.state import Bools, Floats
+from sandbox.view.pixels import stamp_wall
 from sandbox.view.primitives import _face, capsule, font, text_width, wrapped
 
 
@@ -76,3 +77,11 @@ def test_a_wall_covers_the_area_of_its_rectangle_and_its_round_ends_with_smooth_
     length = math.dist((20.3, 10.4), (110.9, 61.2))
     assert ink.sum() == pytest.approx(2 * 4.3 * length + math.pi * 4.3**2, rel=0.01)
     assert 0.1 < np.mean((ink > 0.02) & (ink < 0.98)) * ink.size / (2 * length) < 3  # about a pixel along either side
+
+
+def test_a_wall_with_a_whole_number_of_px_as_its_radius_is_drawn_by_the_same_compiled_kernel() -> None:
+    surface, same = Surface((60, 40), 0, 32), Surface((60, 40), 0, 32)
+    capsule(surface, Color("white"), (10, 10), (50, 30), 4)
+    capsule(same, Color("white"), (10.0, 10.0), (50.0, 30.0), 4.0)
+    assert (pixels(surface) == pixels(same)).all()
+    assert len(stamp_wall.signatures) == 1  # type: ignore[attr-defined]
