@@ -6,7 +6,7 @@ same value of its parameter. If that does not decide, the sentence names them, a
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from copy import copy
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -39,7 +39,9 @@ class Timeline:
         self.touches = judge.touches
         undecided = {id(error) for error in judge.undecided}
         decided = [error for error in judge.errors if id(error) not in undecided]
-        self.errors = [replace(error, step=judge.whole_step(error.step)) for error in decided]
+        self.errors = [copy(error) for error in decided]
+        for error in self.errors:
+            error.step = judge.whole_step(error.step)
         self._decide()
         self.errors.sort(key=lambda error: (error.step, error.cause == Cause.UNKNOWN))
         self.sums = judge.rightful.copy()
