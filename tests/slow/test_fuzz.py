@@ -30,7 +30,7 @@ from sandbox.errors import Refused, SandboxError
 from sandbox.files import MAX_TEXT_FILE_BYTES
 from sandbox.quantity import length
 from sandbox.run.edits import AddBall, ChangeBall, Edit, SetGravity, SetRate, SetVelocity
-from sandbox.run.inputs import INPUT_KINDS, Input, load_inputs
+from sandbox.run.inputs import INPUT_KINDS, Input, Kick, load_inputs
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load, schema
 from sandbox.scene.model import Scene
@@ -315,7 +315,7 @@ def is_small(scene: Scene, inputs: list[Input]) -> bool:
     edits = [one for one in inputs if isinstance(one, Edit)]
     rate = slowest_rate(scene, inputs)
     pull = max(math.hypot(*one.gravity) for one in [scene, *edits] if isinstance(one, Scene | SetGravity))
-    speeds = [math.hypot(*one.velocity) for one in edits if isinstance(one, SetVelocity | AddBall)]
+    speeds = [math.hypot(*one.velocity) for one in inputs if isinstance(one, Kick | SetVelocity | AddBall)]
     speeds += [math.hypot(one.vx or 0, one.vy or 0) for one in edits if isinstance(one, ChangeBall)]
     fastest = max([float(length(spawn(scene).velocity).max()), *speeds]) + 10 * pull / rate
     few = len(scene.bodies) * (1 + len(scene.walls)) * (scene.pymunk.iterations or 10) * scene.pymunk.substeps < 10_000
