@@ -2,6 +2,7 @@
 
     load        reads a scene: a TOML file, or a bundled scene
     from_space  returns the scene of a live pymunk.Space
+    lint        returns what is wrong in how a live pymunk.Space is set up
     write       writes a scene file
     simulate    runs a scene in one engine or several, and returns trajectories
     compare     runs a scene in several engines, and returns how far they are apart, since when, and why
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from sandbox.scripting.comparison import Comparison
     from sandbox.scripting.results import Scores, SweepTable
     from sandbox.scripting.watch import watch
+    from sandbox.space.findings import Finding
+    from sandbox.space.lint import lint
     from sandbox.state import Contacts, State
 
 __version__ = "0.1.0"
@@ -39,6 +42,7 @@ __all__ = [
     "Comparison",
     "Contacts",
     "Engine",
+    "Finding",
     "Refused",
     "SandboxError",
     "Scene",
@@ -51,6 +55,7 @@ __all__ = [
     "__version__",
     "compare",
     "from_space",
+    "lint",
     "load",
     "simulate",
     "sweep",
@@ -63,6 +68,7 @@ _MODULES: Final = {
     "Comparison": "scripting.comparison",
     "Contacts": "state",
     "Engine": "engines",
+    "Finding": "space.findings",
     "Refused": "errors",
     "SandboxError": "errors",
     "Scene": "scene",
@@ -74,6 +80,7 @@ _MODULES: Final = {
     "Trajectory": "run.trajectory",
     "compare": "scripting.calls",
     "from_space": "scene.from_pymunk",
+    "lint": "space.lint",
     "load": "scene",
     "simulate": "scripting.calls",
     "sweep": "scripting.calls",

@@ -36,6 +36,7 @@ from sandbox.judge.causes import Cause
 from sandbox.run.inputs import Start, load_inputs, write_inputs
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
+from sandbox.space.rules import RULES
 from sandbox.view.controls import HELP
 
 ROOT = Path(__file__).parent.parent
@@ -133,7 +134,7 @@ def put_files(page: Path, folder: Path) -> None:
 def test_there_are_documents() -> None:
     assert {page.stem for page in PAGES} == {
         *("README", "comparing", "developing", "engines", "faq", "formats", "method", "python", "scenes", "sweeps"),
-        "window",
+        *("window", "your-program"),
     }
     assert len(COMMANDS) > 40
     assert len(EXAMPLES) > 5
@@ -263,6 +264,12 @@ def test_the_set_up_lines_are_those_that_ci_runs() -> None:
 
 def test_the_keys_are_those_of_the_window() -> None:
     check_table("window.md", "| key | does |\n|---|---|\n", [f"| {keys} | {does} |" for keys, does in HELP])
+
+
+def test_every_rule_of_the_linter_is_in_its_table() -> None:
+    head = "| rule | sure | symptom |\n|---|---|---|\n"
+    rows = [f"| `{rule.key}` | {rule.certainty} | {rule.symptom.format('X')} |" for rule in RULES]
+    check_table("your-program.md", head, rows)
 
 
 def test_every_cause_is_explained() -> None:

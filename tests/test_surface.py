@@ -13,11 +13,12 @@ from test_example_notebook import CODE
 
 import sandbox
 
-VERBS = ("compare", "from_space", "load", "simulate", "sweep", "verify", "watch", "write")
+VERBS = ("compare", "from_space", "lint", "load", "simulate", "sweep", "verify", "watch", "write")
 CLASSES = (
     "Comparison",
     "Contacts",
     "Engine",
+    "Finding",
     "Refused",
     "SandboxError",
     "Scene",

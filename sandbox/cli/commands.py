@@ -246,6 +246,44 @@ def _exit_of(comparison: "Comparison", exceeded: Sequence[str]) -> None:
         raise typer.Exit(2 if comparison.failed else 1)
 
 
+@app.command(context_settings={"allow_interspersed_args": False, "ignore_unknown_options": False})
+@grouped
+def watch(
+    program: Annotated[str, typer.Argument(metavar="PROGRAM", help="A Python file; with -m, a module.")],
+    arguments: Annotated[
+        list[str] | None, typer.Argument(metavar="ARGUMENTS", help="The program's own arguments and options.")
+    ] = None,
+    *,
+    module: Annotated[bool, typer.Option("-m", help="PROGRAM is a module, as in python -m.")] = False,
+    seconds: Annotated[
+        float | None,
+        typer.Option(min=0, help="End after so many seconds of a Space's time. Default with --headless: 20."),
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
+    json_file: JsonFile = None,
+    limits: Limits,
+) -> None:
+    """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
+
+    The options come before PROGRAM. The diagnosis follows when the program ends, on Ctrl-C, or after --seconds. Spaces
+    of discs and walls are compared with the exact engine too; the limits apply to that. Exit code: that of the program;
+    1 if a limit was exceeded, 2 if it could not be checked.
+    """
+    from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
+    from sandbox.scripting.program import Program, run_on_trial
+    from sandbox.scripting.trial import Trials
+
+    check_outputs({"--json": json_file}, [None if module else program])
+    show_compiling()
+    given = Program(program, arguments or (), module)
+    warn_of_misplaced_options(given)
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
+    report = Report(given, trials, json_file, asdict(limits))
+    with _printed_beside([json_file]):
+        code = run_on_trial(given, trials, report.write, headless=headless)
+    raise typer.Exit(code)
+
+
 @app.command()
 @grouped
 def trace(

@@ -59,7 +59,7 @@ def watch(space: pymunk.Space, *, size: Vector | None = None, title: str = "") -
         raise SandboxError(odd)
     if contents.circles:  # what a scene refuses is refused at once
         scene_of(contents, motion_of(contents.circles), size=size, rate=RATE, title=title)
-    return Watched(space, size, title)
+    return Watched(space, space.step, size, title)
 
 
 class Watched:
@@ -69,9 +69,10 @@ class Watched:
     such as a body added or a position set, the recording begins anew; the longest part is compared.
     """
 
-    def __init__(self, space: pymunk.Space, size: Vector | None, title: str) -> None:
-        self._space, self._size, self._title = space, size, title
-        self._step: Callable[[float], None] = space.step
+    def __init__(
+        self, space: pymunk.Space, step: Callable[[float], None], size: Vector | None = None, title: str = ""
+    ) -> None:
+        self._space, self._step, self._size, self._title = space, step, size, title
         self._patched: Any = None  # what was in place of `Space.step` before
         self._steps = 0
         self._time = 0.0  # s
@@ -79,6 +80,7 @@ class Watched:
         self._longest: _Part | None = None
         self._breaks: list[tuple[int, str]] = []  # the step before which a part ended, and why
         self._compared: Comparison | None = None
+        self._unsupported = ""
 
     def __enter__(self) -> Self:
         self._patched = vars(self._space).get("step")
@@ -97,6 +99,7 @@ class Watched:
             return
         self._compared = None
         contents = contents_of(self._space)
+        self._unsupported = _unsupported(contents)
         why = self._part.why_it_ends(contents, dt) if self._part else ""
         if why:
             self._end_part(why)
@@ -108,6 +111,16 @@ class Watched:
             self._step(dt)
         self._steps += 1
         self._time += dt
+
+    @property
+    def ball_steps(self) -> int:
+        """The number of states of balls that the present part has."""
+        return self._part.ball_steps if self._part else 0
+
+    @property
+    def unsupported(self) -> str:
+        """Say what the Space had before the last step that a scene cannot have; empty if there was nothing."""
+        return self._unsupported
 
     @property
     def comparison(self) -> Comparison:
@@ -186,6 +199,11 @@ class _Part:
         """The number of steps recorded."""
         return len(self._states) - 1
 
+    @property
+    def ball_steps(self) -> int:
+        """The number of states of balls recorded."""
+        return len(self._states) * len(self._contents.circles)
+
     def why_it_ends(self, contents: SpaceContents, dt: float) -> str:
         """Return what changed since the last step and ends this part; empty if only velocities and dt did."""
         if contents.left_out or not _is_step(dt):
@@ -243,12 +261,16 @@ class _Part:
 def _why_not(contents: SpaceContents, dt: float) -> str:
     """Return why steps of a Space cannot be compared; empty if they can."""
     if contents.left_out:
-        return f"the Space had {listed(contents.left_out)}, which a scene cannot have"
+        return _unsupported(contents)
     if not contents.circles:
         return "there were no circles"
     if not _is_step(dt):
         return f"dt was {dt:g} s, which must be from {SHORTEST:g} to {LONGEST:g} s"
     return _out_of_range(motion_of(contents.circles)) or other_moments(contents)
+
+
+def _unsupported(contents: SpaceContents) -> str:
+    return f"the Space had {listed(contents.left_out)}, which a scene cannot have" if contents.left_out else ""
 
 
 def _out_of_range(motion: State) -> str:

@@ -1,0 +1,98 @@
+"""The end of `watch`: the diagnoses of a program's Spaces, printed and written, and the exit code."""
+
+import sys
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
+from textwrap import fill
+from typing import Final, TextIO
+
+from sandbox.errors import SandboxError
+from sandbox.files import STANDARD_OUTPUT, whole_file
+from sandbox.scripting.diagnosis import Diagnosis
+from sandbox.scripting.program import End, Program
+from sandbox.scripting.trial import Trials
+from sandbox.text import console, counted, json_text, printable
+
+HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
+_OPTIONS: Final = ("--headless", "--seconds", "--json", "--max-gap", "--max-drift", "--max-energy-error")
+_ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
+
+
+def warn_of_misplaced_options(program: Program) -> None:
+    """Say that options of `watch` after the program are passed to the program."""
+    misplaced = [option for option in program.arguments if option.partition("=")[0] in _OPTIONS]
+    if misplaced:
+        given = printable(program.name)
+        print(f"{misplaced[0]} goes to {given}; options of watch come before the program", file=sys.stderr)
+
+
+@dataclass(frozen=True)
+class Report:
+    """Where the diagnoses go, and the limits of comparisons with `exact`."""
+
+    program: Program
+    trials: Trials
+    json_file: str | None
+    limits: dict[str, float | None]
+    output: TextIO = field(default_factory=lambda: sys.stdout)  # while the program runs, its own may be another
+
+    def write(self, end: End) -> int:
+        """Print or write all diagnoses, then how the program ended; return the exit code."""
+        sys.stdout.flush()
+        with redirect_stdout(self.output):
+            return self._write(end)
+
+    def _write(self, end: End) -> int:
+        printed = self.json_file not in STANDARD_OUTPUT
+        diagnoses = []
+        for diagnosis in self.trials.diagnoses():
+            diagnoses.append(diagnosis)
+            if printed:
+                self._print(diagnosis)
+        if printed:
+            self._print_end(diagnoses)
+        if self.json_file:
+            with whole_file(self.json_file) as file:
+                file.write(json_text(self._document(end, diagnoses)).encode())
+        sys.stdout.flush()
+        if end.details:
+            print(end.details, end="", file=sys.stderr)
+        if end.hint:
+            print(f"\n{fill(printable(end.hint), console(stderr=True).width)}", file=sys.stderr)
+        return end.code or self._limits(diagnoses)
+
+    def _print(self, diagnosis: Diagnosis) -> None:
+        print()
+        for line in diagnosis.lines(console().width):
+            print(line, flush=True)  # comparing, which may take a minute, comes last
+
+    def _print_end(self, diagnoses: list[Diagnosis]) -> None:
+        if not diagnoses:
+            print(f"{printable(self.program.name)} stepped no pymunk.Space: there is nothing to diagnose.")
+        if self.trials.others:
+            print(f"\n{counted(self.trials.others, 'more Space')} of this program had no diagnosis.")
+
+    def _document(self, end: End, diagnoses: list[Diagnosis]) -> dict[str, object]:
+        return {
+            "program": self.program.name,
+            "arguments": list(self.program.arguments),
+            "ended_by": end.how,
+            "exit_code": end.code,
+            "hint": end.hint or None,
+            "spaces": [diagnosis.as_json() for diagnosis in diagnoses],
+            "other_spaces": self.trials.others,
+        }
+
+    def _limits(self, diagnoses: list[Diagnosis]) -> int:
+        """Check the limits, print what exceeds them, and return the exit code."""
+        if all(limit is None for limit in self.limits.values()):
+            return 0
+        exceeded = []
+        for diagnosis in diagnoses:
+            comparison, why_not, _ = diagnosis.against_exact
+            if not comparison:
+                raise SandboxError(f"Space {diagnosis.number}: no limit can be checked: {why_not}")
+            checks = comparison.check_limits(**self.limits)
+            exceeded += [f"Space {diagnosis.number}: {check.exceeded}" for check in checks if check.exceeded]
+        print("\n".join(exceeded), end="\n" if exceeded else "", file=sys.stderr)
+        return 1 if exceeded else 0

@@ -1,0 +1,151 @@
+"""A program run as `python game.py arguments` would, with every Space that it steps on trial."""
+
+import os
+import runpy
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, NoReturn
+from unittest.mock import patch
+
+from sandbox.errors import SandboxError, Terminated
+from sandbox.scripting.headless import without_window
+from sandbox.scripting.hints import hint
+from sandbox.scripting.trial import Trials
+
+_SANDBOX: Final = str(Path(__file__).parents[1])
+SAFE_PATH: Final = "PYTHONSAFEPATH"  # for the sandbox's own processes, not for those of a program
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program: the path of a file, or the name of a module, and its arguments."""
+
+    name: str
+    arguments: Sequence[str] = ()
+    is_module: bool = False
+
+    def check(self) -> None:
+        """Raise SandboxError if there is no such file."""
+        path = Path(self.name)
+        if self.is_module:
+            return
+        if path.suffix == ".toml":
+            raise SandboxError(f"{self.name}: is a scene, not a program; sandbox compare {self.name} compares engines")
+        if not path.exists():
+            raise SandboxError(f"{self.name}: does not exist; for a module, write -m {path.stem}")
+        if path.is_dir() and not (path / "__main__.py").exists():
+            raise SandboxError(f"{self.name}: is a folder without __main__.py")
+
+    def run(self) -> None:
+        """Run it as `__main__`."""
+        path = str(Path.cwd()) if self.is_module else str(Path(self.name).resolve().parent)
+        with patch.object(sys, "argv", [self.name, *self.arguments]), patch.object(sys, "path", [path, *sys.path]):
+            if self.is_module:
+                runpy.run_module(self.name, run_name="__main__", alter_sys=True)
+            else:
+                runpy.run_path(self.name, run_name="__main__")
+
+
+@dataclass(frozen=True)
+class End:
+    """How a program ended. code: its exit code; details: its traceback or message; hint: what to do about that."""
+
+    how: str
+    code: int = 0
+    details: str = ""
+    hint: str = ""
+
+
+def run_on_trial(program: Program, trials: Trials, ended: Callable[[End], int], *, headless: bool = False) -> int:
+    """Run a program with its Spaces on trial; return the exit code that `ended` returns.
+
+    ended: is called once, also where the program ends with `os._exit`, and returns the exit code.
+    """
+    program.check()
+    environment = {key: value for key, value in os.environ.items() if key != SAFE_PATH}
+    with ExitStack() as stack:
+        stack.enter_context(trials)
+        stack.enter_context(_signals())
+        stack.enter_context(_exits(trials, ended))
+        stack.enter_context(patch.dict(os.environ, environment, clear=True))
+        if headless:
+            stack.enter_context(without_window(trials.wait))
+        end = _end_of(program, trials)
+    return ended(end)
+
+
+def _end_of(program: Program, trials: Trials) -> End:
+    threads = set(threading.enumerate())
+    try:
+        try:
+            program.run()
+        finally:
+            if not trials.out_of_time:
+                _join(threads)
+    except KeyboardInterrupt:
+        return End("time is up" if trials.out_of_time else "interrupted")
+    except SystemExit as error:
+        if error.code is None or isinstance(error.code, int):
+            return End("exit", (error.code or 0) & 0xFF)
+        return End("exit", 1, f"{error.code}\n")
+    except (Terminated, SandboxError):
+        raise
+    except BaseException as error:
+        return End("exception", 1, _traceback_of(error), hint(error))
+    return End("time is up" if trials.out_of_time else "end")
+
+
+def _traceback_of(error: BaseException) -> str:
+    """Return the traceback that the program would have without the sandbox."""
+    whole = traceback.TracebackException.from_exception(error)
+    link: traceback.TracebackException | None = whole
+    while link:
+        frames = [frame for frame in link.stack if not frame.filename.startswith((_SANDBOX, runpy.__file__, "<frozen"))]
+        link.stack = traceback.StackSummary.from_list(frames)
+        link = link.__cause__ or link.__context__
+    return "".join(whole.format())
+
+
+def _join(before: set[threading.Thread]) -> None:
+    """Wait for threads that the program began, as Python does at its end."""
+    for thread in threading.enumerate():
+        if thread not in before and not thread.daemon:
+            thread.join()
+
+
+@contextmanager
+def _signals() -> Iterator[None]:
+    """Let Ctrl-C raise KeyboardInterrupt, as in any program."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _exits(trials: Trials, ended: Callable[[End], int]) -> Iterator[None]:
+    """Let the diagnosis come before `os._exit` ends the process, but not in processes that the program starts."""
+    leave, process = os._exit, os.getpid()
+
+    def leave_after_diagnosis(status: int) -> NoReturn:
+        if os.getpid() != process:
+            leave(status)
+        trials.end()
+        os._exit = leave
+        try:
+            status = ended(End("os._exit", status))
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+            leave(status)
+
+    exits: Any = leave_after_diagnosis
+    with patch.object(os, "_exit", exits):
+        yield

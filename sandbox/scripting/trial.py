@@ -1,0 +1,301 @@
+"""Spaces on trial: every Space that a program steps is looked at and recorded, until its diagnosis."""
+
+import math
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, Final, Self
+from warnings import catch_warnings, simplefilter
+from weakref import WeakSet
+
+import numpy as np
+import pymunk
+from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
+
+from sandbox.errors import SandboxError
+from sandbox.scripting.diagnosis import AgainstExact, Diagnosis
+from sandbox.scripting.watch import Watched
+from sandbox.space.contents import Contents, StepLengths, is_static
+from sandbox.space.lint import Linter
+from sandbox.space.origins import Origins, program_line
+from sandbox.space.rules import MAX_MASS_RATIO, RULE_OF, mass_ratio, moved_static, not_finite, passing_speeds, too_fast
+
+MAX_SPACES: Final = 10  # that are diagnosed
+MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
+MAX_BALL_STEPS: Final = 500_000  # recorded for the comparison with `exact`: some 50 MB, and a minute of comparing
+STEPS_PER_SAMPLE: Final = 10  # between looks at what touches, and at static bodies
+MAX_RAISED: Final = 100  # times that a program may catch the end of its run
+TIME_ROUNDING: Final = 1e-9  # s
+
+_MOTION: Final = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY
+_original_step: Final = pymunk.Space.step
+
+
+class Trial:
+    """One Space: its linter, what its steps show, and its recording for the comparison with `exact`."""
+
+    def __init__(self, space: pymunk.Space, origins: Origins) -> None:
+        self.space, self.time = space, 0.0
+        self.changed = True  # something was added since the last step, or steps are of another length
+        self._step = partial(_original_step, space)
+        self._line = program_line()
+        self._linter = Linter(space, origins, StepLengths())
+        self._contents: Contents | None = None
+        self._looked_at = self._steps = 0
+        self._most = [0, 0, 0]  # bodies, shapes and joints at one time
+        self._watched = Watched(space, self._step)
+        self._recording = True  # by `_watched`
+        self._note = ""
+        self._buffer = Buffer()
+        self._ids = np.empty(0, np.uintp)
+        self._bodies: dict[int, pymunk.Body] = {}
+        self._numbers, self._masses = np.empty(0, np.uintp), np.empty(0)  # ids of bodies, sorted, and their masses
+        self._passing: dict[int, float] = {}  # px/s, by id
+        self._thresholds = np.empty(0)  # px/s, of each body
+        self._fast = np.empty(0, bool)  # those that were faster after the last step
+        self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
+        self._reported: set[tuple[str, int]] = set()  # rules and ids of bodies
+
+    def step(self, dt: float) -> None:
+        """Look at the Space, do a step, record it, and look at what it did."""
+        self._before(dt)
+        if self._recording:
+            self._watched.step(dt)
+            self._recording = self._goes_on(self._watched)
+        else:
+            self._step(dt)
+        self._after()
+        self._steps += 1
+        self.time += dt if math.isfinite(dt) else 0.0
+
+    def diagnosis(self, number: int) -> Diagnosis:
+        """Return the diagnosis of what was recorded."""
+        bodies, shapes, joints = self._most
+        return Diagnosis(
+            number=number,
+            line=self._line,
+            steps=self._steps,
+            seconds=self.time,
+            bodies=bodies,
+            shapes=shapes,
+            joints=joints,
+            findings=tuple(self._linter.findings()),
+            compare=self._compare,
+        )
+
+    def _before(self, dt: float) -> None:
+        self.changed |= self._linter.steps.add(dt)
+        counts = len(self.space.bodies), len(self.space.shapes), len(self.space.constraints)
+        self._most = [max(most, count) for most, count in zip(self._most, counts, strict=True)]
+        if self.changed and self._looked_at <= MAX_LOOKED_AT:
+            self.changed = False
+            self._looked_at += counts[1]
+            self._contents = self._linter.look(self.time if self._steps else None)
+            self._bodies = {body.id: body for body in self._contents.bodies}
+            self._numbers = np.array(sorted(self._bodies), np.uintp)
+            self._masses = np.array([self._bodies[number].mass for number in sorted(self._bodies)])
+            self._passing = {body.id: speed for body, speed in passing_speeds(self._contents).items()}
+            self._ids = np.empty(0, np.uintp)  # thresholds are read again
+            for shape in self._contents.shapes:
+                if shape.body and is_static(shape.body):
+                    self._statics.setdefault(shape.body, (shape.body.position, shape.body.angle))
+
+    def _goes_on(self, watched: Watched) -> bool:
+        if watched.unsupported:
+            return False
+        if watched.ball_steps > MAX_BALL_STEPS:
+            self._note = f"The comparison with exact covers the first {self.time:.4g} s: recording ended there."
+            return False
+        return True
+
+    def _after(self) -> None:
+        self._buffer.clear()
+        get_space_bodies(self.space, _MOTION, self._buffer)
+        ids = np.frombuffer(self._buffer.int_buf(), np.uintp)
+        motion = np.frombuffer(self._buffer.float_buf()).reshape(-1, 4)
+        if not np.array_equal(ids, self._ids):
+            self._ids = ids.copy()
+            self._fast = np.zeros(len(ids), bool)
+            self._thresholds = np.array([self._passing.get(body, math.inf) for body in ids.tolist()])
+        with np.errstate(invalid="ignore", over="ignore"):
+            speed = np.hypot(motion[:, 2], motion[:, 3])
+            fast = speed > self._thresholds
+        sampled = self._steps % STEPS_PER_SAMPLE == 0
+        for row in np.flatnonzero(fast & (sampled | ~self._fast)).tolist():
+            self._too_fast(int(ids[row]))
+        self._fast = fast
+        for row in np.flatnonzero(~np.isfinite(motion).all(axis=1)).tolist():
+            self._not_finite(int(ids[row]))
+        if sampled:
+            self._sample_touching()
+            self._sample_statics()
+            self._linter.confirm()
+
+    def _new(self, rule: str, body: int) -> bool:
+        """Return whether a body is to be reported for a rule: once."""
+        is_new = (rule, body) not in self._reported and body in self._bodies
+        self._reported.add((rule, body))
+        return is_new
+
+    def _too_fast(self, number: int) -> None:
+        if self._contents and ("tunnelling", number) not in self._reported and number in self._bodies:
+            fault = too_fast(self._contents, self._bodies[number])
+            if fault:
+                self._reported.add(("tunnelling", number))
+                self._linter.add(RULE_OF["tunnelling"], fault, self.time)
+
+    def _not_finite(self, number: int) -> None:
+        if self._contents and self._new("not-finite", number):
+            self._linter.add(RULE_OF["not-finite"], not_finite(self._contents, self._bodies[number]), self.time)
+
+    def _sample_touching(self) -> None:
+        buffer = Buffer()
+        get_space_arbiters(self.space, ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID, buffer)
+        pairs = np.frombuffer(buffer.int_buf(), np.uintp).reshape(-1, 2)
+        if not len(self._masses) or not len(pairs):
+            return
+        rows = np.searchsorted(self._numbers, pairs).clip(max=len(self._numbers) - 1)
+        heavier, lighter = self._masses[rows].max(axis=1), self._masses[rows].min(axis=1)
+        known = (self._numbers[rows] == pairs).all(axis=1)
+        for first, second in pairs[known & (heavier > MAX_MASS_RATIO * lighter)].tolist():
+            a, b = self._bodies[first], self._bodies[second]
+            if self._contents and (fault := mass_ratio(self._contents, a, b)):
+                heavy = first if a.mass > b.mass else second
+                if self._new("mass-ratio", heavy):
+                    self._linter.add(RULE_OF["mass-ratio"], fault, self.time)
+
+    def _sample_statics(self) -> None:
+        for body, (place, angle) in self._statics.items():
+            off = body.position.get_distance(place) or abs(body.angle - angle)
+            if off and is_static(body) and self._contents and (("static-moved", body.id) not in self._reported):
+                self._reported.add(("static-moved", body.id))
+                self._linter.add(RULE_OF["static-moved"], moved_static(self._contents, body, off), self.time)
+
+    def _compare(self) -> AgainstExact:
+        if self.time == 0:
+            return AgainstExact(None, "no step had a dt above 0")
+        with catch_warnings(record=True) as caught:
+            simplefilter("always")
+            try:
+                comparison = self._watched.comparison
+            except SandboxError as error:
+                return AgainstExact(None, str(error).removeprefix("there is nothing to compare: "))
+        notes = [_sentence(str(warning.message)) for warning in caught]
+        return AgainstExact(comparison, notes=[*notes, *filter(None, [self._note])])
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+class Trials:
+    """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
+
+    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does.
+    """
+
+    def __init__(self, seconds: float | None = None) -> None:
+        self._seconds = math.inf if seconds is None else seconds
+        self._origins = Origins()
+        self._trials: dict[int, Trial] = {}
+        self._others = 0  # further Spaces
+        self._counted: WeakSet[pymunk.Space] = WeakSet()  # those
+        self._ended = False
+        self.out_of_time = False
+        self._raised = 0
+        self._waited = 0.0  # s, since the last step
+
+    def __enter__(self) -> Self:
+        self._patched = pymunk.Space.step, pymunk.Space.add
+        add = pymunk.Space.add
+        trials = self
+
+        def step(space: pymunk.Space, dt: float) -> None:
+            """Do a step, recorded."""
+            trials.step(space, dt)
+
+        def add_remembered(space: pymunk.Space, *objects: Any) -> None:
+            """Add objects, and remember the line of the program that does."""
+            add(space, *objects)
+            trials.added(space, objects)
+
+        pymunk.Space.step, pymunk.Space.add = step, add_remembered  # type: ignore[method-assign, assignment]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+        pymunk.Space.step, pymunk.Space.add = self._patched  # type: ignore[method-assign]
+
+    def end(self) -> None:
+        """Record no further step, such as one of a thread that goes on."""
+        self._ended = True
+
+    def added(self, space: pymunk.Space, objects: tuple[Any, ...]) -> None:
+        """Remember who added objects, and look at them before the next step. Each step adds none."""
+        if objects and not self._ended:
+            self._origins.remember(objects)
+            if trial := self._trials.get(id(space)):
+                trial.changed = True
+
+    def step(self, space: pymunk.Space, dt: float) -> None:
+        """Do a step of a Space, recorded."""
+        trial = None if self._ended else self._trial(space)
+        if trial is None or not isinstance(dt, int | float | np.number):  # Pymunk says what is wrong with it
+            _original_step(space, dt)
+            return
+        self._waited = 0.0
+        if self.out_of_time:
+            self._stop()
+        trial.step(float(dt))
+        if trial.time >= self._seconds - TIME_ROUNDING:
+            self.out_of_time = True
+            self._stop()
+
+    def wait(self, seconds: float) -> None:
+        """Count time in which a program waits, in place of waiting; end it if it waits long without a step."""
+        self._waited += seconds
+        if not self._ended and self._waited > self._seconds:
+            self.out_of_time = True
+            self._stop()
+
+    def diagnoses(self) -> Iterator[Diagnosis]:
+        """Yield the diagnosis of each Space."""
+        for number, trial in enumerate(self._trials.values(), 1):
+            yield trial.diagnosis(number)
+
+    @property
+    def others(self) -> int:
+        """The number of Spaces beyond those that are diagnosed."""
+        return self._others
+
+    def _trial(self, space: pymunk.Space) -> Trial | None:
+        trial = self._trials.get(id(space))
+        if trial is None and len(self._trials) < MAX_SPACES:
+            trial = self._trials[id(space)] = Trial(space, self._origins)
+        elif trial is None:
+            self._others += space not in self._counted
+            self._counted.add(space)
+        return trial
+
+    def _stop(self) -> None:
+        """End the program as Ctrl-C would; a program that goes on in spite of that is ended at once."""
+        self._raised += 1
+        if self._raised > MAX_RAISED:
+            os._exit(0)
+        if threading.current_thread() is threading.main_thread():
+            raise KeyboardInterrupt
+        interrupt_main_thread()
+        raise SystemExit
+
+
+def interrupt_main_thread() -> None:
+    """Interrupt the main thread, as Ctrl-C does, also while it waits."""
+    if sys.platform == "win32":
+        signal.raise_signal(signal.SIGINT)
+    else:
+        ident = threading.main_thread().ident
+        assert ident is not None
+        signal.pthread_kill(ident, signal.SIGINT)

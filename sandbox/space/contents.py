@@ -1,0 +1,218 @@
+"""The contents of a Space as the rules of the linter read them."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Final
+from weakref import WeakSet
+
+import numpy as np
+import pymunk
+
+from sandbox.space.findings import BodyReport
+from sandbox.space.origins import Origins
+
+DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
+_KINDS: Final = {
+    pymunk.Body.DYNAMIC: "dynamic",
+    pymunk.Body.KINEMATIC: "kinematic",
+    pymunk.Body.STATIC: "static",
+}
+
+
+@dataclass
+class StepLengths:
+    """The lengths of the steps so far, without those of 0 s: their number, the shortest and the longest, s."""
+
+    count: int = 0
+    shortest: float = math.inf
+    longest: float = 0.0
+    invalid: float | None = None  # the first that was negative or not a number
+
+    def add(self, dt: float) -> bool:
+        """Count a step; return whether it is the shortest or longest so far, or the first invalid one."""
+        before = self.shortest, self.longest, self.invalid
+        if not 0 <= dt < math.inf:
+            self.invalid = dt if self.invalid is None else self.invalid
+        elif dt:
+            self.count += 1
+            self.shortest, self.longest = min(self.shortest, dt), max(self.longest, dt)
+        return before != (self.shortest, self.longest, self.invalid)
+
+    @property
+    def dt(self) -> float:
+        """The longest step, or 1/60 s before the first, s."""
+        return self.longest or DEFAULT_DT
+
+
+@dataclass
+class Contents:
+    """What a Space has, and which of its shapes and bodies a rule has to look at: those added since the last time."""
+
+    space: pymunk.Space
+    origins: Origins
+    steps: StepLengths
+    seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes and bodies that rules have looked at
+
+    @cached_property
+    def bodies(self) -> list[pymunk.Body]:
+        """All bodies in order of addition, without the Space's own static body."""
+        return list(self.space.bodies)
+
+    @cached_property
+    def shapes(self) -> list[pymunk.Shape]:
+        """All shapes with a body, in order of addition."""
+        return [shape for shape in self.space.shapes if shape.body is not None]
+
+    @cached_property
+    def solid(self) -> list[pymunk.Shape]:
+        """The shapes that collide."""
+        return [shape for shape in self.shapes if not shape.sensor]
+
+    @cached_property
+    def new_bodies(self) -> list[pymunk.Body]:
+        """The dynamic bodies that were added since the last time."""
+        return [body for body in self.bodies if is_dynamic(body) and body not in self.seen]
+
+    @cached_property
+    def index_of(self) -> dict[int, int]:
+        """The index of each body in `Space.bodies`, by id."""
+        return {id(body): index for index, body in enumerate(self.bodies)}
+
+    @cached_property
+    def solid_of(self) -> dict[int, list[pymunk.Shape]]:
+        """The solid shapes of each body, by its id."""
+        shapes: dict[int, list[pymunk.Shape]] = {}
+        for shape in self.solid:
+            shapes.setdefault(id(shape.body), []).append(shape)
+        return shapes
+
+    def is_new(self, shape: pymunk.Shape) -> bool:
+        """Return whether a shape was added since the last time."""
+        return shape not in self.seen
+
+    def report(self, body: pymunk.Body, detail: str, shape: pymunk.Shape | None = None) -> BodyReport:
+        """Name a body, by a shape of it, and what is wrong with it."""
+        shapes = self.solid_of.get(id(body), [])
+        shape = shape or next(iter(shapes), None)
+        kind = f"a {_KINDS[body.body_type]} {shape_words(shape) if shape else 'body without a shape'}"
+        line = self.origins.line_of(body) or (self.origins.line_of(shape) if shape else "")
+        place = place_of(shape) if shape and not is_dynamic(body) else body.position
+        return BodyReport(self.index_of.get(id(body)), kind, (place[0], place[1]), line, detail)
+
+    @cached_property
+    def pairs(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
+        """Pairs of shapes, of which one is new, that may collide and whose bounding boxes meet."""
+        shapes = [shape for shape in self.solid if not is_dynamic(body_of(shape)) or _finite(body_of(shape))]
+        if not any(map(self.is_new, shapes)):
+            return []
+        boxes = np.array([_box(shape) for shape in shapes]).reshape(-1, 4)
+        new = np.array([self.is_new(shape) for shape in shapes])
+        dynamic = np.array([is_dynamic(body_of(shape)) for shape in shapes])
+        pairs = []
+        for first, second in _meeting(boxes, new, dynamic):
+            a, b = shapes[first], shapes[second]
+            if may_collide(a, b):
+                pairs.append((a, b))
+        return pairs
+
+    @cached_property
+    def touching(self) -> list[tuple[pymunk.Shape, pymunk.Shape, float]]:
+        """Pairs of shapes, of which one is new, that touch, and how deep they overlap, px."""
+        touching = ((a, b, depth_of(a, b)) for a, b in self.pairs)
+        return [(a, b, depth) for a, b, depth in touching if depth is not None]
+
+
+def body_of(shape: pymunk.Shape) -> pymunk.Body:
+    """Return the body of a shape in a Space, which therefore has one."""
+    assert shape.body is not None
+    return shape.body
+
+
+def is_dynamic(body: pymunk.Body) -> bool:
+    """Return whether a body moves by forces."""
+    return body.body_type == pymunk.Body.DYNAMIC
+
+
+def is_static(body: pymunk.Body) -> bool:
+    """Return whether a body never moves."""
+    return body.body_type == pymunk.Body.STATIC
+
+
+def may_collide(a: pymunk.Shape, b: pymunk.Shape) -> bool:
+    """Return whether two solid shapes collide if they meet, by their bodies, filters and joints."""
+    first, second = body_of(a), body_of(b)
+    if first is second or not (is_dynamic(first) or is_dynamic(second)) or a.filter.rejects_collision(b.filter):
+        return False
+    return all(joint.collide_bodies or {joint.a, joint.b} != {first, second} for joint in first.constraints)
+
+
+def depth_of(a: pymunk.Shape, b: pymunk.Shape) -> float | None:
+    """Return how deep two shapes overlap, px; None if they are apart."""
+    try:
+        points = a.shapes_collide(b).points
+    except AssertionError:  # how Pymunk says that there is no contact
+        return None
+    return max((-point.distance for point in points), default=None)
+
+
+def half_width(shape: pymunk.Shape) -> float:
+    """Return half the smallest width of a shape, px."""
+    if isinstance(shape, pymunk.Circle):
+        return shape.radius
+    if isinstance(shape, pymunk.Segment):
+        return shape.radius
+    assert isinstance(shape, pymunk.Poly)
+    corners = np.array(shape.get_vertices())
+    sides = np.roll(corners, -1, axis=0) - corners
+    sides = sides[np.hypot(*sides.T) > 0]
+    normals = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
+    across = corners @ normals.T
+    return float((across.max(axis=0) - across.min(axis=0)).min()) / 2 + shape.radius if len(sides) else shape.radius
+
+
+def shape_words(shape: pymunk.Shape) -> str:
+    """Describe a shape: its class and size."""
+    if isinstance(shape, pymunk.Circle):
+        return f"circle of radius {shape.radius:.4g}"
+    if isinstance(shape, pymunk.Segment):
+        return f"segment of length {(shape.b - shape.a).length:.4g}"
+    assert isinstance(shape, pymunk.Poly)
+    return f"polygon of {len(shape.get_vertices())} corners"
+
+
+def place_of(shape: pymunk.Shape) -> tuple[float, float]:
+    """Return the middle of a shape, px, in the coordinates of the Space."""
+    if isinstance(shape, pymunk.Segment):
+        middle = (shape.a + shape.b) / 2
+    elif isinstance(shape, pymunk.Circle):
+        middle = shape.offset
+    else:
+        middle = shape.center_of_gravity
+    return body_of(shape).local_to_world(middle)
+
+
+def _finite(body: pymunk.Body) -> bool:
+    return all(map(math.isfinite, (*body.position, body.angle)))
+
+
+def _box(shape: pymunk.Shape) -> tuple[float, float, float, float]:
+    """Return the bounding box: of a shape that moves, where it is; of others, where Pymunk believes it to be."""
+    box = shape.bb if is_static(body_of(shape)) else shape.cache_bb()
+    return box.left, box.right, box.bottom, box.top
+
+
+def _meeting(boxes: np.ndarray, new: np.ndarray, dynamic: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of boxes that meet, of which one is new and one dynamic: sort and sweep along x."""
+    order = np.argsort(boxes[:, 0], kind="stable")
+    left, right, bottom, top = boxes[order].T
+    new, dynamic = new[order], dynamic[order]
+    ends = np.searchsorted(left, right, side="right")
+    for row, end in enumerate(ends.tolist()):
+        later = slice(row + 1, end)
+        meet = (bottom[later] <= top[row]) & (top[later] >= bottom[row])
+        meet &= (new[later] | new[row]) & (dynamic[later] | dynamic[row])
+        for offset in np.flatnonzero(meet).tolist():
+            first, second = int(order[row]), int(order[row + 1 + offset])
+            yield min(first, second), max(first, second)

@@ -1,0 +1,89 @@
+"""The linter: what is wrong with a Space, without a step of it."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import Any, Final
+from weakref import WeakSet
+
+import pymunk
+
+from sandbox.errors import SandboxError
+from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.findings import Finding, worst_first
+from sandbox.space.origins import Origins
+from sandbox.space.rules import RULES, Fault, Rule
+
+MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
+
+
+def lint(space: pymunk.Space, *, dt: float | None = None) -> list[Finding]:
+    """Return what is wrong with a Space, worst first, without a step of it.
+
+    dt: s, of the steps that will be done; without, 1/60 s. Raises SandboxError if it is not a Space.
+
+    >>> space = pymunk.Space()
+    >>> body = pymunk.Body(1, 10)
+    >>> disc = pymunk.Circle(body, 20)
+    >>> disc.friction = 0.5
+    >>> space.add(body, disc)
+    >>> for finding in lint(space):
+    ...     print(finding.rule, finding.bodies[0].detail)
+    moment moment 10, 20 times too small: its shapes have 200
+    """
+    if not isinstance(space, pymunk.Space):
+        raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
+    steps = StepLengths()
+    if dt is not None:
+        steps.add(dt)
+    linter = Linter(space, Origins(), steps)
+    linter.look(None)
+    return linter.findings()
+
+
+@dataclass
+class Linter:
+    """Looks at a Space, and again at what was added since; collects what it finds."""
+
+    space: pymunk.Space
+    origins: Origins
+    steps: StepLengths
+    _seen: WeakSet[Any] = field(default_factory=WeakSet)
+    _faults: dict[str, list[Fault]] = field(default_factory=lambda: defaultdict(list))
+    _since: dict[str, float | None] = field(default_factory=dict)
+
+    def look(self, since: float | None) -> Contents:
+        """Look for faults in what is new since the last time. since: s of the Space's time, None before any step."""
+        contents = Contents(self.space, self.origins, self.steps, self._seen)
+        for rule in RULES:
+            for fault in rule.find(contents):
+                self.add(rule, fault, since)
+        self._seen.update(contents.shapes)
+        self._seen.update(contents.bodies)
+        return contents
+
+    def add(self, rule: Rule, fault: Fault, since: float | None) -> None:
+        """Add a fault; of the Space itself, only the last counts."""
+        faults = self._faults[rule.key]
+        self._since.setdefault(rule.key, since)
+        if fault.report is None:
+            faults[:] = [fault]
+        elif len(faults) < MAX_FAULTS:
+            faults.append(fault)
+
+    def confirm(self) -> None:
+        """Drop the faults that are gone and only count if they stay."""
+        for faults in self._faults.values():
+            faults[:] = [fault for fault in faults if fault.lasts is None or fault.lasts()]
+
+    def findings(self) -> list[Finding]:
+        """Return one finding for each rule with faults, worst first."""
+        findings = []
+        for rule in RULES:
+            if faults := sorted(self._faults.get(rule.key, ()), key=lambda fault: -fault.size):
+                bodies = tuple(fault.report for fault in faults if fault.report)
+                symptom = rule.symptom.format(faults[0].detail)
+                since = self._since[rule.key]
+                findings.append(
+                    Finding(rule.key, symptom, since, bodies, rule.cause, rule.cure, rule.certainty, rule.weight)
+                )
+        return sorted(findings, key=worst_first)

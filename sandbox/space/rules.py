@@ -1,0 +1,676 @@
+"""What the linter looks for in a Space: one function for each fault, and the table of rules that names them."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import combinations
+from typing import Final, NamedTuple
+
+import numpy as np
+import pymunk
+
+from sandbox.space.contents import (
+    Contents,
+    body_of,
+    depth_of,
+    half_width,
+    is_dynamic,
+    is_static,
+    may_collide,
+    shape_words,
+)
+from sandbox.space.findings import BodyReport, Certainty
+
+MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
+MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
+MAX_OFF_CENTRE: Final = 0.05  # of the square root of the shapes' area
+OVERLAP: Final = 0.01  # of the smaller half width, beyond collision_slop
+MAX_JOIN_ANGLE: Final = math.radians(45)  # between segments that a body passes over
+MAX_JOIN_GAP: Final = 1e-3  # of the shorter segment
+MAX_MASS_RATIO: Final = 100.0
+MAX_SLOP: Final = 0.2  # of a half width
+MAX_DT: Final = 1 / 30  # s
+DT_VARIES: Final = 1e-6  # relative, above rounding
+PER_STEP_DAMPING: Final = 0.97  # from which on damping is hardly to be seen, if it is per second
+MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
+DRIVES: Final = (pymunk.SimpleMotor, pymunk.DampedSpring, pymunk.DampedRotarySpring)  # joints that move bodies
+LOOK_AHEAD: Final = 1.0  # s, of the straight path of a body
+ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
+OF_OLD_SHAPES: Final = {  # before Pymunk 5
+    "group": "shape.filter = pymunk.ShapeFilter(group=...)",
+    "layers": "shape.filter = pymunk.ShapeFilter(categories=..., mask=...)",
+}
+
+
+class Fault(NamedTuple):
+    """One case of a fault.
+
+    size: to show the worst first; report: the body; detail: of the Space, for `{}`; lasts: returns whether it is still
+    there, of a fault that only counts if it stays.
+    """
+
+    size: float
+    report: BodyReport | None
+    detail: str = ""
+    lasts: Callable[[], bool] | None = None
+
+
+class Rule(NamedTuple):
+    """A fault that a Space may have: its texts, in which `{}` is the detail of the worst case, and how to find it."""
+
+    key: str
+    weight: float
+    certainty: Certainty
+    symptom: str
+    cause: str
+    cure: str
+    find: Callable[[Contents], Iterator[Fault]]
+
+
+def _massless(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        for value, name in ((body.mass, "mass"), (body.moment, "moment")):
+            if not value > 0 or (name == "mass" and math.isinf(value)):
+                yield Fault(1, contents.report(body, f"its {name} is {value:g}"))
+                break
+
+
+def _not_finite(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        if not all(map(math.isfinite, (*body.position, *body.velocity, body.angle, body.angular_velocity))):
+            yield not_finite(contents, body)
+
+
+def not_finite(contents: Contents, body: pymunk.Body) -> Fault:
+    """Return the fault of a body whose motion is not finite."""
+    (x, y), (u, v) = body.position, body.velocity
+    return Fault(1, contents.report(body, f"position ({x:.4g}, {y:.4g}), velocity ({u:.4g}, {v:.4g})"))
+
+
+def _no_mass_of_its_own(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        shapes = contents.solid_of.get(id(body), [])
+        if any(shape.mass > 0 for shape in shapes):
+            for shape in shapes:
+                if shape.mass == 0:
+                    yield Fault(1, contents.report(body, f"its {shape_words(shape)} has density 0", shape))
+
+
+def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
+    """Yield bodies, their moment and that of their shapes, where these do not fit."""
+    for body in contents.new_bodies:
+        shapes = contents.solid_of.get(id(body), [])
+        if shapes and 0 < body.mass < math.inf and 0 < body.moment < math.inf:
+            expected = body.mass * _radius_of_gyration_squared(shapes, body.center_of_gravity)
+            if expected and not MIN_MOMENT_RATIO <= body.moment / expected <= MAX_MOMENT_RATIO:
+                yield body, body.moment, expected
+
+
+def _moment(contents: Contents) -> Iterator[Fault]:
+    return (_moment_fault(contents, *each) for each in _moments(contents) if _can_turn(contents, each[0]))
+
+
+def _moment_without_effect(contents: Contents) -> Iterator[Fault]:
+    return (_moment_fault(contents, *each) for each in _moments(contents) if not _can_turn(contents, each[0]))
+
+
+def _moment_fault(contents: Contents, body: pymunk.Body, moment: float, expected: float) -> Fault:
+    factor = moment / expected
+    size = max(factor, 1 / factor)
+    what = f"moment {moment:.4g}, {size:.3g} times too {'large' if factor > 1 else 'small'}: its shapes have"
+    return Fault(size, contents.report(body, f"{what} {expected:.4g}"))
+
+
+def _can_turn(contents: Contents, body: pymunk.Body) -> bool:
+    """Return whether something can turn a body: not a frictionless circle round its centre of gravity."""
+    shapes = contents.solid_of.get(id(body), [])
+    smooth = all(
+        isinstance(shape, pymunk.Circle) and not shape.friction and shape.offset == body.center_of_gravity
+        for shape in shapes
+    )
+    return not smooth or bool(body.constraints) or body.angular_velocity != 0 or body.torque != 0
+
+
+def _area(shape: pymunk.Shape) -> float:
+    """Return the area by which mass is shared among shapes: of a segment without thickness, its length."""
+    return shape.area or ((shape.b - shape.a).length if isinstance(shape, pymunk.Segment) else 0.0)
+
+
+def _radius_of_gyration_squared(shapes: list[pymunk.Shape], centre: pymunk.Vec2d) -> float:
+    """Return the moment per mass of shapes of one density, about a point of their body, px²."""
+    areas = [_area(shape) for shape in shapes]
+    if not sum(areas):
+        return 0.0
+    about = (area * _shape_gyration(shape, centre) for area, shape in zip(areas, shapes, strict=True))
+    return sum(about) / sum(areas)
+
+
+def _shape_gyration(shape: pymunk.Shape, centre: pymunk.Vec2d) -> float:
+    if isinstance(shape, pymunk.Circle):
+        return pymunk.moment_for_circle(1, 0, shape.radius, shape.offset - centre)
+    if isinstance(shape, pymunk.Segment):
+        return pymunk.moment_for_segment(1, shape.a - centre, shape.b - centre, shape.radius)
+    assert isinstance(shape, pymunk.Poly)
+    return pymunk.moment_for_poly(1, shape.get_vertices(), -centre, shape.radius)
+
+
+def _off_centre(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        shapes = contents.solid_of.get(id(body), [])
+        areas = np.array([_area(shape) for shape in shapes])
+        if areas.sum() <= 0 or math.isinf(body.moment) or _turns_about_a_joint(body):
+            continue
+        x, y = areas @ np.array([shape.center_of_gravity for shape in shapes]) / areas.sum()
+        off = math.dist((x, y), body.center_of_gravity)
+        if off > MAX_OFF_CENTRE * math.sqrt(areas.sum()):
+            gx, gy = body.center_of_gravity
+            detail = f"centre of gravity at ({gx:.4g}, {gy:.4g}), middle of its shapes at ({x:.4g}, {y:.4g})"
+            yield Fault(off, contents.report(body, f"{detail}: {off:.4g} px off"))
+
+
+def _turns_about_a_joint(body: pymunk.Body) -> bool:
+    """Return whether a joint holds a body to what does not move by forces, so that its place is meant to turn about."""
+    return any(not is_dynamic(joint.a) or not is_dynamic(joint.b) for joint in body.constraints)
+
+
+def _without_shape(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        if not body.shapes and not body.constraints:
+            yield Fault(1, contents.report(body, "it has no shape and no joint"))
+
+
+def _shape_not_added(contents: Contents) -> Iterator[Fault]:
+    for body in contents.new_bodies:
+        shapes = list(body.shapes)
+        if shapes and all(shape.space is None for shape in shapes):
+            yield Fault(1, contents.report(body, f"its {shape_words(shapes[0])} is not in the Space", shapes[0]))
+
+
+def _too_elastic(contents: Contents) -> Iterator[Fault]:
+    for shape in contents.solid:
+        if contents.is_new(shape) and shape.elasticity > 1:
+            yield Fault(shape.elasticity, contents.report(body_of(shape), f"elasticity {shape.elasticity:g}", shape))
+
+
+def _products(quantity: str, *, without_any_effect: bool) -> Callable[[Contents], Iterator[Fault]]:
+    """Return a rule for shapes with an elasticity or a friction, and partners that have none."""
+
+    def find(contents: Contents) -> Iterator[Fault]:
+        with_value = [shape for shape in contents.solid if getattr(shape, quantity)]
+        if not any(map(contents.is_new, with_value)):
+            return
+        kinds: dict[object, list[pymunk.Shape]] = {}  # two of each kind stand for all
+        for shape in contents.solid:
+            kind = kinds.setdefault((shape.filter, body_of(shape).body_type, bool(getattr(shape, quantity))), [])
+            if len(kind) < 2:
+                kind.append(shape)
+        samples = [shape for kind in kinds.values() for shape in kind]
+        for shape in filter(contents.is_new, with_value):
+            partners = [partner for partner in samples if _could_meet(shape, partner)]
+            without = [partner for partner in partners if not getattr(partner, quantity)]
+            if without and (len(without) == len(partners)) == without_any_effect:
+                value = f"{quantity} {getattr(shape, quantity):g}"
+                partner = f"{shape_words(without[0])} has {quantity} 0"
+                report = contents.report(body_of(shape), f"{value}, but a {partner}", shape)
+                yield Fault(getattr(shape, quantity), report, "", partial(_has_none, without, quantity))
+
+    return find
+
+
+def _has_none(shapes: Sequence[pymunk.Shape], quantity: str) -> bool:
+    """Return whether shapes still have an elasticity, or a friction, of 0."""
+    return not any(getattr(shape, quantity) for shape in shapes)
+
+
+def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
+    """Return whether two shapes, or others of their kinds, could collide."""
+    apart = body_of(a) is not body_of(b)
+    return apart and (is_dynamic(body_of(a)) or is_dynamic(body_of(b))) and not a.filter.rejects_collision(b.filter)
+
+
+def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
+    for shape in filter(contents.is_new, contents.shapes):
+        for name, cure in OF_OLD_SHAPES.items():
+            if name in vars(shape):
+                yield Fault(1, contents.report(body_of(shape), f"shape.{name} was set; write {cure}", shape))
+    for body in contents.new_bodies:
+        for name in ON_SHAPES:
+            if name in vars(body):
+                yield Fault(1, contents.report(body, f"body.{name} was set; write shape.{name}"))
+
+
+def _overlaps(*, joined: bool) -> Callable[[Contents], Iterator[Fault]]:
+    """Return a rule for shapes that overlap, of bodies that a joint connects, or of others."""
+
+    def find(contents: Contents) -> Iterator[Fault]:
+        for a, b, depth in contents.touching:
+            smaller = min(filter(None, (half_width(a), half_width(b))), default=0.0)
+            if depth > contents.space.collision_slop + OVERLAP * smaller and joined == _are_joined(a, b):
+                shape, partner = (a, b) if is_dynamic(body_of(a)) else (b, a)
+                number = contents.index_of.get(id(body_of(partner)))
+                name = shape_words(partner) + ("" if number is None else f" of body {number}")
+                detail = f"overlaps a {name} by {depth:.4g} px"
+                yield Fault(depth / (smaller or 1), contents.report(body_of(shape), detail, shape))
+
+    return find
+
+
+def _are_joined(a: pymunk.Shape, b: pymunk.Shape) -> bool:
+    second = body_of(b)
+    return any(second in (joint.a, joint.b) for joint in body_of(a).constraints)
+
+
+def _cracks(contents: Contents) -> Iterator[Fault]:
+    segments = [
+        shape
+        for shape in contents.solid
+        if isinstance(shape, pymunk.Segment) and not is_dynamic(body_of(shape)) and shape.a != shape.b
+    ]
+    movers = [shape for shape in contents.solid if is_dynamic(body_of(shape))]
+    if not any(map(contents.is_new, segments)) or not movers:
+        return
+    for a, b, end, beyond_a, beyond_b in _joins(segments):
+        if contents.is_new(a) or contents.is_new(b):
+            open_ends = [shape for shape, beyond in ((a, beyond_a), (b, beyond_b)) if _pushes_back(shape, end, beyond)]
+            if open_ends and any(not mover.filter.rejects_collision(open_ends[0].filter) for mover in movers):
+                detail = f"meets the next segment at ({end.x:.4g}, {end.y:.4g}) without set_neighbors"
+                yield Fault(1, contents.report(body_of(open_ends[0]), detail, open_ends[0]))
+
+
+def _joins(
+    segments: list[pymunk.Segment],
+) -> Iterator[tuple[pymunk.Segment, pymunk.Segment, pymunk.Vec2d, pymunk.Vec2d, pymunk.Vec2d]]:
+    """Yield segments that continue each other: both, the common end, and the far end of the second and the first."""
+    ends: dict[tuple[int, int], list[tuple[pymunk.Segment, pymunk.Vec2d, pymunk.Vec2d]]] = {}
+    shortest = min((segment.b - segment.a).length for segment in segments)
+    cell = MAX_JOIN_GAP * shortest
+    for segment in segments:
+        a, b = (body_of(segment).local_to_world(point) for point in (segment.a, segment.b))
+        for near, far in ((a, b), (b, a)):
+            ends.setdefault((round(near.x / cell), round(near.y / cell)), []).append((segment, near, far))
+    for meeting in ends.values():
+        for (first, near, far), (second, _, beyond) in combinations(meeting, 2):
+            turn = abs((near - far).get_angle_between(beyond - near))
+            if turn <= MAX_JOIN_ANGLE and first.radius == second.radius:
+                yield first, second, near, beyond, far
+
+
+def _pushes_back(segment: pymunk.Segment, end: pymunk.Vec2d, beyond: pymunk.Vec2d) -> bool:
+    """Return whether a segment's end collides with what comes along the next segment: it has no neighbour there."""
+    probe = pymunk.Body(1, 1)
+    radius = segment.radius or 1e-3 * (segment.b - segment.a).length
+    probe.position = end + (beyond - end).normalized() * (segment.radius + radius / 2)
+    disc = pymunk.Circle(probe, radius)
+    disc.cache_bb()
+    return depth_of(segment, disc) is not None
+
+
+def passing_speeds(contents: Contents) -> dict[pymunk.Body, float]:
+    """Return the speed from which a step carries each dynamic body past the middle of the thinnest wall, px/s."""
+    walls = [shape for shape in contents.solid if is_static(body_of(shape))]
+    thinnest: dict[pymunk.ShapeFilter, pymunk.Shape] = {}
+    for wall in sorted(walls, key=half_width):
+        thinnest.setdefault(wall.filter, wall)
+    speeds: dict[pymunk.Body, float] = {}
+    for body in filter(is_dynamic, contents.bodies):
+        shapes = contents.solid_of.get(id(body), [])
+        widths = [half_width(wall) for wall in thinnest.values() if any(may_collide(shape, wall) for shape in shapes)]
+        if widths:
+            speeds[body] = (max(map(half_width, shapes)) + min(widths)) / contents.steps.dt
+    return speeds
+
+
+def _too_fast(contents: Contents) -> Iterator[Fault]:
+    speeds = passing_speeds(contents) if contents.new_bodies else {}
+    for body in contents.new_bodies:
+        is_fast = speeds.get(body, math.inf) < body.velocity.length < math.inf
+        if is_fast and (fault := too_fast(contents, body)):
+            yield fault
+
+
+def too_fast(contents: Contents, body: pymunk.Body) -> Fault | None:
+    """Return the fault of a body that will meet a wall so fast that a step can carry it through."""
+    shape = max(contents.solid_of[id(body)], key=half_width)
+    half, speed, start = half_width(shape), body.velocity.length, body.position
+    for hit in contents.space.segment_query(start, start + body.velocity * LOOK_AHEAD, half, pymunk.ShapeFilter()):
+        wall = hit.shape
+        passing = (half + half_width(wall)) / contents.steps.dt
+        passes = not wall.sensor and is_static(body_of(wall)) and may_collide(shape, wall) and passing < speed
+        if passes:
+            detail = (
+                f"{speed:.4g} px/s; from {passing:.4g} px/s on, one step can carry it through a {shape_words(wall)}"
+            )
+            return Fault(speed / passing if passing else math.inf, contents.report(body, detail))
+    return None
+
+
+def _mass_ratio(contents: Contents) -> Iterator[Fault]:
+    pairs = {(body_of(a), body_of(b)) for a, b, _ in contents.touching}
+    new = set(contents.new_bodies)
+    pairs |= {(joint.a, joint.b) for joint in contents.space.constraints if joint.a in new or joint.b in new}
+    for a, b in sorted(pairs, key=lambda pair: [body.id for body in pair]):
+        if fault := mass_ratio(contents, a, b):
+            yield fault
+
+
+def mass_ratio(contents: Contents, a: pymunk.Body, b: pymunk.Body) -> Fault | None:
+    """Return the fault of two dynamic bodies that touch, or are joined, if one is much heavier."""
+    if not (is_dynamic(a) and is_dynamic(b)) or not (0 < a.mass < math.inf and 0 < b.mass < math.inf):
+        return None
+    heavy, light = (a, b) if a.mass > b.mass else (b, a)
+    ratio = heavy.mass / light.mass
+    if ratio <= MAX_MASS_RATIO:
+        return None
+    detail = f"mass {heavy.mass:.4g}, {ratio:.4g} times that of body {contents.index_of.get(id(light), '?')}"
+    return Fault(ratio, contents.report(heavy, detail))
+
+
+def _sinks_in(contents: Contents) -> Iterator[Fault]:
+    slop = contents.space.collision_slop
+    for body in contents.new_bodies:
+        widths = [half for shape in contents.solid_of.get(id(body), []) if (half := half_width(shape))]
+        if widths and slop > MAX_SLOP * max(widths):
+            share = slop / max(widths)
+            detail = f"half of its width is {max(widths):.4g}, collision_slop {slop:g}: {share:.0%} of that"
+            yield Fault(share, contents.report(body, detail))
+
+
+def _moved_static(contents: Contents) -> Iterator[Fault]:
+    for shape in contents.shapes:
+        if is_static(body_of(shape)) and contents.is_new(shape) and (off := _off_its_place(shape)):
+            yield moved_static(contents, body_of(shape), off, shape)
+
+
+def moved_static(contents: Contents, body: pymunk.Body, off: float, shape: pymunk.Shape | None = None) -> Fault:
+    """Return the fault of a static body that was moved so far, px."""
+    return Fault(off, contents.report(body, f"moved by {off:.4g} px after it was added", shape))
+
+
+def _off_its_place(shape: pymunk.Shape) -> float:
+    """Return how far the bounding box of a static shape is from where its body now has it, px; 0 if it is there."""
+    body = body_of(shape)
+    if isinstance(shape, pymunk.Circle):
+        corners = [shape.offset]
+    else:
+        corners = [shape.a, shape.b] if isinstance(shape, pymunk.Segment) else shape.get_vertices()
+    points = np.array([body.local_to_world(corner) for corner in corners])
+    low, high = points.min(axis=0) - shape.radius, points.max(axis=0) + shape.radius
+    box = shape.bb
+    off = np.abs([*(low - (box.left, box.bottom)), *(high - (box.right, box.top))]).max()
+    return float(off) if off > MOVED * max(1.0, float(np.abs(points).max())) else 0.0
+
+
+def _asleep_on_a_joint(contents: Contents) -> Iterator[Fault]:
+    if not math.isfinite(contents.space.sleep_time_threshold):
+        return
+    new = set(contents.new_bodies)
+    for joint in contents.space.constraints:
+        for body, anchor in ((joint.a, joint.b), (joint.b, joint.a)):
+            if isinstance(joint, DRIVES) and body in new and is_static(anchor):
+                yield Fault(1, contents.report(body, f"a {type(joint).__name__} joins it to a static body"))
+
+
+def _damping_per_step(contents: Contents) -> Iterator[Fault]:
+    damping = contents.space.damping
+    if not contents.seen and PER_STEP_DAMPING <= damping < 1:
+        yield Fault(1, None, f"{damping:g}")
+
+
+def _damping_outside(contents: Contents) -> Iterator[Fault]:
+    damping = contents.space.damping
+    if not contents.seen and not 0 < damping <= 1:
+        yield Fault(1, None, f"{damping:g}")
+
+
+def _long_steps(contents: Contents) -> Iterator[Fault]:
+    if contents.steps.longest > MAX_DT * (1 + DT_VARIES):
+        yield Fault(1, None, f"{contents.steps.longest:.4g} s")
+
+
+def _steps_vary(contents: Contents) -> Iterator[Fault]:
+    shortest, longest = contents.steps.shortest, contents.steps.longest
+    if contents.steps.count > 1 and longest > shortest * (1 + DT_VARIES):
+        yield Fault(1, None, f"from {shortest:.4g} to {longest:.4g} s")
+
+
+def _invalid_steps(contents: Contents) -> Iterator[Fault]:
+    if contents.steps.invalid is not None:
+        yield Fault(1, None, f"{contents.steps.invalid:g} s")
+
+
+_MULTIPLIES: Final = "Pymunk multiplies the {0} of two shapes, and a new shape has {0} 0."
+RULES: Final = (
+    Rule(
+        "mass",
+        1.0,
+        Certainty.CERTAIN,
+        "Space.step fails: a dynamic body has no mass or no moment",
+        "Every dynamic body needs a mass and a moment above 0.",
+        "Set shape.density or shape.mass before the first step, or pass both to Body(mass, moment). What shall never "
+        "move is Body(body_type=pymunk.Body.STATIC).",
+        _massless,
+    ),
+    Rule(
+        "not-finite",
+        0.98,
+        Certainty.CERTAIN,
+        "Bodies vanish: their position or velocity is no longer a number",
+        "A division by zero in the program, a force or velocity that is not a number, or impulses that grew without "
+        "limit.",
+        "Look at what the program sets in this step; see the other findings for what makes impulses grow.",
+        _not_finite,
+    ),
+    Rule(
+        "dt-invalid",
+        0.95,
+        Certainty.CERTAIN,
+        "A step has a dt of {}, with which motion means nothing",
+        "dt must be above 0; a difference of two clock readings can be negative or not a number.",
+        "Call space.step(1 / 60), a constant number of times per frame.",
+        _invalid_steps,
+    ),
+    Rule(
+        "shape-not-added",
+        0.9,
+        Certainty.CERTAIN,
+        "Bodies fall through everything: their shapes are not in the Space",
+        "Space.add was called with the body, but without the shape.",
+        "space.add(body, shape)",
+        _shape_not_added,
+    ),
+    Rule(
+        "static-moved",
+        0.85,
+        Certainty.CERTAIN,
+        "Static bodies were moved: things bounce off the old place, or sink into the new one",
+        "Pymunk places a static shape once, when it is added, and takes it to be at rest; it was moved after that.",
+        "Set the position before space.add; for what moves, use a KINEMATIC body and set its velocity; after a single "
+        "move, call space.reindex_shapes_for_body(body).",
+        _moved_static,
+    ),
+    Rule(
+        "tunnelling",
+        0.8,
+        Certainty.LIKELY,
+        "Bodies can pass through walls",
+        "Pymunk looks for contacts where a step ends. A body that is beyond the middle of a wall by then is pushed out "
+        "on the other side, or is not seen at all.",
+        "Shorter steps (several space.step(dt / n) in a frame), thicker walls, or a limit of the speed in a "
+        "velocity_func.",
+        _too_fast,
+    ),
+    Rule(
+        "elasticity",
+        0.75,
+        Certainty.CERTAIN,
+        "Bounces add energy: shapes have an elasticity above 1",
+        "1 is a bounce without loss; above, bodies leave faster than they came, each time.",
+        "Set an elasticity from 0 to 1, unless it is a bumper that is meant to add energy.",
+        _too_elastic,
+    ),
+    Rule(
+        "damping-range",
+        0.75,
+        Certainty.CERTAIN,
+        "Bodies gain speed by themselves, or lose it in every step: damping is {}",
+        "Space.damping is the part of the velocity that is left after a second; 1 is no damping.",
+        "Set a damping above 0 and up to 1, such as 0.9.",
+        _damping_outside,
+    ),
+    Rule(
+        "dt-long",
+        0.7,
+        Certainty.LIKELY,
+        "Steps are up to {} long: contacts are found late, and stacks and joints are soft",
+        "Errors of a step grow with its length; Pymunk is made for steps of about 1/60 s.",
+        "Divide the time of a frame: for _ in range(4): space.step(dt / 4).",
+        _long_steps,
+    ),
+    Rule(
+        "attribute",
+        0.7,
+        Certainty.CERTAIN,
+        "Something that the program sets has no effect: Pymunk does not know it there",
+        "Python lets a program set any attribute; Pymunk reads those that its documentation names.",
+        "Set it where Pymunk reads it.",
+        _ignored_attributes,
+    ),
+    Rule(
+        "overlap",
+        0.65,
+        Certainty.CERTAIN,
+        "Bodies overlap when they are added, and are pushed apart",
+        "Their places leave too little room. Pymunk pushes them out over some steps, which moves what they touch.",
+        "Move them apart; where they may overlap, give both shapes a ShapeFilter with the same group.",
+        _overlaps(joined=False),
+    ),
+    Rule(
+        "overlap-joined",
+        0.65,
+        Certainty.LIKELY,
+        "Bodies that a joint connects overlap, and are pushed apart against it",
+        "A joint does not stop its two bodies from colliding with each other.",
+        "Set joint.collide_bodies = False, or a ShapeFilter with the same group on both shapes.",
+        _overlaps(joined=True),
+    ),
+    Rule(
+        "moment",
+        0.6,
+        Certainty.LIKELY,
+        "Bodies turn too easily or too hard: their moments do not fit their shapes",
+        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass.",
+        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle, moment_for_box, "
+        "moment_for_poly. float('inf') prevents turning.",
+        _moment,
+    ),
+    Rule(
+        "slop",
+        0.6,
+        Certainty.LIKELY,
+        "Bodies visibly sink into each other: they are small beside collision_slop",
+        "Pymunk lets shapes overlap by Space.collision_slop, 0.1 unless set, which is made for sizes in pixels.",
+        "Use larger units (such as 100 for a metre), or set space.collision_slop to a hundredth of the smallest size.",
+        _sinks_in,
+    ),
+    Rule(
+        "off-centre",
+        0.55,
+        Certainty.LIKELY,
+        "Bodies tip over and turn about the wrong point: their centre of gravity is off their shapes",
+        "A body's position is its centre of gravity, unless body.center_of_gravity says otherwise; the shape's corners "
+        "or offset are given about another point.",
+        "Give the corners about the middle, as Poly.create_box does; or set shape.mass instead of Body(mass, moment).",
+        _off_centre,
+    ),
+    Rule(
+        "mass-ratio",
+        0.5,
+        Certainty.POSSIBLE,
+        "Stacks and joints are soft: bodies that touch or are joined differ more than 100 times in mass",
+        "The solver improves impulses step by step; the more masses differ, the slower it converges.",
+        "Bring masses nearer to each other; otherwise raise space.iterations, or take shorter steps.",
+        _mass_ratio,
+    ),
+    Rule(
+        "no-shape",
+        0.5,
+        Certainty.LIKELY,
+        "Dynamic bodies without a shape touch nothing",
+        "Nothing but gravity and your code can act on them.",
+        "Add a shape, or do not add the body.",
+        _without_shape,
+    ),
+    Rule(
+        "density",
+        0.45,
+        Certainty.LIKELY,
+        "A shape weighs nothing: its density is 0, while others of its body have mass",
+        "Mass, moment and centre of gravity are computed from the shapes that have mass.",
+        "Set the density of every shape of the body.",
+        _no_mass_of_its_own,
+    ),
+    Rule(
+        "dt-varies",
+        0.45,
+        Certainty.CERTAIN,
+        "dt varies {}: no two runs are alike, and lasting contacts gain energy where dt grows",
+        "dt comes from a clock. Pymunk starts each step from the impulses of the last, which are those of its dt.",
+        "space.step(1 / 60), as many times as the clock asks for.",
+        _steps_vary,
+    ),
+    Rule(
+        "cracks",
+        0.4,
+        Certainty.LIKELY,
+        "Bodies that roll or slide over a row of segments are knocked where two segments meet",
+        "Each segment has round ends of its own, and a body that has sunk in a little hits the next end.",
+        "segment.set_neighbors(previous_end, next_end) for each segment.",
+        _cracks,
+    ),
+    *(
+        Rule(
+            f"{quantity}-{'unused' if without_any_effect else 'zero'}",
+            0.4 if without_any_effect else 0.25,
+            Certainty.LIKELY if without_any_effect else Certainty.POSSIBLE,
+            symptom,
+            _MULTIPLIES.format(quantity),
+            f"Set shape.{quantity} on both shapes.",
+            _products(quantity, without_any_effect=without_any_effect),
+        )
+        for quantity, without_any_effect, symptom in (
+            ("elasticity", True, "Nothing bounces: an elasticity has no effect, as all it can meet has elasticity 0"),
+            ("friction", True, "Things slide as on ice: a friction has no effect, as all it can meet has friction 0"),
+            ("elasticity", False, "Some contacts do not bounce: one of the two shapes has elasticity 0"),
+            ("friction", False, "Some contacts slide as on ice: one of the two shapes has friction 0"),
+        )
+    ),
+    Rule(
+        "sleep-on-joint",
+        0.3,
+        Certainty.POSSIBLE,
+        "Bodies on a joint to a static body can fall asleep though a motor or a spring drives them",
+        "A body slower than the idle speed for sleep_time_threshold falls asleep, and a static body wakes nothing.",
+        "Join it to a KINEMATIC body, which keeps it awake, or set space.idle_speed_threshold lower.",
+        _asleep_on_a_joint,
+    ),
+    Rule(
+        "damping-per-step",
+        0.3,
+        Certainty.POSSIBLE,
+        "Hardly anything slows down: damping {} is what is left of the velocity after a second, not after a step",
+        "Pymunk takes damping to the power of dt.",
+        "A factor f per step of 1/60 s is space.damping = f ** 60, such as 0.55 for 0.99.",
+        _damping_per_step,
+    ),
+    Rule(
+        "moment-unused",
+        0.1,
+        Certainty.LIKELY,
+        "Moments do not fit the shapes; so far, nothing can turn these bodies",
+        "The second argument of Body(mass, moment) is a number that does not follow from shape and mass. Circles "
+        "without friction never turn; with friction, they will.",
+        "Body(), and shape.mass = ...: Pymunk computes the moment; or pymunk.moment_for_circle.",
+        _moment_without_effect,
+    ),
+)
+RULE_OF: Final = {rule.key: rule for rule in RULES}

@@ -1,0 +1,416 @@
+"""The linter: each fault, put into a Space on purpose, is named with its figures; its twin without has no finding."""
+
+import math
+import random
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pymunk
+import pytest
+
+import sandbox
+from sandbox.errors import SandboxError
+from sandbox.space.findings import Certainty, Finding
+from sandbox.space.rules import RULES
+
+
+def floor(space: pymunk.Space, *, elasticity: float = 0.5, friction: float = 0.5, radius: float = 5) -> pymunk.Segment:
+    segment = pymunk.Segment(space.static_body, (0, 400), (600, 400), radius)
+    segment.elasticity, segment.friction = elasticity, friction
+    space.add(segment)
+    return segment
+
+
+def disc(
+    space: pymunk.Space, x: float = 100, y: float = 100, *, radius: float = 20, mass: float = 1, moment: float = 0
+) -> pymunk.Circle:
+    body = pymunk.Body(mass, moment or pymunk.moment_for_circle(mass, 0, radius))
+    body.position = x, y
+    shape = pymunk.Circle(body, radius)
+    shape.elasticity, shape.friction = 0.5, 0.5
+    space.add(body, shape)
+    return shape
+
+
+def box(space: pymunk.Space, x: float = 300, y: float = 100, *, size: float = 40, mass: float = 1) -> pymunk.Poly:
+    body = pymunk.Body(mass, pymunk.moment_for_box(mass, (size, size)))
+    body.position = x, y
+    shape = pymunk.Poly.create_box(body, (size, size))
+    shape.elasticity, shape.friction = 0.5, 0.5
+    space.add(body, shape)
+    return shape
+
+
+def body_of(shape: pymunk.Shape) -> pymunk.Body:
+    assert shape.body is not None
+    return shape.body
+
+
+def sound_space() -> pymunk.Space:
+    space = pymunk.Space()
+    space.gravity = 0, 900
+    floor(space)
+    disc(space)
+    box(space)
+    return space
+
+
+def small_moment(space: pymunk.Space) -> None:
+    disc(space, 200, moment=10)
+
+
+def large_moment_of_a_box(space: pymunk.Space) -> None:
+    body_of(box(space, 200)).moment = 800 / 3 * 5
+
+
+def moment_of_a_smooth_disc(space: pymunk.Space) -> None:
+    for shape in space.shapes:
+        shape.friction = 0
+    disc(space, 200, moment=10).friction = 0
+
+
+def wall_without_elasticity(space: pymunk.Space) -> None:
+    next(iter(space.shapes)).elasticity = 0
+
+
+def smooth_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
+    floor_segment, *others = space.shapes
+    floor_segment.friction = 0
+    for shape in others:
+        shape.filter = pymunk.ShapeFilter(group=1)
+
+
+def bare_floor_alone_with_discs_of_one_group(space: pymunk.Space) -> None:
+    floor_segment, *others = space.shapes
+    floor_segment.elasticity = 0
+    for shape in others:
+        shape.filter = pymunk.ShapeFilter(group=1)
+
+
+def wall_without_friction(space: pymunk.Space) -> None:
+    next(iter(space.shapes)).friction = 0
+
+
+def super_ball(space: pymunk.Space) -> None:
+    disc(space, 200).elasticity = 1.2
+
+
+def corners_from_the_corner(space: pymunk.Space) -> None:
+    body = pymunk.Body(1, pymunk.moment_for_box(1, (40, 40)))
+    body.position = 200, 200
+    shape = pymunk.Poly(body, [(0, 0), (40, 0), (40, 40), (0, 40)])
+    shape.elasticity, shape.friction = 0.5, 0.5
+    body.moment = pymunk.moment_for_poly(1, shape.get_vertices())
+    space.add(body, shape)
+
+
+def no_mass(space: pymunk.Space) -> None:
+    body = pymunk.Body()
+    body.position = 200, 200
+    shape = pymunk.Circle(body, 10)
+    shape.elasticity, shape.friction = 0.5, 0.5
+    space.add(body, shape)
+
+
+def weightless_part(space: pymunk.Space) -> None:
+    body = pymunk.Body()
+    body.position = 200, 200
+    heavy, light = pymunk.Circle(body, 10, (-1, 0)), pymunk.Circle(body, 10, (1, 0))
+    heavy.density = 1
+    for shape in (heavy, light):
+        shape.elasticity, shape.friction = 0.5, 0.5
+    space.add(body, heavy, light)
+
+
+def bare_body(space: pymunk.Space) -> None:
+    space.add(pymunk.Body(1, 1))
+
+
+def forgotten_shape(space: pymunk.Space) -> None:
+    body = pymunk.Body(1, 50)
+    shape = pymunk.Circle(body, 10)
+    space.add(body)
+    KEPT.append(shape)
+
+
+KEPT: list[pymunk.Shape] = []  # a shape that is in no Space is kept alive by its program only
+
+
+def overlapping(space: pymunk.Space) -> None:
+    disc(space, 110, 100)
+
+
+def overlapping_on_a_joint(space: pymunk.Space) -> None:
+    a, b = body_of(disc(space, 100, 300)), body_of(disc(space, 130, 300))
+    space.add(pymunk.PivotJoint(a, b, (115, 300)))
+
+
+def cracked_floor(space: pymunk.Space) -> None:
+    for x in (0, 100, 200):
+        segment = pymunk.Segment(space.static_body, (x, 300), (x + 100, 300), 2)
+        segment.elasticity, segment.friction = 0.5, 0.5
+        space.add(segment)
+
+
+def bullet(space: pymunk.Space) -> None:
+    body_of(disc(space, 300, 200, radius=5)).velocity = 0, 700
+
+
+def heavy_on_light(space: pymunk.Space) -> None:
+    disc(space, 200, 375, mass=1)
+    disc(space, 200, 335.05, mass=150)
+
+
+def tiny(space: pymunk.Space) -> None:
+    disc(space, 200, radius=0.05)
+
+
+def moved_wall(space: pymunk.Space) -> None:
+    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+    shape = pymunk.Poly.create_box(body, (40, 40))
+    shape.elasticity, shape.friction = 0.5, 0.5
+    space.add(body, shape)
+    body.position = 500, 200
+
+
+def sleepy_motor(space: pymunk.Space) -> None:
+    space.sleep_time_threshold = 0.5
+    space.add(pymunk.SimpleMotor(space.static_body, body_of(disc(space, 200)), 1))
+
+
+def damping_per_step(space: pymunk.Space) -> None:
+    space.damping = 0.99
+
+
+def damping_above_1(space: pymunk.Space) -> None:
+    space.damping = 1.1
+
+
+def elasticity_of_a_body(space: pymunk.Space) -> None:
+    vars(body_of(disc(space, 200)))["elasticity"] = 0.9
+
+
+def group_of_old(space: pymunk.Space) -> None:
+    vars(disc(space, 200))["group"] = 1
+
+
+def not_a_number(space: pymunk.Space) -> None:
+    body_of(disc(space, 200)).velocity = math.nan, 0
+
+
+FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
+    small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
+    large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
+    moment_of_a_smooth_disc: ("moment-unused", "moment 10, 20 times too small: its shapes have 200"),
+    wall_without_elasticity: ("elasticity-zero", "elasticity 0.5, but a segment of length 600 has elasticity 0"),
+    wall_without_friction: ("friction-zero", "friction 0.5, but a segment of length 600 has friction 0"),
+    bare_floor_alone_with_discs_of_one_group: ("elasticity-unused", "elasticity 0.5, but a segment"),
+    smooth_floor_alone_with_discs_of_one_group: ("friction-unused", "friction 0.5, but a segment of length 600"),
+    super_ball: ("elasticity", "elasticity 1.2"),
+    corners_from_the_corner: ("off-centre", "centre of gravity at (0, 0), middle of its shapes at (20, 20): 28.28 px"),
+    no_mass: ("mass", "its mass is 0"),
+    weightless_part: ("density", "its circle of radius 10 has density 0"),
+    bare_body: ("no-shape", "it has no shape and no joint"),
+    forgotten_shape: ("shape-not-added", "its circle of radius 10 is not in the Space"),
+    overlapping: ("overlap", "overlaps a circle of radius 20 of body 2 by 30 px"),
+    overlapping_on_a_joint: ("overlap-joined", "overlaps a circle of radius 20 of body 3 by 10 px"),
+    cracked_floor: ("cracks", "meets the next segment at (100, 300) without set_neighbors"),
+    bullet: ("tunnelling", "700 px/s; from 600 px/s on, one step can carry it through a segment of length 600"),
+    heavy_on_light: ("mass-ratio", "mass 150, 150 times that of body 2"),
+    tiny: ("slop", "half of its width is 0.05, collision_slop 0.1: 200% of that"),
+    moved_wall: ("static-moved", "moved by 500 px after it was added"),
+    sleepy_motor: ("sleep-on-joint", "a SimpleMotor joins it to a static body"),
+    damping_per_step: ("damping-per-step", ""),
+    damping_above_1: ("damping-range", ""),
+    elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
+    group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=...)"),
+    not_a_number: ("not-finite", "position (200, 100), velocity (nan, 0)"),
+}
+
+
+def rules_of(findings: list[Finding]) -> list[str]:
+    return [finding.rule for finding in findings]
+
+
+@pytest.mark.parametrize("add_fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_a_fault_is_named_alone_with_its_figures(add_fault: Callable[[pymunk.Space], None]) -> None:
+    rule, detail = FAULTS[add_fault]
+    space = sound_space()
+    assert sandbox.lint(space) == []
+    add_fault(space)
+    (finding,) = sandbox.lint(space)
+    assert finding.rule == rule
+    assert detail in (finding.bodies[0].detail if finding.bodies else "")
+
+
+def test_every_rule_has_a_fault() -> None:
+    of_steps = {"dt-invalid", "dt-long", "dt-varies"}  # below, and in the tests of programs
+    assert {rule for rule, _ in FAULTS.values()} == {rule.key for rule in RULES} - of_steps
+
+
+@pytest.mark.parametrize(("dt", "rule"), [(0.05, "dt-long"), (-0.01, "dt-invalid"), (math.nan, "dt-invalid")])
+def test_a_wrong_dt_is_named(dt: float, rule: str) -> None:
+    assert rules_of(sandbox.lint(sound_space(), dt=dt)) == [rule]
+    assert sandbox.lint(sound_space(), dt=1 / 30) == []
+
+
+def mend(space: pymunk.Space, fault: Callable[[pymunk.Space], None]) -> None:
+    """Mend a fault as its cure says."""
+    shapes, last = list(space.shapes), list(space.shapes)[-1]
+    if fault is cracked_floor:
+        for number, segment in enumerate(shapes[-3:]):
+            assert isinstance(segment, pymunk.Segment)
+            segment.set_neighbors((100 * number - 100, 300), (100 * number + 200, 300))
+    elif fault is moved_wall:
+        space.reindex_shapes_for_body(body_of(last))
+    elif fault is overlapping_on_a_joint:
+        next(iter(space.constraints)).collide_bodies = False
+    elif fault is overlapping:
+        for shape in shapes[1:]:
+            shape.filter = pymunk.ShapeFilter(group=1)
+    elif fault is corners_from_the_corner:
+        last.mass = 1
+    elif fault is no_mass:
+        last.density = 1
+    elif fault is tiny:
+        space.collision_slop = 0.001
+    elif fault is small_moment:
+        body_of(last).moment = math.inf
+
+
+MENDED = (
+    *(cracked_floor, moved_wall, overlapping_on_a_joint, overlapping, corners_from_the_corner, no_mass, tiny),
+    small_moment,
+)
+
+
+@pytest.mark.parametrize("fault", MENDED, ids=lambda fault: fault.__name__)
+def test_the_cure_leaves_no_finding(fault: Callable[[pymunk.Space], None]) -> None:
+    space = sound_space()
+    fault(space)
+    mend(space, fault)
+    assert sandbox.lint(space) == []
+
+
+def random_shape(draw: random.Random, body: pymunk.Body) -> pymunk.Shape:
+    match draw.randrange(4):
+        case 0:
+            return pymunk.Circle(body, draw.uniform(10, 40))
+        case 1:
+            return pymunk.Poly.create_box(body, (draw.uniform(15, 50), draw.uniform(15, 50)))
+        case 2:
+            return pymunk.Segment(body, (-20, 0), (20, 0), draw.uniform(4, 10))
+        case _:
+            return pymunk.Poly(body, [(0, 0), (30, 0), (0, 25)])
+
+
+def random_space(seed: int) -> pymunk.Space:
+    """Return a Space of bodies in a box, without faults: shapes, masses and joints at random."""
+    draw = random.Random(seed)
+    space = pymunk.Space()
+    space.gravity = 0, draw.choice([0, 500, 900])
+    elasticity, friction = draw.uniform(0.1, 1), draw.uniform(0.1, 1)
+    corners = [(0, 0), (800, 0), (800, 600), (0, 600)]
+    for k in range(4):
+        space.add(pymunk.Segment(space.static_body, corners[k - 1], corners[k], draw.uniform(3, 8)))
+    before = None
+    for column in range(8):
+        for row in range(6):
+            body = pymunk.Body()
+            body.position, body.angle = (50 + 100 * column, 50 + 100 * row), draw.uniform(0, 6)
+            body.velocity = draw.uniform(-200, 200), draw.uniform(-200, 200)
+            shape = random_shape(draw, body)
+            shape.density = draw.uniform(0.5, 2)
+            space.add(body, shape)
+            if before and draw.random() < 0.2:
+                space.add(pymunk.PinJoint(before, body))
+            before = body
+    for shape in space.shapes:
+        shape.elasticity, shape.friction = elasticity, friction
+    return space
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_spaces_without_faults_have_no_finding(seed: int) -> None:
+    assert sandbox.lint(random_space(seed)) == []
+
+
+def test_the_linter_changes_nothing() -> None:
+    """A Space that was linted steps to the same bits, also where a static body was moved without reindexing."""
+
+    def run(*, linted: bool) -> list[tuple[float, float]]:
+        space = random_space(3)
+        moved_wall(space)
+        for step in range(60):
+            if linted and step % 10 == 0:
+                sandbox.lint(space)
+            space.step(1 / 60)
+        return [(body.position.x, body.position.y) for body in space.bodies]
+
+    assert run(linted=True) == run(linted=False)
+
+
+def test_findings_are_in_order_of_weight_and_print_their_cure() -> None:
+    space = sound_space()
+    small_moment(space)
+    super_ball(space)
+    no_mass(space)
+    findings = sandbox.lint(space)
+    assert rules_of(findings)[:2] == ["mass", "elasticity"]
+    assert [finding.weight for finding in findings] == sorted((finding.weight for finding in findings), reverse=True)
+    text = str(findings[1])
+    assert findings[1].certainty == Certainty.CERTAIN
+    assert "a dynamic circle of radius 20 at (200, 100): elasticity 1.2" in text
+    assert text.endswith("meant to add energy.")
+
+
+def test_what_is_no_space_is_refused() -> None:
+    with pytest.raises(SandboxError, match=r"^space must be a pymunk\.Space, got list$"):
+        sandbox.lint([])  # type: ignore[arg-type]
+
+
+def test_assertions_are_not_needed() -> None:
+    """`python -O` removes the assertions by which Pymunk says that shapes do not touch."""
+    program = (
+        "import pymunk, sandbox; s = pymunk.Space()\n"
+        "for x in (0, 30, 100):\n"
+        "    b = pymunk.Body(1, 200); b.position = x, 0; s.add(b, pymunk.Circle(b, 20))\n"
+        "print(*[(f.rule, f.bodies[0].detail) for f in sandbox.lint(s)])"
+    )
+    out = subprocess.check_output([sys.executable, "-O", "-c", program], text=True)
+    assert out == "('overlap', 'overlaps a circle of radius 20 of body 1 by 10 px')\n"
+
+
+@pytest.mark.parametrize(("neighbours", "rolls_on"), [(False, False), (True, True)])
+def test_a_ball_is_turned_back_by_a_crack_and_not_where_neighbours_are_set(neighbours: bool, rolls_on: bool) -> None:
+    space = pymunk.Space()
+    space.gravity = 0, 900
+    for k in range(10):
+        segment = pymunk.Segment(space.static_body, (50 * k, 300), (50 * k + 50, 300), 1)
+        segment.friction = segment.elasticity = 0.8
+        if neighbours:
+            segment.set_neighbors((50 * k - 50, 300), (50 * k + 100, 300))
+        space.add(segment)
+    ball = disc(space, 20, 279)
+    body_of(ball).velocity, body_of(ball).angular_velocity = (10, 0), 0.5
+    assert (rules_of(sandbox.lint(space)) == []) == rolls_on
+    ball.elasticity = 0
+    for _ in range(300):
+        space.step(1 / 60)
+    assert body_of(ball).velocity.x == pytest.approx(10) if rolls_on else body_of(ball).velocity.x < 0
+
+
+def test_a_slow_motor_on_a_static_body_falls_asleep_and_not_on_a_kinematic_one() -> None:
+    def turned(kind: int) -> float:
+        space = pymunk.Space()
+        space.gravity, space.sleep_time_threshold = (0, 900), 0.5
+        wheel, anchor = body_of(disc(space)), pymunk.Body(body_type=kind)
+        space.add(anchor, pymunk.PivotJoint(anchor, wheel, (100, 100)), pymunk.SimpleMotor(anchor, wheel, 0.7))
+        assert ("sleep-on-joint" in rules_of(sandbox.lint(space))) == (kind == pymunk.Body.STATIC)
+        for _ in range(240):
+            space.step(1 / 60)
+        return abs(wheel.angle)
+
+    assert turned(pymunk.Body.STATIC) < 0.5
+    assert turned(pymunk.Body.KINEMATIC) == pytest.approx(0.7 * 4, rel=0.02)
