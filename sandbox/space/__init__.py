@@ -1,1 +1,1 @@
-"""A `pymunk.Space` of any contents on trial: what is wrong with it, and what to change."""
+"""Any `pymunk.Space` on trial: a linter, a recording of its steps, the ledger of its energy, figures of its run."""

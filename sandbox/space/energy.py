@@ -1,0 +1,125 @@
+"""The energy ledger of a Space: by what each step, and the program between steps, changed its mechanical energy.
+
+The energy is kinetic, potential (of the centres of gravity, in the Space's gravity), and elastic (of springs with
+Pymunk's own laws). Bodies of infinite mass have none, nor has the rotation of those with an infinite moment.
+
+Chipmunk's step moves all bodies with the velocities that they have, finds contacts, adds the springs' impulses, then
+damping, gravity and forces, then the impulses of contacts and joints. All impulses of a step act at fixed points, so a
+set of impulses J that changes the relative velocity at these points from v to u does the work J · (v + u) / 2 exactly.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from sandbox.errors import SandboxError
+from sandbox.space.causes import NUMBER, Cause
+from sandbox.space.mechanics import BodyIndex, Floats, elastic_energy, kinetic_energy, potential_energy
+from sandbox.space.memory import Snapshot
+from sandbox.space.recording import Step
+from sandbox.space.step_work import ContactHistory, StepWork, add_membership, change_by_mass
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """The energy ledger of a run of n steps.
+
+    time: (n + 1,) s; kinetic, potential, elastic: (n + 1,) kg px²/s², at these times, before the program's changes;
+    work: (n, causes) kg px²/s², of each step and of the program's changes before it, in the order of Cause;
+    of_joints: the work of each constraint by its key; of springs, less what they stored.
+    """
+
+    time: Floats
+    kinetic: Floats
+    potential: Floats
+    elastic: Floats
+    work: Floats
+    of_joints: dict[int, float]
+
+    @property
+    def total(self) -> Floats:
+        """(n + 1,) energy."""
+        return self.kinetic + self.potential + self.elastic
+
+    @property
+    def scale(self) -> float:
+        """What shares are of: the largest kinetic energy, or the largest elastic one if that is larger."""
+        return float(max(self.kinetic.max(), self.elastic.max()))
+
+    @property
+    def lines(self) -> dict[Cause, float]:
+        """The change of energy over the run by its causes; they sum to the change of the total."""
+        return {cause: float(value) for cause, value in zip(Cause, self.work.sum(axis=0), strict=True)}
+
+    @property
+    def shares(self) -> dict[Cause, float]:
+        """The lines as shares of the scale; 0 if nothing moved."""
+        return {cause: value / self.scale if self.scale else 0.0 for cause, value in self.lines.items()}
+
+    def since(self, cause: Cause, share: float = 0.01) -> float | None:
+        """Return the end of the first step, s, up to which a cause changed the energy by a share of the scale."""
+        over = np.flatnonzero(np.abs(np.cumsum(self.of(cause))) > share * self.scale)
+        return float(self.time[1 + over[0]]) if len(over) else None
+
+    def of(self, cause: Cause) -> Floats:
+        """(n,) the change of each step by a cause."""
+        return self.work[:, NUMBER[cause]]
+
+
+def ledger_of(steps: Iterable[Step]) -> Ledger:
+    """Return the energy ledger of successive steps, of which there is at least one.
+
+    It ends before the first step that leaves a number which is not finite.
+    """
+    steps = list(steps)
+    if not steps:
+        raise SandboxError("no step was recorded")
+    history = ContactHistory(steps[0].before)
+    work = np.zeros((len(steps), len(Cause)))
+    of_joints: dict[int, float] = {}
+    first = steps[0]
+    energies = [(*_energies(first.before), elastic_energy(first.after, first.before))]
+    for number, step in enumerate(steps):
+        if not _is_finite(step.after):
+            work = work[:number]
+            break
+        if number:
+            _add_program(work[number], steps[number - 1], step)
+        StepWork(step, history).add_to(work[number], of_joints)
+        energies.append((*_energies(step.after), elastic_energy(step.after, step.after)))
+    time = np.array([first.time, *(step.time + step.dt for step in steps[: len(work)])])
+    kinetic, potential, elastic = np.array(energies).T
+    return Ledger(time, kinetic, potential, elastic, work, of_joints)
+
+
+def _is_finite(state: Snapshot) -> bool:
+    """Return whether all places and velocities are finite."""
+    bodies = state.bodies
+    return all(np.isfinite(bodies[key]).all() for key in ("position", "velocity", "angle", "spin"))
+
+
+def _energies(state: Snapshot) -> tuple[float, float]:
+    """Return the kinetic and the potential energy."""
+    bodies = state.bodies
+    kinetic = kinetic_energy(bodies["mass"], bodies["moment"], bodies["velocity"], bodies["spin"]).sum()
+    return float(kinetic), float(potential_energy(bodies["mass"], bodies["position"], state.settings["gravity"]).sum())
+
+
+def _add_program(work: Floats, previous: Step, step: Step) -> None:
+    """Add what the program changed between two steps."""
+    old, new = previous.after, step.before
+    work[NUMBER[Cause.SPRINGS_SET]] += elastic_energy(step.after, new) - elastic_energy(old, old)
+    if old is new:
+        return
+    gravity = old.settings["gravity"]
+    rows = BodyIndex(old.bodies).rows(new.bodies["id"])
+    is_common = rows < len(old.bodies)
+    a, b = old.bodies[rows[is_common]], new.bodies[is_common]
+    velocity = kinetic_energy(a["mass"], a["moment"], b["velocity"], b["spin"]) - kinetic_energy(
+        a["mass"], a["moment"], a["velocity"], a["spin"]
+    )
+    work[NUMBER[Cause.VELOCITY_SET]] += velocity.sum()
+    work[NUMBER[Cause.POSITION_SET]] += potential_energy(a["mass"], b["position"] - a["position"], gravity).sum()
+    work[NUMBER[Cause.MASS_SET]] += change_by_mass(a, b, b, gravity)
+    add_membership(work, old, new)

@@ -1,0 +1,524 @@
+"""The energy ledger adds up, and its lines are those of closed forms."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pymunk
+import pytest
+
+from sandbox.space.causes import Cause
+from sandbox.space.energy import Ledger, ledger_of
+from sandbox.space.memory import CONTACT
+from sandbox.space.recording import Recording
+from sandbox.space.step_work import _pair_key
+
+DT = 1 / 60
+ROUNDING = 1e-9  # of the scale of the energy
+
+
+def record(space: pymunk.Space, steps: int, dt: float = DT, between: Callable[[int], None] | None = None) -> Recording:
+    recording = Recording(space)
+    for number in range(steps):
+        if between:
+            between(number)
+        recording.record(space.step, dt)
+    return recording
+
+
+def energy_of(space: pymunk.Space) -> float:
+    """The kinetic and the potential energy, by Pymunk's own functions."""
+    energy = 0.0
+    for body in space.bodies:
+        if body.body_type == pymunk.Body.DYNAMIC:
+            centre = body.local_to_world(body.center_of_gravity)
+            energy += body.mass * body.velocity.length**2 / 2 - body.mass * centre.dot(space.gravity)
+            if math.isfinite(body.moment):
+                energy += body.moment * body.angular_velocity**2 / 2
+    return energy
+
+
+def walls(space: pymunk.Space) -> None:
+    corners = [(0, 0), (600, 0), (600, 400), (0, 400)]
+    for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
+        segment = pymunk.Segment(space.static_body, start, end, 5)
+        segment.elasticity, segment.friction = 0.9, 0.7
+        space.add(segment)
+
+
+def random_body(random: np.random.Generator, space: pymunk.Space) -> pymunk.Body:
+    body = pymunk.Body()
+    body.position, body.angle = tuple(random.uniform((60, 60), (540, 340))), random.uniform(0, 6)
+    body.velocity, body.angular_velocity = tuple(random.uniform(-200, 200, 2)), random.uniform(-5, 5)
+    size = random.uniform(5, 25)
+    shape: pymunk.Shape
+    match random.integers(3):
+        case 0:
+            shape = pymunk.Circle(body, size, (size / 3, 0))
+        case 1:
+            shape = pymunk.Poly(body, [(0, 0), (2 * size, 0), (2 * size, size), (size, 1.5 * size)], radius=0.5)
+        case _:
+            shape = pymunk.Segment(body, (-size, 0), (size, 3), 3)
+    shape.density, shape.elasticity, shape.friction = (
+        random.uniform(0.001, 0.01),
+        random.uniform(0, 1),
+        random.uniform(0, 1),
+    )
+    if random.integers(4) == 0:
+        shape.surface_velocity = (random.uniform(-50, 50), 0)
+    space.add(body, shape)
+    return body
+
+
+def random_joint(random: np.random.Generator, kind: int, a: pymunk.Body, b: pymunk.Body) -> pymunk.Constraint:
+    p, q = (tuple(random.uniform(-15, 15, 2)) for _ in range(2))
+    makers: list[Callable[[], pymunk.Constraint]] = [
+        lambda: pymunk.PinJoint(a, b, p, q),
+        lambda: pymunk.SlideJoint(a, b, p, q, 20, 60),
+        lambda: pymunk.PivotJoint(a, b, p, q),
+        lambda: pymunk.GrooveJoint(a, b, (-30, 5), (30, -5), q),
+        lambda: pymunk.DampedSpring(a, b, p, q, 40, random.uniform(50, 500), random.uniform(0, 10)),
+        lambda: pymunk.DampedRotarySpring(a, b, 0.5, random.uniform(1e3, 1e5), random.uniform(0, 1e4)),
+        lambda: pymunk.RotaryLimitJoint(a, b, -0.5, 0.5),
+        lambda: pymunk.RatchetJoint(a, b, 0.2, math.pi / 3),
+        lambda: pymunk.GearJoint(a, b, 0.3, random.uniform(0.5, 3)),
+        lambda: pymunk.SimpleMotor(a, b, random.uniform(-5, 5)),
+    ]
+    return makers[kind]()
+
+
+def random_space(seed: int) -> tuple[pymunk.Space, np.random.Generator]:
+    random = np.random.default_rng(seed)
+    space = pymunk.Space()
+    space.gravity, space.damping = tuple(random.uniform(-300, 300, 2)), random.uniform(0.7, 1)
+    walls(space)
+    bodies = [random_body(random, space) for _ in range(12)]
+    bodies[0].moment = math.inf
+    paddle = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    paddle.position, paddle.velocity, paddle.angular_velocity = (300, 100), (20, 10), 1
+    space.add(paddle, pymunk.Poly.create_box(paddle, (80, 20)))
+    partners = [*bodies, paddle, space.static_body]
+    for kind in range(10):
+        a, b = random.choice(len(partners), 2, replace=False)
+        if {int(a), int(b)} <= {0, 12, 13}:  # nothing that a motor could turn
+            a = 3
+        joint = random_joint(random, kind, partners[a], partners[b])
+        joint.max_force = random.choice([math.inf, 1e5])
+        space.add(joint)
+    return space, random
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_ledger_of_a_random_space_adds_up_and_leaves_nothing_over(seed: int) -> None:
+    space, _ = random_space(seed)
+    start = energy_of(space)
+    ledger = ledger_of(record(space, 90))
+    assert_adds_up(ledger)
+    without_springs = ledger.total[-1] - ledger.elastic[-1] - (ledger.total[0] - ledger.elastic[0])
+    assert energy_of(space) - start == pytest.approx(without_springs, abs=ROUNDING * ledger.scale)
+    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+
+
+def assert_adds_up(ledger: Ledger) -> None:
+    error = np.abs(np.cumsum(ledger.work.sum(axis=1)) - (ledger.total[1:] - ledger.total[0]))
+    assert error.max() < ROUNDING * max(ledger.scale, np.abs(ledger.potential).max())
+
+
+def resting_on_floor(body: pymunk.Body, shape: pymunk.Shape, *, friction: float = 0.0) -> pymunk.Space:
+    space = pymunk.Space()
+    floor = pymunk.Segment(space.static_body, (-10_000, 0), (10_000, 0), 1)
+    floor.elasticity = 1
+    floor.friction, shape.friction = 1, friction
+    space.add(floor, body, shape)
+    return space
+
+
+def only(ledger: Ledger, *causes: Cause) -> None:
+    """Assert that no other line is more than rounding."""
+    for cause, value in ledger.lines.items():
+        if cause not in causes:
+            assert abs(value) < ROUNDING * ledger.scale, cause
+
+
+def test_a_sliding_box_loses_what_coulomb_s_law_takes() -> None:
+    """The work is μ m g times the distance; the box goes on with a step's first velocity, friction acts on the mean."""
+    mass, gravity, mu, speed, steps = 2.0, 900.0, 0.4, 300.0, 30
+    body = pymunk.Body(mass, math.inf)
+    space = resting_on_floor(body, pymunk.Poly.create_box(body, (60, 10)), friction=mu)
+    space.gravity, body.position, body.velocity = (0, -gravity), (0, 5.95), (speed, 0)
+    ledger = ledger_of(record(space, steps))
+    distance = body.position.x + (body.velocity.x - speed) * DT / 2
+    assert body.velocity.x == pytest.approx(speed - mu * gravity * steps * DT, rel=1e-12)
+    assert ledger.lines[Cause.FRICTION] == pytest.approx(-mu * mass * gravity * distance, rel=1e-12)
+    assert ledger.total[-1] - ledger.total[0] == pytest.approx(ledger.lines[Cause.FRICTION], rel=1e-12)
+
+
+@pytest.mark.parametrize("elasticity", [0, 0.6, 1])
+def test_a_bouncing_ball_loses_what_its_restitution_says(elasticity: float) -> None:
+    body = pymunk.Body(3, 50)
+    shape = pymunk.Circle(body, 10)
+    shape.elasticity = elasticity
+    space = resting_on_floor(body, shape)
+    body.position, body.velocity = (0, 40), (30, -250)
+    ledger = ledger_of(record(space, 30))
+    assert ledger.lines[Cause.RESTITUTION] == pytest.approx(-(1 - elasticity**2) * 3 * 250**2 / 2, rel=1e-12)
+    only(ledger, Cause.RESTITUTION)
+
+
+def test_a_box_that_falls_on_an_edge_loses_by_the_mass_that_the_edge_feels() -> None:
+    mass, moment, half, angle, e, speed = 2.0, 300.0, 10.0, 0.5, 0.3, 200.0
+    body = pymunk.Body(mass, moment)
+    shape = pymunk.Poly.create_box(body, (2 * half, 2 * half))
+    shape.elasticity = e
+    space = resting_on_floor(body, shape)
+    arm = half * math.cos(angle) - half * math.sin(angle)  # to the lowest edge, along the floor
+    below = half * math.cos(angle) + half * math.sin(angle)
+    body.position, body.angle, body.velocity = (0, 1 + below + 5), angle, (0, -speed)
+    ledger = ledger_of(record(space, 3))
+    felt = 1 / (1 / mass + arm**2 / moment)
+    assert ledger.lines[Cause.RESTITUTION] == pytest.approx(-(1 - e**2) * felt * speed**2 / 2, rel=1e-9)
+    only(ledger, Cause.RESTITUTION)
+
+
+def test_contacts_that_an_unconverged_solver_leaves_are_not_due() -> None:
+    """A row of balls is hit and does not bounce: with few iterations, contacts end while bodies still approach."""
+    errors = []
+    for iterations in (3, 200):
+        space = pymunk.Space()
+        space.iterations = iterations
+        bodies = [pymunk.Body(1, 50) for _ in range(5)]
+        for k, body in enumerate(bodies):
+            body.position = (19.95 * k, 0)
+            space.add(body, pymunk.Circle(body, 10))
+        bodies[0].velocity = (100, 0)
+        ledger = ledger_of(record(space, 1))
+        assert_adds_up(ledger)
+        errors.append(abs(ledger.lines[Cause.RESTITUTION_ERROR]))
+    assert errors[0] > 0.01 * ledger.scale
+    assert errors[1] < 1e-6 * errors[0]
+
+
+def test_a_resting_box_has_no_lines_but_those_that_cancel() -> None:
+    body = pymunk.Body(2, 300)
+    space = resting_on_floor(body, pymunk.Poly.create_box(body, (20, 20)))
+    space.gravity, body.position = (0, -900), (0, 10.95)
+    ledger = ledger_of(record(space, 120))
+    per_step = 2 * (900 * DT) ** 2 / 2
+    assert ledger.of(Cause.INTEGRATION)[60:] == pytest.approx(np.full(60, per_step), rel=1e-6)
+    assert ledger.of(Cause.SUPPORT)[60:] == pytest.approx(np.full(60, -per_step), rel=1e-6)
+
+
+def test_free_fall_gains_half_of_what_gravity_adds_in_a_step() -> None:
+    """v = n g dt and y = -g dt² n (n - 1) / 2, so that the energy grows by m g² dt² / 2 a step."""
+    space, body = pymunk.Space(), pymunk.Body(2, 10)
+    space.gravity = (0, -900)
+    space.add(body)
+    ledger = ledger_of(record(space, 50))
+    assert ledger.lines[Cause.INTEGRATION] == pytest.approx(50 * 2 * (900 * DT) ** 2 / 2, rel=1e-9)
+    only(ledger, Cause.INTEGRATION)
+
+
+def test_a_pendulum_s_joint_does_no_work_in_the_limit_of_small_steps() -> None:
+    totals = []
+    for rate in (120, 240, 480):
+        space, body = pymunk.Space(), pymunk.Body(2, math.inf)
+        space.gravity, body.position = (0, -900), (100, 0)
+        space.add(body, pymunk.PinJoint(space.static_body, body))
+        ledger = ledger_of(record(space, rate, 1 / rate))
+        assert_adds_up(ledger)
+        assert sum(ledger.of_joints.values()) == pytest.approx(ledger.lines[Cause.JOINTS])
+        totals.append(abs(ledger.lines[Cause.JOINTS]) / ledger.scale)
+    assert totals[0] < 0.2
+    assert totals[2] / totals[1] == pytest.approx(0.5, abs=0.15)
+
+
+def test_a_damped_spring_loses_what_the_damped_oscillator_loses() -> None:
+    """After a whole number of periods, the energy is exp(-c t / m) of what it was."""
+    mass, stiffness, c, stretch, periods = 2.0, 80.0, 0.5, 30.0, 3
+    frequency = math.sqrt(stiffness / mass - (c / 2 / mass) ** 2)
+    seconds = periods * 2 * math.pi / frequency
+    lost = (1 - math.exp(-c * seconds / mass)) * stiffness * stretch**2 / 2
+    errors = []
+    for steps in (2000, 4000):
+        space, body = pymunk.Space(), pymunk.Body(mass, math.inf)
+        body.position = (100 + stretch, 0)
+        space.add(body, pymunk.DampedSpring(space.static_body, body, (0, 0), (0, 0), 100, stiffness, c))
+        ledger = ledger_of(record(space, steps, seconds / steps))
+        assert ledger.total[0] == pytest.approx(stiffness * stretch**2 / 2, rel=1e-12)
+        only(ledger, Cause.SPRING_DAMPING, Cause.SPRING_INTEGRATION)
+        errors.append(abs(ledger.lines[Cause.SPRING_DAMPING] + lost) / lost)
+    assert errors[0] < 0.01
+    assert errors[1] / errors[0] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_spring_with_a_law_of_the_program_s_own_is_a_line_of_its_own() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, math.inf)
+    body.position = (130, 0)
+    spring = pymunk.DampedSpring(space.static_body, body, (0, 0), (0, 0), 100, 80, 0)
+    spring.force_func = lambda _, length: -500.0 if length > 100 else 0.0
+    space.add(body, spring)
+    ledger = ledger_of(record(space, 5))
+    speed = 500 / 2 * 5 * DT
+    assert ledger.lines[Cause.SPRINGS] + ledger.lines[Cause.SUPPORT] == pytest.approx(2 * speed**2 / 2, rel=1e-9)
+    assert ledger.elastic == pytest.approx(np.zeros(6))
+
+
+def test_a_motor_s_work_is_the_energy_of_the_wheel() -> None:
+    space, wheel = pymunk.Space(), pymunk.Body(1, 40)
+    motor = pymunk.SimpleMotor(space.static_body, wheel, -3)
+    motor.max_force = 200
+    space.add(wheel, motor)
+    ledger = ledger_of(record(space, 60))
+    assert ledger.lines[Cause.MOTORS] == pytest.approx(40 * 3**2 / 2, rel=1e-9)
+    only(ledger, Cause.MOTORS)
+
+
+def test_damping_takes_its_power_of_the_energy() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 30)
+    space.damping, body.velocity, body.angular_velocity = 0.8, (100, -50), 7
+    space.add(body)
+    ledger = ledger_of(record(space, 120))
+    start = 2 * (100**2 + 50**2) / 2 + 30 * 7**2 / 2
+    assert ledger.lines[Cause.DAMPING] == pytest.approx((0.8**4 - 1) * start, rel=1e-9)
+    assert ledger.shares[Cause.DAMPING] == pytest.approx(0.8**4 - 1)
+    half_life = math.log(0.5) / math.log(0.8) / 2
+    assert ledger.since(Cause.DAMPING, 0.5) == pytest.approx(half_life, abs=DT)
+    assert ledger.since(Cause.FRICTION) is None
+    only(ledger, Cause.DAMPING)
+
+
+def test_a_kinematic_paddle_gives_what_it_does_to_the_ball() -> None:
+    space = pymunk.Space()
+    paddle, ball = pymunk.Body(body_type=pymunk.Body.KINEMATIC), pymunk.Body(2, 50)
+    paddle.velocity, ball.position = (70, 0), (30, 0)
+    shapes = pymunk.Poly.create_box(paddle, (10, 50)), pymunk.Circle(ball, 10)
+    for shape in shapes:
+        shape.elasticity = 1
+    space.add(paddle, ball, *shapes)
+    ledger = ledger_of(record(space, 60))
+    assert ledger.lines[Cause.KINEMATIC] == pytest.approx(2 * (2 * 70) ** 2 / 2, rel=1e-12)
+    only(ledger, Cause.KINEMATIC)
+
+
+def test_a_conveyor_gives_a_box_twice_what_friction_leaves_it() -> None:
+    body = pymunk.Body(2, math.inf)
+    shape = pymunk.Poly.create_box(body, (60, 10))
+    space = resting_on_floor(body, shape, friction=0.5)
+    space.gravity, body.position = (0, -900), (0, 5.95)
+    next(iter(space.static_body.shapes)).surface_velocity = (90, 0)
+    ledger = ledger_of(record(space, 60))
+    assert abs(body.velocity.x) == pytest.approx(90)
+    lines = ledger.lines
+    assert lines[Cause.SURFACE] == pytest.approx(2 * 90**2, rel=1e-9)
+    assert lines[Cause.FRICTION] == pytest.approx(-(90**2), rel=1e-9)
+
+
+def test_what_the_program_sets_between_steps_is_its_own() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 30)
+    body.velocity = (3, 4)
+    space.add(body)
+    other = pymunk.Body(5, 1)
+    other.velocity = (2, 0)
+
+    def between(number: int) -> None:
+        match number:
+            case 1:
+                body.velocity = (30, 40)
+            case 2:
+                body.mass = 3
+            case 3:
+                space.add(other)
+            case 4:
+                space.remove(other)
+            case 5:
+                body.angular_velocity = 10
+
+    ledger = ledger_of(record(space, 6, between=between))
+    assert ledger.of(Cause.VELOCITY_SET) == pytest.approx([0, 2475, 0, 0, 0, 1500])
+    assert ledger.of(Cause.MASS_SET) == pytest.approx([0, 0, 1250, 0, 0, 0])
+    assert ledger.of(Cause.ADDED) == pytest.approx([0, 0, 0, 10, 0, 0])
+    assert ledger.of(Cause.REMOVED) == pytest.approx([0, 0, 0, 0, -10, 0])
+    only(ledger, Cause.VELOCITY_SET, Cause.MASS_SET, Cause.ADDED, Cause.REMOVED)
+    assert_adds_up(ledger)
+
+
+def test_places_gravity_and_springs_that_the_program_sets() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 30)
+    space.gravity, body.position = (0, -10), (0, 100)
+    spring = pymunk.DampedSpring(space.static_body, body, (0, 0), (0, 0), 100, 8, 0)
+    space.add(body)
+
+    def between(number: int) -> None:
+        match number:
+            case 1:
+                body.position += pymunk.Vec2d(0, 50)
+            case 2:
+                space.gravity = (0, 0)
+            case 3:
+                body.velocity, body.position = (0, 0), (0, 130)
+            case 4:
+                space.add(spring)
+
+    recording = record(space, 5, between=between)
+    ledger = ledger_of(recording)
+    assert ledger.of(Cause.POSITION_SET)[1] == pytest.approx(2 * 10 * 50)
+    height = recording.steps[2].before.bodies["position"][0, 1]
+    assert ledger.of(Cause.GRAVITY_SET)[2] == pytest.approx(-2 * 10 * height)
+    assert ledger.of(Cause.SPRINGS_SET)[4] == pytest.approx(8 * 30**2 / 2)
+    assert_adds_up(ledger)
+
+
+def test_forces_of_the_program_give_their_work() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 30)
+    space.add(body)
+
+    def push(_: int) -> None:
+        body.force, body.torque = (60, 0), 90
+
+    ledger = ledger_of(record(space, 60, between=push))
+    assert ledger.lines[Cause.FORCES] == pytest.approx(2 * 30**2 / 2 + 30 * 3**2 / 2, rel=1e-9)
+    only(ledger, Cause.FORCES)
+
+
+def test_velocity_functions_and_handlers_have_lines_of_their_own() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 30)
+    body.velocity = (100, 0)
+
+    def half(body: pymunk.Body, gravity: pymunk.Vec2d, damping: float, dt: float) -> None:
+        pymunk.Body.update_velocity(body, gravity, damping, dt)
+        body.velocity = body.velocity / 2
+
+    body.velocity_func = half
+    space.add(body)
+    ledger = ledger_of(record(space, 1))
+    assert ledger.lines[Cause.VELOCITY_FUNCTIONS] == pytest.approx(-0.75 * 2 * 100**2 / 2)
+    only(ledger, Cause.VELOCITY_FUNCTIONS)
+
+
+def test_a_handler_that_sets_a_velocity_is_not_blamed_on_the_contact() -> None:
+    body = pymunk.Body(2, math.inf)
+    shape = pymunk.Circle(body, 10)
+    shape.elasticity = 1
+    space = resting_on_floor(body, shape)
+    body.position, body.velocity = (0, 12), (0, -100)
+
+    def boost(*_: object) -> None:
+        body.velocity = (0, 150)
+
+    space.on_collision(0, 0, post_solve=boost)
+    ledger = ledger_of(record(space, 3))
+    assert ledger.lines[Cause.CALLBACKS] == pytest.approx(2 * (150**2 - 100**2) / 2)
+    assert_adds_up(ledger)
+
+
+def test_no_two_pairs_of_shapes_are_taken_for_the_same() -> None:
+    a, b = np.triu_indices(400, 1)
+    contacts = np.zeros(len(a), CONTACT)
+    contacts["shape_a"], contacts["shape_b"] = 0x7F0000 + 16 * a, 0x7F0000 + 16 * b
+    keys = _pair_key(contacts)
+    assert len(np.unique(keys)) == len(keys)
+    contacts["shape_a"], contacts["shape_b"] = contacts["shape_b"].copy(), contacts["shape_a"].copy()
+    assert (_pair_key(contacts) == keys).all()
+
+
+def remove(space: pymunk.Space, body: pymunk.Body) -> None:
+    space.remove(body, *body.shapes, *(joint for joint in body.constraints if joint in space.constraints))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_ledger_adds_up_with_steps_of_any_length_and_bodies_that_come_and_go(seed: int) -> None:
+    space, random = random_space(seed)
+    recording = Recording(space)
+    for number in range(120):
+        if number % 20 == 5:
+            random_body(random, space)
+        if number % 20 == 15:
+            body = list(space.bodies)[3]
+            remove(space, body)
+        recording.record(space.step, DT * random.uniform(0.5, 1.5))
+    ledger = ledger_of(recording)
+    assert_adds_up(ledger)
+    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+
+
+def test_a_heap_that_falls_asleep_and_is_woken_adds_up() -> None:
+    space = pymunk.Space()
+    space.gravity, space.sleep_time_threshold = (0, -500), 0.3
+    walls(space)
+    for k in range(4):
+        body = pymunk.Body()
+        body.position = (300 + k, 15.5 + 20 * k)
+        box = pymunk.Poly.create_box(body, (20, 20))
+        box.density, box.friction = 0.01, 0.8
+        space.add(body, box)
+    ball = pymunk.Body()
+    circle = pymunk.Circle(ball, 8)
+    circle.density, ball.position, ball.velocity = 0.02, (40, 40), (200, 200)
+
+    def throw(number: int) -> None:
+        if number == 150:
+            space.add(ball, circle)
+
+    recording = record(space, 300, between=throw)
+    asleep = [int((step.after.bodies["asleep"] != 0).sum()) for step in recording]
+    assert max(asleep[:150]) == 4
+    assert min(asleep[150:]) == 0
+    ledger = ledger_of(recording)
+    assert_adds_up(ledger)
+    assert np.abs(ledger.of(Cause.CALLBACKS)).max() < ROUNDING * ledger.scale
+
+
+def test_a_ledger_ends_before_what_is_not_finite() -> None:
+    space, body = pymunk.Space(), pymunk.Body(1, math.inf)
+    space.add(body, pymunk.SimpleMotor(space.static_body, body, 1))  # nothing that it could turn
+    free = pymunk.Body(1, 1)
+    free.velocity = (10, 0)
+    space.add(free)
+    ledger = ledger_of(record(space, 3))
+    assert ledger.work.shape == (0, len(Cause))
+    assert ledger.kinetic == pytest.approx([50])
+
+
+def test_a_spring_on_the_rim_of_a_turning_wheel_stores_what_its_length_says() -> None:
+    space, wheel = pymunk.Space(), pymunk.Body(2, 100)
+    wheel.position, wheel.angle, wheel.angular_velocity = (50, 0), 0.4, 9
+    spring = pymunk.DampedSpring(space.static_body, wheel, (0, 0), (0, 20), 10, 80, 0)
+    space.add(wheel, spring)
+
+    def stored() -> float:
+        return 80 * (wheel.local_to_world((0, 20)).length - 10) ** 2 / 2
+
+    expected = [stored()]
+    recording = Recording(space)
+    for _ in range(5):
+        recording.record(space.step, DT)
+        expected.append(stored())
+    assert ledger_of(recording).elastic == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_limit_that_is_left_gives_no_impulse_in_a_step_of_another_length() -> None:
+    space, wheel = pymunk.Space(), pymunk.Body(1, 40)
+    space.add(wheel, pymunk.RotaryLimitJoint(space.static_body, wheel, -0.5, 0.5))
+    recording = Recording(space)
+    for number in range(40):
+        wheel.torque = 4000
+        if number == 30:
+            wheel.angle = 0
+        recording.record(space.step, DT * (1 + number % 3))
+    impulses = [float(np.abs(step.after.joints["impulse"]).max()) for step in recording]
+    assert impulses[29] > 0
+    assert impulses[30] == 0
+    ledger = ledger_of(recording)
+    assert_adds_up(ledger)
+    only(ledger, Cause.JOINTS, Cause.SUPPORT, Cause.FORCES)
+
+
+def test_a_body_that_is_put_to_sleep_in_flight_stays_with_its_energy() -> None:
+    space, body = pymunk.Space(), pymunk.Body(2, 40)
+    space.gravity, space.sleep_time_threshold = (0, -900), 5
+    space.add(body)
+    body.velocity = (0, -300)
+    body.sleep()
+    ledger = ledger_of(record(space, 5))
+    assert body.position == (0, 0)
+    only(ledger)

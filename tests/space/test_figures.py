@@ -1,0 +1,166 @@
+"""Figures of a run, against scenes whose figures are known."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pymunk
+import pytest
+
+from sandbox.space.figures import (
+    deepest_overlap,
+    escapes,
+    jitter,
+    joint_errors,
+    momentum,
+    overlaps,
+    stretches,
+    wrong_bounces,
+)
+from sandbox.space.memory import JointKind
+from sandbox.space.recording import Recording
+
+DT = 1 / 60
+
+
+def record(space: pymunk.Space, steps: int, between: Callable[[int], None] | None = None) -> Recording:
+    recording = Recording(space)
+    for number in range(steps):
+        if between:
+            between(number)
+        recording.record(space.step, DT)
+    return recording
+
+
+def ball(space: pymunk.Space, x: float, y: float, velocity: tuple[float, float], elasticity: float = 1) -> pymunk.Body:
+    body = pymunk.Body(1, 50)
+    body.position, body.velocity = (x, y), velocity
+    shape = pymunk.Circle(body, 10)
+    shape.elasticity = elasticity
+    space.add(body, shape)
+    return body
+
+
+def test_the_deepest_overlap_is_the_way_that_a_ball_went_too_far() -> None:
+    space = pymunk.Space()
+    wall = pymunk.Segment(space.static_body, (100, -50), (100, 50), 0)
+    wall.elasticity = 1
+    space.add(wall)
+    body = ball(space, 60, 0, (600, 0))  # 10 px a step: at 90 after three, at 97 after 3.7
+    body.position = (63, 0)
+    recording = record(space, 10)
+    time, depth = deepest_overlap(recording)
+    assert depth.max() == pytest.approx(3)
+    assert time[depth.argmax()] == pytest.approx(3 * DT)
+    worst = overlaps(recording)
+    assert len(worst) == 1
+    assert worst[0].depth == pytest.approx(3)
+    assert worst[0].time == pytest.approx(3 * DT)
+    assert {worst[0].body_a, worst[0].body_b} == {body.id, space.static_body.id}
+
+
+def test_each_joint_s_error_is_that_of_its_law() -> None:
+    """Free bodies are put where each law is broken by a known amount; joints without force leave them there."""
+    space = pymunk.Space()
+    a, b = pymunk.Body(1, 1), pymunk.Body(1, 1)
+    b.position = (10, 0)
+    joints: list[pymunk.Constraint] = [
+        pymunk.PinJoint(a, b),
+        pymunk.SlideJoint(a, b, (0, 0), (0, 0), 2, 11),
+        pymunk.PivotJoint(a, b, (0, 0), (-10, 0)),
+        pymunk.GrooveJoint(a, b, (0, -5), (0, 5), (-10, 0)),
+        pymunk.RotaryLimitJoint(a, b, -0.25, 0.125),
+        pymunk.RatchetJoint(a, b, 0, 1),
+        pymunk.GearJoint(a, b, 0.125, 2),
+    ]
+    for joint in joints:
+        joint.max_force = 0
+    space.add(a, b, *joints)
+    b.position = (14, 3)
+    recording = record(space, 1)
+    length = math.hypot(14, 3)
+    expected = [length - 10, length - 11, 5, 4, 0, 0, -0.125]
+    assert joint_errors(recording.steps[0].after) == pytest.approx(expected)
+    b.angle = -0.5  # its anchors turn
+    recording.record(space.step, DT)
+    assert joint_errors(recording.steps[1].after)[4:] == pytest.approx([-0.25, 0.5, -1.125])
+    by_kind = {stretch.kind: stretch for stretch in stretches(recording)}
+    assert by_kind[JointKind.PIN].error == pytest.approx(length - 10)
+    assert by_kind[JointKind.GEAR].error == pytest.approx(-1.125)
+    assert by_kind[JointKind.GEAR].time == pytest.approx(2 * DT)
+
+
+def test_springs_and_motors_have_no_stretch() -> None:
+    space = pymunk.Space()
+    a, b = pymunk.Body(1, 1), pymunk.Body(1, 1)
+    b.position = (50, 0)
+    space.add(a, b, pymunk.DampedSpring(a, b, (0, 0), (0, 0), 10, 1, 0), pymunk.SimpleMotor(a, b, 1))
+    assert stretches(record(space, 3)) == []
+
+
+def test_only_a_contact_that_ends_otherwise_is_a_wrong_bounce() -> None:
+    space = pymunk.Space()
+    ball(space, 0, 0, (300, 0))
+    ball(space, 50, 0, (0, 0))
+    assert wrong_bounces(record(space, 20)) == []
+
+
+def test_a_handler_that_halves_a_velocity_makes_a_wrong_bounce() -> None:
+    space = pymunk.Space()
+    wall = pymunk.Segment(space.static_body, (100, -50), (100, 50), 0)
+    wall.elasticity = 0.8
+    space.add(wall)
+    body = ball(space, 70, 0, (300, 0), elasticity=0.5)
+
+    def halve(*_: object) -> None:
+        body.velocity = body.velocity / 2
+
+    space.on_collision(0, 0, post_solve=halve)
+    bounces = wrong_bounces(record(space, 10))
+    assert [{bounce.body_a, bounce.body_b} for bounce in bounces] == [{body.id, space.static_body.id}]
+    assert bounces[0].approach == pytest.approx(300)
+    assert bounces[0].elasticity == pytest.approx(0.4)
+    assert bounces[0].restitution == pytest.approx(0.2)
+
+
+def test_momentum_is_kept_by_contacts_and_grows_by_gravity() -> None:
+    space = pymunk.Space()
+    ball(space, 0, 0, (300, 0))
+    ball(space, 50, 3, (0, 0))
+    _, kept = momentum(record(space, 20))
+    assert kept == pytest.approx(np.tile([300, 0], (20, 1)))
+    space.gravity = (0, -60)
+    time, fallen = momentum(record(space, 5))
+    assert fallen[:, 1] == pytest.approx(-2 * 60 * time)
+
+
+def test_jitter_is_the_share_of_steps_that_reverse_a_resting_body() -> None:
+    space = pymunk.Space()
+    space.gravity = (0, -600)
+    shaken, still = pymunk.Body(1, 1), pymunk.Body(1, 1)
+    space.add(shaken, still)
+    for body in (shaken, still):
+        body.velocity_func = lambda *_: None  # they move as the program says
+
+    def shake(number: int) -> None:
+        shaken.velocity, still.velocity = (1 if number % 2 else -1, 0), (1, 0)
+
+    shares = jitter(record(space, 50, shake))
+    assert shares[shaken.id] == pytest.approx(49 / 50)
+    assert shares[still.id] == 0
+
+
+def test_a_body_that_falls_out_of_the_world_or_becomes_nan_has_escaped() -> None:
+    space = pymunk.Space()
+    stays, leaves, rests = (ball(space, 100 * k, 0, (0, 0)) for k in range(3))
+    leaves.velocity = (0, -60_000)  # 1,000 px a step
+
+    def divide(number: int) -> None:
+        if number == 4:
+            space.add(pymunk.SimpleMotor(space.static_body, broken, 1))
+
+    broken = pymunk.Body(1, math.inf)
+    space.add(broken)
+    left = escapes(record(space, 10, divide))
+    assert [(escape.body, escape.is_finite) for escape in left] == [(leaves.id, True), (broken.id, False)]
+    assert {stays.id, rests.id}.isdisjoint({escape.body for escape in left})
