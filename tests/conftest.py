@@ -39,7 +39,7 @@ PROGRAMS_REQUIRED, LIBRARIES_REQUIRED = _NO_SKIPS in ("programs", "all"), _NO_SK
 def pytest_configure(config: pytest.Config) -> None:
     """Compile the kernels of new sources once, before several processes need them."""
     starts_workers = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
-    if starts_workers and not kernel_cache.folder().exists():
+    if starts_workers:
         kernel_cache.fill()
 
 

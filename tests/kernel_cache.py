@@ -34,11 +34,15 @@ def folder() -> Path:
 
 
 def fill() -> None:
-    """Compile all kernels into the folder, in two processes."""
+    """Compile all kernels into the folder, in two processes, unless this has been done."""
     from sandbox.view.compilation import COMPUTATION, DRAWING  # it imports numba, which reads where its cache is
 
+    done = folder() / "filled"  # numba makes the folder as soon as it is imported
+    if done.exists():
+        return
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
         list(pool.map(call, (part.compile for part in (*COMPUTATION, DRAWING))))
+    done.touch()
 
 
 def kernel_sources(package: Path) -> list[Path]:

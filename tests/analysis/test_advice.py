@@ -130,6 +130,7 @@ def test_more_substeps_or_a_higher_rate_end_tunnelling() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_dense_gas_is_advised_by_its_pressure_too() -> None:
     """Iterations alone keep the energy, and leave the pressure as far off as before."""
     trials = try_settings(load("gas-dense").changed(seconds=2.0), "exact")

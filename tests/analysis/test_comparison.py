@@ -52,7 +52,7 @@ def test_the_gap_is_the_distance_between_the_copies_of_a_ball() -> None:
 
 
 def test_blocks_of_states_give_the_same_figures(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = load("gas-100").changed(seconds=2.0)
+    scene = load("gas-100").changed(seconds=1.0)
     whole = compare(scene)
     assert any(entry.cause == Cause.MISSED for entry in whole.runs["article"].figures.ledger)
     monkeypatch.setattr("sandbox.analysis.comparison.BLOCK_BYTES", 2 * 7 * 100 * 16)
@@ -236,7 +236,7 @@ def test_angular_momentum_that_nothing_gave_is_unexplained(monkeypatch: pytest.M
 @pytest.mark.skipif(not can_run_box2d(), reason="needs box2d")
 def test_an_engine_that_reports_no_impulses_is_not_accused_of_their_remainder() -> None:
     """Box2D's impulses are those that fit its changes of velocity best; in a dense gas nothing fits exactly."""
-    scene = load("gas-dense").changed(seconds=2.0)
+    scene = load("gas-dense").changed(seconds=0.5)
     assert known(compare(scene, ["box2d"]).runs["box2d"].figures.momentum_drift) < 1e-6
 
 

@@ -121,6 +121,7 @@ def test_text_of_a_scene_stays_text(words: str, harmless: Reader) -> None:
     assert read.all("script")[-4:] == harmless.all("script")[-4:]
 
 
+@pytest.mark.slow
 def test_a_hundred_balls_for_twenty_seconds_are_less_than_6_mb_and_every_step_is_shown() -> None:
     comparison = compare(load("gas-100"), ENGINES)
     text = page(comparison)
