@@ -1,39 +1,37 @@
-"""How numba compiles kernels.
-
-Never fastmath: every operation rounds as IEEE 754 prescribes. Division by zero yields infinity instead of raising, and
-arrays are not reference-counted (`_nrt`), because both cost time at every access, together half of the event loop's,
-and time to compile. Without reference counts, a kernel cannot make an array: Python passes all that it needs.
+"""Kernels: functions that numba compiles, and what happens while they are compiled.
 
 `kernel` is compiled into its callers; `entry` is called from Python, and its machine code is cached on disk; a
 `portable_entry` gives the same bits in Python. The cache checks the entry's own file only: after an edit to a kernel in
 another file, delete the cache (in `__pycache__`, or in NUMBA_CACHE_DIR). The tests do so by themselves.
 
-Signal handlers wait until a kernel is compiled, loaded or saved: llvmlite runs Python in callbacks, where an exception
-is lost, and releases LLVM's memory in destructors, which an exception would leave half done.
+Numba takes longer to import than all else together, so these decorators only note the functions. The first call of an
+entry imports `sandbox.jit`, and numba with it.
 
 Compiling takes seconds, once. A program with something to show in that time has it done by a `Compiler`.
 """
 
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from functools import wraps
+from functools import cache, wraps
 from time import sleep
-from typing import Any, Final, Protocol, cast
+from types import ModuleType
+from typing import Any, Final, Protocol
 
 import numpy as np
-from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
-from numba.core.caching import FunctionCache
-from numba.extending import intrinsic, register_jitable
 from numpy.typing import NDArray
 
 from sandbox.signals import checkpoint, signals_deferred
 
-_OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "_nrt": False}
-_OF_ENTRY: Final = {**_OPTIONS, "nogil": True}  # so that a thread can run a kernel while others go on in Python
 RETRY_INTERVAL: Final = 0.05  # s, until a thread looks again whether a kernel is compiled
 MAX_IN_PYTHON: Final = 5_000  # numbers in the arrays that a portable kernel gets, to run in Python meanwhile
+
+Function = Callable[..., Any]  # numba ships no types
+Record = Any  # an element of a structured array; in a kernel, its fields are attributes, which write to the array
+_unregistered: Final[list[Function]] = []  # kernels that numba does not know of yet
+_registration: Final = threading.Lock()
+_numbers_before_numba = 0  # in all arrays that portable kernels got so far
 
 
 class Compiler(Protocol):
@@ -92,49 +90,51 @@ def between_frames() -> Iterator[None]:
         yield
 
 
-class _Cache(FunctionCache):
-    """Numba's cache of one function, which asks the compiler for what it lacks.
+def _wait_for(module: str) -> None:
+    """Return when the compiler, if there is one, has compiled a module. Raises NotCompiledYet where nothing waits."""
+    if _compiler and not _of_thread.waits:
+        _compiler.note_missing(module)
+        raise NotCompiledYet
+    if _compiler:
+        _compiler.wait(module)
 
-    Numba's own initialises the compiler before it loads machine code, which takes 0.3 s and is not needed.
+
+def kernel(function: Function) -> Function:
+    """Compile a kernel into its callers. It is not called from Python, except by a portable entry.
+
+    Never called in machine code either: each call would copy all that its tuples of arrays refer to, 70 numbers for the
+    World of `exact`, which has 1.19 to 1.22 times as many collisions per second without.
     """
-
-    def load_overload(self, signature: object, context: object) -> object:
-        code = self._load(signature, context)
-        if code is None and _compiler:
-            if not _of_thread.waits:
-                _compiler.note_missing(self._py_func.__module__)
-                raise NotCompiledYet
-            _compiler.wait(self._py_func.__module__)
-            code = self._load(signature, context)
-        return code
-
-    def save_overload(self, signature: object, compiled: object) -> None:
-        with signals_deferred():
-            super().save_overload(signature, compiled)  # type: ignore[no-untyped-call]
-
-    def _load(self, signature: object, context: object) -> object:
-        with signals_deferred(), self._guard_against_spurious_io_errors():
-            try:
-                return self._load_overload(signature, context)  # type: ignore[no-untyped-call]
-            except (ImportError, AttributeError):  # written by another version, of other modules
-                self.flush()  # type: ignore[no-untyped-call]
-        return None
+    _unregistered.append(function)
+    return function
 
 
-_Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]  # numba ships no types
-
-# Never called: each call would copy all that its tuples of arrays refer to, 70 numbers for the World of `exact`, which
-# has 1.19 to 1.22 times as many collisions per second without.
-kernel: Final[_Decorator] = register_jitable(**_OPTIONS, forceinline=True)
-
-
-def entry(function: Callable[..., Any]) -> Callable[..., Any]:
+def entry(function: Function) -> Function:
     """Compile a kernel that Python calls, when it is first called."""
-    compiled = njit(**_OF_ENTRY)(function)
-    compiled._cache = _Cache(function)  # type: ignore[no-untyped-call]
-    compiled._compiler.compile = signals_deferred()(compiled._compiler.compile)
-    compiled.compile = _waiting_in_threads(compiled.compile)
-    return cast("Callable[..., Any]", compiled)
+
+    @cache
+    def dispatcher() -> Function:
+        with signals_deferred(), _registration:
+            jit = _jit()
+            while _unregistered:
+                jit.inline(_unregistered.pop())
+            compiled: Function = jit.dispatcher(function, _wait_for)
+        compiled.compile = _waiting_in_threads(compiled.compile)  # type: ignore[attr-defined]
+        return compiled
+
+    @wraps(function)
+    def call(*args: Any) -> Any:
+        return dispatcher()(*args)
+
+    return call
+
+
+@cache
+def _jit() -> ModuleType:
+    import sandbox.jit as jit  # noqa: PLC0415, PLR0402 (it imports numba)
+
+    jit.compile_as_prefetch(prefetch)
+    return jit
 
 
 def _waiting_in_threads(compile_or_load: Callable[[object], object]) -> Callable[[object], object]:
@@ -156,13 +156,23 @@ def _waiting_in_threads(compile_or_load: Callable[[object], object]) -> Callable
     return call
 
 
-def portable_entry(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel that Python calls; while a compiler is at work, run small calls of it in Python."""
+def portable_entry(function: Function) -> Function:
+    """Compile a kernel that Python calls; run small calls of it in Python while that is sooner done.
+
+    That is so while a compiler is at work, and before numba is imported, until all such calls together are no longer
+    small: a command that only checks a scene needs no numba.
+    """
     compiled = entry(function)
 
     @wraps(function)
     def call(*args: Any) -> Any:
-        if _compiler is None or _numbers_in(args) > MAX_IN_PYTHON:
+        global _numbers_before_numba  # noqa: PLW0603
+        numbers = _numbers_in(args)
+        if "numba" not in sys.modules:
+            _numbers_before_numba += numbers
+            if _numbers_before_numba <= MAX_IN_PYTHON:
+                return function(*args)
+        if _compiler is None or numbers > MAX_IN_PYTHON:
             return compiled(*args)
         try:
             with without_waiting():
@@ -180,28 +190,10 @@ def _numbers_in(value: object) -> int:
     return value.size if isinstance(value, np.ndarray) else 0
 
 
-Record = Any  # an element of a structured array; in a kernel, its fields are attributes, which write to the array
-
-
-@intrinsic
-def _prefetch(typing: Any, array: Any, index: Any) -> Any:
-    """Start to fetch an element of an array from memory, without waiting, by LLVM's intrinsic, which numba lacks.
+def prefetch(array: NDArray[Any], index: "int | np.int64") -> None:
+    """In machine code, start to fetch an element of an array from memory, without waiting; in Python, do nothing.
 
     With all calls of it in `exact`, `sandbox bench --only exact` has 1.24 times as many collisions per second as with
     none, for 100,000 discs that cover 20 % of the arena (426,000 and 346,000; medians of 5); 1.30 times if they cover
     50 %; for 10,000 discs that cover 20 % 1.09 times; for up to 1,000 discs 0.96 to 0.98 times.
     """
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        element = builder.gep(context.make_array(array)(context, builder, args[0]).data, [args[1]])
-        byte, number = ir.IntType(8).as_pointer(), ir.IntType(32)
-        kind = ir.FunctionType(ir.VoidType(), [byte, number, number, number])
-        fetch = builder.module.declare_intrinsic("llvm.prefetch.p0", (), kind)
-        to_read, and_keep, data = number(0), number(3), number(1)
-        builder.call(fetch, [builder.bitcast(element, byte), to_read, and_keep, data])
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp), generate
-
-
-prefetch: Final = cast("Callable[[NDArray[Any], int | np.int64], None]", _prefetch)

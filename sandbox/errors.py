@@ -30,6 +30,19 @@ class Refused(SandboxError):
     """An engine cannot run a scene; the text says why, and which engine can."""
 
 
+class MissingLibrary(SandboxError):
+    """An optional library is not installed. what: needs it; library: its name, for pip too."""
+
+    def __init__(self, what: str, library: str) -> None:
+        super().__init__(f"{what}: needs {library}, which is not installed; pip install {library}")
+
+
+class UnknownName(SandboxError, KeyError):
+    """A name of a scene, an engine or a column that is not among those there are."""
+
+    __str__ = ValueError.__str__  # KeyError's puts the message in quotes
+
+
 class EngineError(SandboxError):
     """An engine that is not built in fails: it breaks the contract of docs/engines.md, or raises an exception.
 

@@ -2,9 +2,11 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable
-from contextlib import suppress
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from types import ModuleType
 from typing import Any
 
 from sandbox.signals import sigint_blocked
@@ -18,14 +20,15 @@ def core_count() -> int:
 class ChildProcess:
     """A process that answers one message after another, until it is stopped or this process ends.
 
-    target: what it calls, with the other end of the connection and the arguments; see `serve`.
+    target: what it calls, with the other end of the connection and the arguments; see `serve`. It is a function of a
+    module that can be imported, as the process does not run the main program: that may be one on trial.
     """
 
     def __init__(self, target: Callable[..., None], *arguments: object) -> None:
         context = multiprocessing.get_context("spawn")  # a forked process would share the locks of running threads
         self.connection, remote = context.Pipe()
         self._process = context.Process(target=target, args=(remote, *arguments), daemon=True)
-        with sigint_blocked():
+        with sigint_blocked(), _without_main_program():
             self._process.start()
         remote.close()
 
@@ -52,6 +55,17 @@ class ChildProcess:
         self.connection.close()
         self._process.terminate()
         self._process.join()
+
+
+@contextmanager
+def _without_main_program() -> Iterator[None]:
+    """Give a process that starts no main program to import."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def serve(connection: "Connection[Any, Any]", answer: Callable[[Any], object]) -> None:

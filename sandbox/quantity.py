@@ -6,11 +6,12 @@ is the arena's width and height, px.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from sandbox.compiled import portable_entry
-from sandbox.state import Bodies, Contacts, Floats, Integers, State, States
+from sandbox.compiled import kernel, portable_entry
+from sandbox.state import MEETS_ALL, Bodies, Bools, Contacts, Floats, Integers, State, States
 
 
 def kinetic_energy(velocity: Floats, mass: Floats) -> Floats:
@@ -74,14 +75,33 @@ def outside(position: Floats, size: Sequence[float]) -> Floats:
     return np.maximum(-position, position - size).max(axis=-1)
 
 
-def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
+@kernel
+def pass_through(one: Any, other: Any) -> Any:
+    """Return whether two balls pass through each other: they have a group in common, or a mask lacks a category.
+
+    one, other: their filters, (3,), as in `Bodies`; or those of many pairs, (3, ...), which gives (...). The rule is
+    that of `pymunk.ShapeFilter`.
+    """
+    in_one_group = (one[0] != 0) & (one[0] == other[0])
+    return in_one_group | ((one[1] & other[2]) == 0) | ((other[1] & one[2]) == 0)
+
+
+def passing(filters: Integers, first: Integers, second: Integers) -> Bools:
+    """Return which pairs of balls pass through each other: (...). filters: (n, 3), as in `Bodies`."""
+    passes: Bools = pass_through(filters.T[:, first], filters.T[:, second])
+    return passes
+
+
+def deepest_overlap(position: Floats, radius: Floats, filters: Integers | None = None) -> tuple[float, int, int]:
     """Return the deepest overlap of two balls (px) and the two balls, or (0.0, -1, -1) if none overlap.
 
-    Sweep and prune along the axis of the larger spread (Cohen et al. 1995).
+    filters: (n, 3), as in `Bodies`; balls that pass through each other do not count. Sweep and prune along the axis of
+    the larger spread (Cohen et al. 1995).
     """
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
-    overlap, first, second = _sweep(position[order], radius[order], float(radius.min()), axis)
+    filters = _filters_in(order, filters)
+    overlap, first, second = _sweep(position[order], radius[order], filters, float(radius.min()), axis)
     if overlap == 0:
         return 0.0, -1, -1
     first, second = sorted((int(order[first]), int(order[second])))
@@ -89,7 +109,7 @@ def deepest_overlap(position: Floats, radius: Floats) -> tuple[float, int, int]:
 
 
 @portable_entry
-def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tuple[float, int, int]:
+def _sweep(position: Floats, radius: Floats, filters: Integers, smallest: float, axis: int) -> tuple[float, int, int]:
     """Compare each ball with the balls no larger than it, while these are near enough for a new deepest overlap.
 
     So not every pair is tested, even if one ball is larger than all others or thousands lie in a heap.
@@ -106,21 +126,29 @@ def _sweep(position: Floats, radius: Floats, smallest: float, axis: int) -> tupl
                 if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
                     distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
                     overlap = radius[i] + radius[j] - distance
-                    if overlap > deepest:
+                    if overlap > deepest and not pass_through(filters[i], filters[j]):
                         deepest, first, second = overlap, i, j
                 j += direction
     return deepest, first, second
 
 
-def count_overlaps(position: Floats, radius: Floats, most: int) -> int:
-    """Return how many pairs of balls overlap, counting up to a number. position: (n, 2) px; radius: (n,) px."""
+def count_overlaps(position: Floats, radius: Floats, most: int, filters: Integers | None = None) -> int:
+    """Return how many pairs of balls overlap, counting up to a number. position: (n, 2) px; radius: (n,) px.
+
+    filters: (n, 3), as in `Bodies`; balls that pass through each other do not count.
+    """
     axis = int(np.ptp(position, axis=0).argmax())
     order = np.argsort(position[:, axis])
-    return _count_overlaps(position[order], radius[order], float(radius.min()), axis, most)
+    filters = _filters_in(order, filters)
+    return _count_overlaps(position[order], radius[order], filters, float(radius.min()), axis, most)
+
+
+def _filters_in(order: Integers, filters: Integers | None) -> Integers:
+    return np.tile(np.array(MEETS_ALL, np.int64), (len(order), 1)) if filters is None else filters[order]
 
 
 @portable_entry
-def _count_overlaps(position: Floats, radius: Floats, smallest: float, axis: int, most: int) -> int:
+def _count_overlaps(position: Floats, radius: Floats, filters: Integers, smallest: float, axis: int, most: int) -> int:
     """Compare each ball with the balls no larger than it, as `_sweep` does."""
     count = 0
     for i in range(len(position)):
@@ -133,7 +161,7 @@ def _count_overlaps(position: Floats, radius: Floats, smallest: float, axis: int
                     break
                 if radius[j] < radius[i] or (radius[j] == radius[i] and direction > 0):
                     distance = np.hypot(position[j, 0] - position[i, 0], position[j, 1] - position[i, 1])
-                    count += distance < radius[i] + radius[j]
+                    count += distance < radius[i] + radius[j] and not pass_through(filters[i], filters[j])
                 j += direction
     return count
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -20,6 +20,7 @@ from sandbox.scene.clock import Clock
 from sandbox.scene.fields import MAX_COUNT
 from sandbox.scene.model import MAX_STEPS, Scene
 from sandbox.scene.spawn import needed_rate, spawn
+from sandbox.scene.units import Dimension, Units
 
 FINER_STEPS: Final = 4  # factor on the rate or the substeps
 MORE_ITERATIONS: Final = 200
@@ -30,28 +31,16 @@ Changes = dict[str, int]  # of the scene's rate and of Pymunk's settings
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A run of Pymunk with some settings changed, compared with the reference.
+class Trial(TrialFigures):
+    """A trial.
 
-    passages: of balls through walls or each other, without a contact; escapes: balls that left the arena; apart: s,
-    when its paths leave the reference's, None if they agree as long as the reference means anything; until: s, until
-    when that is, None if to the end; gap: RMS, px, over all balls and the times up to there; theory: the worst figure
-    of a gas, as a fraction of what is expected, None if unknown; energy_error: as in `Figures`, None if the mouse gives
-    each engine its own energy; astray: the same, with the mouse's; gap_rms: px, over all times; scale: px, the gap that
-    counts as none.
+    until: s, until when the reference means anything, None if to the end; scale: px, the least gap that counts; units:
+    of the scene.
     """
 
-    changes: Changes
-    passages: int
-    escapes: int
-    apart: float | None
     until: float | None
-    gap: float
-    theory: float | None
-    energy_error: float | None
-    astray: float
-    gap_rms: float
     scale: float
+    units: Units
 
     @property
     def settings(self) -> str:
@@ -67,19 +56,7 @@ class Trial:
 
     def as_json(self, advised: bool) -> dict[str, Any]:
         """Return what `--json` writes."""
-        figures = TrialFigures(
-            changes=self.changes,
-            passages=self.passages,
-            escapes=self.escapes,
-            apart=self.apart,
-            gap=self.gap,
-            theory=self.theory,
-            energy_error=self.energy_error,
-            astray=self.astray,
-            gap_rms=self.gap_rms,
-            advised=advised,
-        )
-        return asdict(figures)
+        return {each.name: getattr(self, each.name) for each in fields(TrialFigures)} | {"advised": advised}
 
 
 class Rank(NamedTuple):
@@ -145,7 +122,7 @@ RANKS: Final = (  # what matters most comes first
     Rank(
         "gap",
         lambda trial: max(trial.gap, trial.scale) if trial.apart is None else math.inf,
-        lambda trial: f"{trial.gap:.2g} px",
+        lambda trial: trial.units.text(Dimension.LENGTH, "{:.2g}", trial.gap),
         "the RMS gap is {} instead of {}",
     ),
     Rank(
@@ -178,7 +155,7 @@ def try_settings(
     """
     if against == TUNED:
         raise SandboxError(
-            f"--advise cannot measure {TUNED} against itself; --engines {TUNED},exact has another reference"
+            f"advice on {TUNED} cannot be measured against {TUNED} itself; use another reference, such as {REFERENCE}"
         )
     tried = list(_changes(scene, against, inputs))
     rates = dict.fromkeys(changes.get("rate", scene.rate) for changes in tried)
@@ -279,6 +256,7 @@ def _trial(comparison: Comparison, engine: str, changes: Changes) -> Trial:
         astray=run.figures.energy_error or 0.0,
         gap_rms=run.figures.gap_rms,
         scale=NEGLIGIBLE_GAP * float(comparison.scene.bodies.radius.min()),
+        units=comparison.scene.units,
     )
 
 
@@ -288,7 +266,7 @@ def advice_rows(trials: Sequence[Trial]) -> Iterator[list[str]]:
         ("passages", [str(trial.passages) for trial in trials] if any(trial.passages for trial in trials) else []),
         ("escapes", [str(trial.escapes) for trial in trials] if any(trial.escapes for trial in trials) else []),
         ("paths agree", [trial.agrees for trial in trials]),
-        ("RMS gap", [f"{trial.gap:.4g} px" for trial in trials]),
+        ("RMS gap", [trial.units.text(Dimension.LENGTH, "{:.4g}", trial.gap) for trial in trials]),
         ("off theory", [_off_theory(trial) for trial in trials] if any(trial.theory for trial in trials) else []),
         ("energy error", ["-" if trial.energy_error is None else f"{trial.energy_error:.2e}" for trial in trials]),
     ]

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 
 from sandbox.analysis.documents import Conditions, Failure, figure_columns
 from sandbox.analysis.figures import Run
-from sandbox.analysis.measurement import MeasuredReference, Measurement, path_stride
+from sandbox.analysis.measurement import MeasuredReference, Measurement
 from sandbox.analysis.reference import Trust, Twins, reference_of
 from sandbox.engines import REFERENCE, Engines, Source, default_engines, named
 from sandbox.errors import EngineError, LimitReached, SandboxError, suggestion
@@ -18,7 +17,6 @@ from sandbox.judge.timeline import Timeline
 from sandbox.run.edits import Edit, edited_scenes
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
-from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.scores.expectations import steps_around
 from sandbox.state import Floats, State
@@ -26,7 +24,6 @@ from sandbox.text import csv_text
 
 BLOCK_BYTES: Final = 32_000_000  # of an engine's states that are kept, and entered in the ledger together
 CHUNK_BYTES: Final = 1_000_000  # of an engine's states that are measured together: they stay in a core's cache
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -113,15 +110,20 @@ class Comparison:
             energy_scale=self.energy_scale,
         )
 
-    def as_csv(self) -> str:
-        """Return what `--csv` writes: a row for each engine, nested figures under dotted names.
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each engine, nested figures under dotted names; None where it has no such figure.
 
         The columns are the same for all engines and scenes.
         """
         common = asdict(self.conditions)
         columns = ("engine", *common, *figure_columns())
         rows = [{"engine": name} | common | flatten(_as_json(run)) for name, run in self.runs.items()]
-        return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
+        return [{key: row.get(key) for key in columns} for row in rows]
+
+    def as_csv(self) -> str:
+        """Return what `--csv` writes: the rows, under the names of their columns."""
+        rows = self.rows()
+        return csv_text([[*rows[0]], *([*row.values()] for row in rows)])
 
     def check_limits(
         self, max_gap: float | None = None, max_drift: float | None = None, max_energy_error: float | None = None
@@ -221,15 +223,21 @@ class RunningComparison:
     """A comparison that goes on: engines run to any step, and are compared as far as they have come.
 
     engines, against, inputs: as for `compare`; planned: how many steps are expected, which decides how many frames of
-    paths are kept. steps: done so far.
+    paths are kept; kept: where to keep the positions of the reference, (planned + 1, n, 2) px. steps: done so far.
     Raises SandboxError as `compare` does.
     """
 
     def __init__(
-        self, scene: Scene, engines: Mapping[str, Source], against: str, inputs: Sequence[Input], planned: int
+        self,
+        scene: Scene,
+        engines: Mapping[str, Source],
+        against: str,
+        inputs: Sequence[Input],
+        planned: int,
+        kept: Floats | None = None,
     ) -> None:
         self._scene, self._engines, self._against = scene, dict(engines), against
-        self._planned = planned
+        self._planned, self._kept = planned, kept
         self._failed: dict[str, EngineError] = {}
         self._ended: LimitReached | None = None
         self._most: float = math.inf  # steps that no engine reaches a limit in
@@ -275,6 +283,15 @@ class RunningComparison:
         comparison = segment.comparison(self.inputs, seconds)
         return replace(comparison, failed=dict(self._failed), ended=self._ended)
 
+    def reference(self) -> "Reference":
+        """Return the run of the engine that others are measured against, whose positions are kept."""
+        comparison, name = self.result(), self._against
+        assert self._segment is not None
+        assert self._kept is not None
+        measured, position = self._segment.measurements[name], self._kept[: self.steps + 1]
+        run, trust, stride, ended = comparison.runs[name], comparison.trust, comparison.stride, comparison.ended
+        return Reference(name, run, measured.start, measured.timeline, position, trust, stride, ended)
+
     def _begin(self) -> None:
         """Begin at the first step, with the engines that can be built."""
         self._segment: _Segment | None = None
@@ -307,32 +324,15 @@ class RunningComparison:
 
     def _new_segment(self) -> "_Segment":
         planned = max(1, self._planned - self._lockstep.steps)
-        return _Segment(self._lockstep, list(self._engines), self._against, planned)
-
-
-def _up_to_limit(run: Callable[[int], T], steps: int, clock: Clock) -> tuple[T, LimitReached | None]:
-    """Run so many steps, or else as many as no engine reaches a limit in. Return what that returns, and the limit.
-
-    All is run again for fewer steps, so the result is that of a run of just these. Raises LimitReached if there are
-    none.
-    """
-    ended = None
-    while True:
-        try:
-            return run(steps), ended
-        except LimitReached as limit:
-            steps = min(clock.step(limit.time), steps - 1)
-            if steps < 1:
-                raise
-            ended = limit
+        return _Segment(self._lockstep, list(self._engines), self._against, planned, kept=self._kept)
 
 
 @dataclass(frozen=True)
 class Reference:
     """The whole run of the engine that others are measured against, for comparisons that share it.
 
-    start: its first state; timeline: what is wrong with it; position: (steps + 1, n, 2) px; ended: the limit at which
-    it ends before the scene's seconds, None if at none.
+    start: its first state; timeline: what is wrong with it; position: (steps + 1, n, 2) px; stride: steps between two
+    frames of its path; ended: the limit at which it ends before the scene's seconds, None if at none.
     """
 
     engine: str
@@ -341,7 +341,8 @@ class Reference:
     timeline: Timeline
     position: Floats
     trust: Trust
-    ended: LimitReached | None = None
+    stride: int
+    ended: LimitReached | None
 
     @property
     def steps(self) -> int:
@@ -368,25 +369,18 @@ def run_reference(scene: Scene, engine: str) -> Reference:
 
     Raises LimitReached if it reaches a limit in the first step.
     """
-    reference, ended = _up_to_limit(partial(_run_reference, scene, engine), scene.steps, scene.clock)
-    return replace(reference, ended=ended)
-
-
-def _run_reference(scene: Scene, engine: str, steps: int) -> Reference:
-    lockstep, position = Lockstep(scene, [engine]), np.empty((steps + 1, len(scene.bodies), 2))
-    segment = _Segment(lockstep, [engine], engine, steps, kept=position)
-    comparison = segment.complete()
-    measured = segment.measurements[engine]
-    return Reference(engine, comparison.runs[engine], measured.start, measured.timeline, position, comparison.trust)
+    kept = np.empty((scene.steps + 1, len(scene.bodies), 2))
+    running = RunningComparison(scene, named([engine]), engine, (), scene.steps, kept)
+    running.advance(scene.steps)
+    return running.reference()
 
 
 def compare_with(reference: Reference, scene: Scene, engine: str) -> Comparison:
     """Compare an engine with a reference that ran the scene before, as `compare` does."""
     steps = reference.steps
     if engine == reference.engine:
-        time, stride = scene.clock.times(np.arange(steps + 1)), path_stride(scene, steps)
-        runs = {engine: reference.run}
-        return Comparison(scene, engine, 0.0, time, runs, reference.trust, stride, (), ended=reference.ended)
+        time, runs = scene.clock.times(np.arange(steps + 1)), {engine: reference.run}
+        return Comparison(scene, engine, 0.0, time, runs, reference.trust, reference.stride, (), ended=reference.ended)
     try:
         comparison = _Segment(Lockstep(scene, [engine]), [engine], reference.engine, steps, reference).complete()
     except LimitReached:  # so the reference is needed up to there only

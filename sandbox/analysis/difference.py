@@ -14,6 +14,7 @@ from sandbox.judge.touching import StepError, Touches
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension, Units
 from sandbox.state import State
 
 MAX_DIFFERENCES: Final = 200  # reported of one engine
@@ -85,10 +86,11 @@ def passages(timeline: Timeline) -> tuple[Passage, ...]:
 
 def pair_name(scene: Scene, contact: Difference | Passage) -> str:
     """Name the two bodies of a difference or a passage."""
-    return f"ball {contact.first}" if contact.second is None else _pair(scene, contact.first, contact.second)
+    return f"ball {contact.first}" if contact.second is None else contact_name(scene, contact.first, contact.second)
 
 
-def _pair(scene: Scene, first: int, second: int) -> str:
+def contact_name(scene: Scene, first: int, second: int) -> str:
+    """Name the two bodies of a contact, by the numbers that contacts have."""
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and {scene.wall_name(~second)}"
 
 
@@ -153,10 +155,10 @@ def difference_at_start(scene: Scene, state: State, reference: State) -> Differe
     at_rim = float((scene.bodies.radius * np.maximum(np.abs(state.spin), np.abs(reference.spin))).max())
     apart = away > np.maximum(NEGLIGIBLE * scene.bodies.radius, SINGLE * extent)
     apart |= length(state.velocity - reference.velocity) + rim > 2 * NEGLIGIBLE * (speed + at_rim)
-    return _start(state, reference, int(apart.argmax())) if apart.any() else None
+    return _start(scene.units, state, reference, int(apart.argmax())) if apart.any() else None
 
 
-def _start(state: State, reference: State, ball: int) -> Difference:
+def _start(units: Units, state: State, reference: State, ball: int) -> Difference:
     """Describe that a ball begins elsewhere than in the reference."""
     states = state, reference
     away = math.dist(*(state.position[ball] for state in states))
@@ -169,8 +171,8 @@ def _start(state: State, reference: State, ball: int) -> Difference:
         ball,
         None,
         Cause.START,
-        f"When the comparison begins, ball {ball} is {away:.3g} px and {slower:.3g} px/s from the reference's: what "
-        "follows begins with that.",
+        f"When the comparison begins, ball {ball} is {units.text(Dimension.LENGTH, '{:.3g}', away)} and "
+        f"{units.text(Dimension.VELOCITY, '{:.3g}', slower)} from the reference's: what follows begins with that.",
         in_reference=False,
         before=velocity,
         after=velocity,

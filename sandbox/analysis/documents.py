@@ -13,8 +13,7 @@ from pydantic import BaseModel, Field, TypeAdapter, WithJsonSchema, create_model
 from sandbox.analysis.difference import Difference
 from sandbox.analysis.figures import Figures
 from sandbox.analysis.gas import THEORY_FIGURES, TheoryRow
-from sandbox.judge.causes import Cause
-from sandbox.judge.ledger import Entry
+from sandbox.judge.causes import Cause, Entry
 
 JSON_SCHEMA: Final = "https://json-schema.org/draft/2020-12/schema"
 CauseKey = Annotated[str, WithJsonSchema({"type": "string", "enum": [cause.key for cause in Cause]})]
@@ -47,18 +46,24 @@ class Failure:
 
 @dataclass(frozen=True)
 class TrialFigures:
-    """What JSON has of a trial of other settings; see `Trial` for their meaning."""
+    """What JSON has of a run of Pymunk with some settings changed, compared with the reference.
+
+    passages: of balls through walls or each other, without a contact; escapes: balls that left the arena; apart: s,
+    when its paths leave the reference's, None if they agree as long as the reference means anything; gap: RMS, px, over
+    all balls and the times up to there; theory: the worst figure of a gas, as a fraction of what is expected, None if
+    unknown; energy_error: as in `Figures`, None if the mouse gives each engine its own energy; astray: the same, with
+    the mouse's; gap_rms: px, over all times.
+    """
 
     changes: dict[str, int]
     passages: int
     escapes: int
-    apart: float | None  # s
-    gap: float  # px
+    apart: float | None
+    gap: float
     theory: float | None
     energy_error: float | None
     astray: float
-    gap_rms: float  # px
-    advised: bool
+    gap_rms: float
 
 
 def _model(name: str, required: Mapping[str, Any], optional: Mapping[str, Any] | None = None) -> type[BaseModel]:
@@ -109,7 +114,8 @@ def json_schema(of: Any) -> dict[str, Any]:
 
 def comparison_schema() -> dict[str, Any]:
     """Return the JSON Schema of what `sandbox compare --json` writes."""
-    advice = {"advice": list[TrialFigures], "recommendation": str}
+    trial = _model("Trial", _fields(TrialFigures) | {"advised": bool})
+    advice = {"advice": list[trial], "recommendation": str}  # type: ignore[valid-type]
     engines = {"engines": dict[str, _engine()], "failed": dict[str, Failure]}  # type: ignore[misc]
     comparison = _model("Comparison", _fields(Conditions) | engines, advice)
     description = {"description": "What `sandbox compare --json` writes; docs/formats.md explains the keys."}

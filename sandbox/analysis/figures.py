@@ -10,7 +10,7 @@ from sandbox.analysis.difference import Difference, Passage
 from sandbox.analysis.gas import TheoryRow
 from sandbox.analysis.impacts import Impacts
 from sandbox.analysis.misreports import Misreport
-from sandbox.judge.ledger import Entry
+from sandbox.judge.causes import Entry
 from sandbox.judge.timeline import Suffered
 from sandbox.scene.model import Scene
 from sandbox.scores.expectations import Score
@@ -64,7 +64,7 @@ class Run:
     of the scale, give or take a step, NaN where the reference's energy means nothing and where soft contacts hold part
     of the engine's; momentum: (steps + 1, 2) kg px/s; angular_momentum: (steps + 1,) kg px²/s, about the arena's
     centre; centre_of_mass: (steps + 1, 2) px;
-    gap_rms, gap_max: (steps + 1,) px from the reference over the balls; gap_of_ball: (n,) px, each ball's largest;
+    gap_rms, gap_max: (steps + 1,) px from the reference over the balls;
     apart: s, when a ball is first more than its radius from the reference's, None if never while the reference's paths
     mean anything; contacts: as reported, in order of time; impacts: the motion before and after the first MAX_IMPACTS
     of them; differences: its wrong steps, in order; missed: the contacts that did not happen; escape: the balls that
@@ -83,7 +83,6 @@ class Run:
     centre_of_mass: Floats
     gap_rms: Floats
     gap_max: Floats
-    gap_of_ball: Floats
     apart: float | None
     contacts: Contacts
     impacts: Impacts

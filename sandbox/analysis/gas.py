@@ -24,12 +24,6 @@ from sandbox.state import Contacts, Floats
 MIN_GAS_DISCS: Final = 100  # with fewer, walls change the figures by more than a few per cent
 FREEZING: Final = 0.70  # packing fraction up to which discs are a liquid (Bernard and Krauth, PRL 107 (2011) 155704)
 
-# B_k / B_2^(k-1) of hard discs, k from 1 to 10: N. Clisby and B. M. McCoy, J. Stat. Phys. 122 (2006) 15, table 1.
-# B_3 and B_4 are known in closed form: 4/3 - √3/π and 2 - 9√3/(2π) + 10/π².
-VIRIAL_COEFFICIENTS: Final = (
-    1.0, 1.0, 0.78200444, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537,
-)  # fmt: skip
-
 
 # Speeds
 
@@ -150,11 +144,6 @@ def fluid_pressure(radius: Floats, kinetic: float, size: Sequence[float]) -> flo
     return compressibility(packing_fraction(radius, size)) * kinetic / math.prod(size)
 
 
-def virial_series(eta: float) -> float:
-    """Return Z from the first ten terms in ρ B_2 = 2η: closer than Henderson's up to η = 0.4, 0.6 % low at 0.5."""
-    return float(np.polynomial.polynomial.polyval(2 * eta, VIRIAL_COEFFICIENTS))
-
-
 def enskog_rate(n: int, radius: float, size: Sequence[float], mean_square_speed: float) -> float:
     """Return the rate of contacts between n equal discs, 1/s: n σ ρ g √(π kT/m).
 
@@ -204,6 +193,7 @@ def why_lawless(scene: Scene) -> str:
         "the balls are not alike": np.ptp(bodies.radius) > 0 or np.ptp(bodies.mass) > 0,
         "contacts are not elastic": bool(np.any(bodies.elasticity != 1)) or arena.elasticity != 1,
         "there is friction": bool(bodies.friction.any()),
+        "balls pass through each other": bodies.are_filtered,
     }
     return next((why for why, holds in reasons.items() if holds), "")
 

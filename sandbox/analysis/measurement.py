@@ -12,9 +12,8 @@ from sandbox.analysis.figures import Escape, Figures, Run, change_of, keeps_ener
 from sandbox.analysis.gas import TheoryRow, is_gas, measure_gas, obeys_laws
 from sandbox.analysis.impacts import IMPACT, MAX_IMPACTS, Impacts, impacts_in
 from sandbox.analysis.misreports import Reports
-from sandbox.judge.causes import NEGLIGIBLE
+from sandbox.judge.causes import NEGLIGIBLE, entries_of
 from sandbox.judge.judge import Judge
-from sandbox.judge.ledger import entries_of
 from sandbox.judge.timeline import Timeline
 from sandbox.quantity import angular_momentum, centre_of_mass, deepest_overlap, energy, length, momentum, outside
 from sandbox.run.lockstep import Runner
@@ -96,7 +95,7 @@ class Measurement:
         if self._substeps > 1:
             runner.substates()  # starts recording
         self._judge = Judge(scene, self._traits.damping)
-        self._max_overlap = deepest_overlap(state.position, scene.bodies.radius)[0]  # px
+        self._max_overlap = deepest_overlap(state.position, scene.bodies.radius, scene.bodies.filters)[0]  # px
         self.scale = EnergyScale(scene, state)
         self._contacts: list[Contacts] = []
         self._impacts: list[Impacts] = [np.empty(0, IMPACT)]
@@ -108,7 +107,6 @@ class Measurement:
         self._entered = 0  # steps
         self._centre = np.divide(scene.arena.size, 2)
         self._apart: tuple[float, int] | None = None  # s, ball
-        self._gap_of_ball = np.zeros(n)
         self._furthest_outside = np.zeros(n)  # px from the arena, of each ball
         self._first_outside: tuple[float, int] | None = None  # s, ball
         self._obeys_laws = obeys_laws(scene)
@@ -130,7 +128,6 @@ class Measurement:
         first = before + rows.start
         gap = np.zeros(position.shape[:2]) if reference is None else length(position - reference)
         self._courses.append(self._course(states, gap))
-        self._gap_of_ball = np.maximum(self._gap_of_ball, gap.max(axis=0))
         if self._apart is None and (apart := gap > bodies.radius).any():
             step, ball = np.argwhere(apart)[0].tolist()
             self._apart = scene.clock.time(first + step), ball
@@ -191,8 +188,9 @@ class Measurement:
         row_of = np.clip(step_of - self._entered, 1, rows - 1)
         self._add_impacts(pushed, contacts, step_of, row_of)
         if self._are_reports_known:
-            self._reports.add(pushed, contacts, row_of, 1 / clock.rates(steps), self._entered)
-        deepest = (deepest_overlap(position, self._scene.bodies.radius)[0] for position in states.position[1:])
+            self._reports.add(states, pushed, contacts, row_of, 1 / clock.rates(steps), self._entered)
+        radius, filters = self._scene.bodies.radius, self._scene.bodies.filters
+        deepest = (deepest_overlap(position, radius, filters)[0] for position in states.position[1:])
         self._max_overlap = max(self._max_overlap, *deepest)
         self.scale.follow(self._scene, states, contacts, self._entered)
         self._entered += rows - 1
@@ -272,7 +270,6 @@ class Measurement:
             centre_of_mass=course.centre_of_mass,
             gap_rms=course.gap_rms,
             gap_max=course.gap_max,
-            gap_of_ball=self._gap_of_ball,
             apart=self._apart[0] if self._apart and self._apart[0] < trusted else None,
             contacts=contacts,
             impacts=np.concatenate(self._impacts),

@@ -35,18 +35,18 @@ class Reports:
         self._scene = scene
         self._off: list[tuple[int, int, Vector, Vector]] = []  # step, ball, seen, reported
 
-    def add(self, states: States, contacts: Contacts, rows: Integers, dt: Floats, done: int) -> None:
-        """Add a block. states: of steps + 1 rows, with pushes; rows: (k,) that each contact's step leads to; dt: s.
+    def add(self, states: States, pushed: States, contacts: Contacts, rows: Integers, dt: Floats, done: int) -> None:
+        """Add a block. states: of steps + 1 rows; pushed: these after the pushes with which the next step begins.
 
-        done: steps before the block.
+        rows: (k,) that each contact's step leads to; dt: s; done: steps before the block.
         """
-        fallen = states.velocity[:-1] + np.multiply.outer(dt, self._scene.gravity)[:, None]
+        fallen = pushed.velocity[:-1] + np.multiply.outer(dt, self._scene.gravity)[:, None]
         seen = states.velocity[1:] - fallen
         reported = self._reported(contacts, rows, seen.shape)
         size = np.maximum(length(seen), length(reported))
         fastest = max(float(length(fallen).max()), float(length(states.velocity).max()))
         off = length(seen - reported) > ENOUGH * size + ENOUGH**2 * fastest
-        off &= (states.velocity[1:] != states.velocity[:-1]).any(axis=2)  # what rests need report nothing
+        off &= (states.velocity[1:] != pushed.velocity[:-1]).any(axis=2)  # what rests need report nothing
         for row, ball in np.argwhere(off)[: MOST - len(self._off)].tolist():
             (x, y), (u, v) = seen[row, ball].tolist(), reported[row, ball].tolist()
             self._off.append((done + row + 1, ball, (x, y), (u, v)))

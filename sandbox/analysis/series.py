@@ -9,6 +9,7 @@ from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.figures import Run
 from sandbox.files import whole_file
 from sandbox.quantity import height
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 from sandbox.text import csv_text
 
@@ -58,11 +59,13 @@ def _rows(time: Floats, series: Mapping[str, Sequence[np.ndarray[Any, Any]]]) ->
 
 
 def energies(comparison: Comparison) -> tuple[dict[str, Floats], str]:
-    """Return each engine's energy over time and its unit: %, 100 at the start, or kg px²/s² if nothing moves."""
+    """Return each engine's energy over time and its unit: %, 100 at the start, or the scene's if nothing moves."""
     runs = comparison.runs
     if comparison.energy_scale:
         return {name: 100 * (1 + run.energy_change) for name, run in runs.items()}, "%"
-    return {name: run.energy for name, run in runs.items()}, "kg px²/s²"
+    units = comparison.scene.units
+    factor = units.factor(Dimension.ENERGY)
+    return {name: factor * run.energy for name, run in runs.items()}, units.name(Dimension.ENERGY)
 
 
 def contacts_by(time: Floats, run: Run) -> Floats:

@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import groupby
 from typing import Final
 
@@ -13,8 +14,8 @@ from sandbox.analysis.difference import pair_name
 from sandbox.analysis.figures import Figures, Run, keeps_energy
 from sandbox.analysis.gas import TheoryRow
 from sandbox.engines import REFERENCE, TUNED, settings_in
-from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.ledger import Entry
+from sandbox.judge.causes import NEGLIGIBLE, Cause, Entry
+from sandbox.scene.units import Dimension
 from sandbox.scores.expectations import overlap_in, worst
 from sandbox.text import counted, listed
 
@@ -46,18 +47,18 @@ SAMPLING_ERRORS: Final = 4  # standard errors that a figure of theory may be off
 MIN_SAMPLE: Final = 400  # contacts of balls; of fewer, theory says too little: 4/√400 are 20 %
 MAX_THEORY_ERROR: Final = 0.05  # fraction by which theory may be off, where no exact engine shows it
 MAX_COOLING: Final = 0.01  # fraction of the energy; an engine that changes more of it is not in equilibrium
-ROWS: Final[tuple[tuple[str, str, Callable[[Figures], float | None]], ...]] = (  # label, format, figure
-    ("energy left", "{:.4%}", lambda figures: figures.energy_ratio),
-    ("largest energy change", "{:.2e}", lambda figures: figures.energy_drift),
-    ("energy error", "{:.2e}", lambda figures: figures.energy_error),
-    ("unexplained momentum", "{:.2e}", lambda figures: figures.momentum_drift),
-    (OF_ROUGH, "{:.2e}", lambda figures: figures.angular_momentum_drift),
-    ("RMS gap", "{:.4g} px", lambda figures: figures.gap_rms),
-    ("largest gap", "{:.4g} px", lambda figures: figures.gap_max),
-    ("ball contacts", "{}", lambda figures: figures.pair_contacts),
-    ("wall contacts", "{}", lambda figures: figures.wall_contacts),
-    ("deepest overlap", "{:.3g} px", lambda figures: figures.max_overlap),
-    ("escaped balls", "{}", lambda figures: figures.escaped),
+ROWS: Final[tuple[tuple[str, str, Dimension, Callable[[Figures], float | None]], ...]] = (  # label, format, ...
+    ("energy left", "{:.4%}", Dimension.NUMBER, lambda figures: figures.energy_ratio),
+    ("largest energy change", "{:.2e}", Dimension.NUMBER, lambda figures: figures.energy_drift),
+    ("energy error", "{:.2e}", Dimension.NUMBER, lambda figures: figures.energy_error),
+    ("unexplained momentum", "{:.2e}", Dimension.NUMBER, lambda figures: figures.momentum_drift),
+    (OF_ROUGH, "{:.2e}", Dimension.NUMBER, lambda figures: figures.angular_momentum_drift),
+    ("RMS gap", "{:.4g}", Dimension.LENGTH, lambda figures: figures.gap_rms),
+    ("largest gap", "{:.4g}", Dimension.LENGTH, lambda figures: figures.gap_max),
+    ("ball contacts", "{:.0f}", Dimension.NUMBER, lambda figures: figures.pair_contacts),
+    ("wall contacts", "{:.0f}", Dimension.NUMBER, lambda figures: figures.wall_contacts),
+    ("deepest overlap", "{:.3g}", Dimension.LENGTH, lambda figures: figures.max_overlap),
+    ("escaped balls", "{:.0f}", Dimension.NUMBER, lambda figures: figures.escaped),
 )
 
 
@@ -65,12 +66,13 @@ def key_figures(comparison: Comparison) -> Iterator[list[str]]:
     """Yield the rows that every table of a comparison has: a label, and a value for each engine."""
     runs = comparison.runs.values()
     marked = _marked(comparison)
-    for label, template, figure in ROWS:
+    units = comparison.scene.units
+    for label, template, dimension, figure in ROWS:
         if label == OF_ROUGH and not comparison.scene.is_rough:
             continue
         values = [figure(run.figures) for run in runs]
         mark = MARK if label in marked else ""
-        yield [label + mark, *("-" if value is None else template.format(value) for value in values)]
+        yield [label + mark, *("-" if value is None else units.text(dimension, template, value) for value in values)]
     if any(run.scores for run in runs):
         yield ["expectations met", *map(_met, runs)]
     firsts = [run.figures.first_difference for run in runs]
@@ -197,7 +199,8 @@ def _overlapping(comparison: Comparison) -> str:
     deepest = 0.0 if start is None else overlap_in(comparison.scene, start)
     if deepest <= SEEN_AT_START * float(comparison.scene.bodies.radius.min()):
         return ""
-    return f"At the start, bodies overlap by up to {deepest:.3g} px, which engines part in different ways."
+    by = comparison.scene.units.text(Dimension.LENGTH, "{:.3g}", deepest)
+    return f"At the start, bodies overlap by up to {by}, which engines part in different ways."
 
 
 def _apart_at_start(comparison: Comparison) -> str:
@@ -206,7 +209,8 @@ def _apart_at_start(comparison: Comparison) -> str:
     away = {name: run.gap_max[0] for name, run in _others(comparison).items() if run.gap_max[0] > largest}
     if not away:
         return ""
-    gaps = ", ".join(f"{name} up to {gap:.4g} px" for name, gap in away.items())
+    length = partial(comparison.scene.units.text, Dimension.LENGTH, "{:.4g}")
+    gaps = ", ".join(f"{name} up to {length(gap)}" for name, gap in away.items())
     against = _reference(comparison)
     return f"At the start, balls are elsewhere than in {against}: in {gaps}. Later differences may come from that."
 
@@ -221,11 +225,12 @@ def _misreports(comparison: Comparison) -> str:
     sentences = []
     for name, run in comparison.runs.items():
         if misreport := run.misreport:
-            (x, y), (u, v) = misreport.seen, misreport.reported
-            time = comparison.scene.clock.time(misreport.step)
+            units, time = comparison.scene.units, comparison.scene.clock.time(misreport.step)
+            changed = units.text(Dimension.VELOCITY, "({:.4g}, {:.4g})", *misreport.seen)
+            reported = "({:.4g}, {:.4g})".format(*units.scaled(Dimension.VELOCITY, *misreport.reported))
             sentences.append(
                 f"{name} misreports contacts in {counted(misreport.steps, 'step')}, first at {time:.3f} s: "
-                f"ball {misreport.ball} changed by ({x:.4g}, {y:.4g}) px/s, and its contacts give ({u:.4g}, {v:.4g})."
+                f"ball {misreport.ball} changed by {changed}, and its contacts give {reported}."
             )
     return " ".join(sentences)
 
@@ -278,10 +283,12 @@ def _expectations(comparison: Comparison) -> str:
         if missed:
             furthest = worst(missed)
             deviation = furthest.missed[0]
-            off = f"{deviation.error:.2g} {deviation.quantity.unit}".strip()
+            units, dimension = comparison.scene.units, deviation.quantity.dimension
+            off = units.text(dimension, "{:.2g}", deviation.error)
+            [tolerance] = units.scaled(dimension, furthest.expect.tolerance)
             sentences.append(
                 f"{len(missed)} of {run.figures.expected} in {name}, in {deviation.quantity.label} by up to {off} "
-                f"(tolerance {furthest.expect.tolerance:g})"
+                f"(tolerance {tolerance:g})"
             )
     return f"Expectations missed: {'; '.join(sentences)}." if sentences else ""
 
@@ -290,7 +297,7 @@ def until_words(comparison: Comparison) -> str:
     """Say until when paths can be compared with the reference's."""
     ends_by, until = comparison.trust.ends_by, comparison.trusted_until
     if until is None:
-        return f"to the end at {comparison.time[-1]:g} s"
+        return f"to the end at {round(comparison.time[-1], 2):g} s"
     if ends_by == "horizon":
         return f"up to the horizon at {until:.2f} s"
     return f"up to {until:.2f} s, where {_reference(comparison)} is {ends_by}"
@@ -492,9 +499,8 @@ def _escapes(comparison: Comparison) -> str:
         if run.escape:
             time, ball, balls, furthest, left = run.escape
             at_end = f", {left} still outside at the end" if left else ""
-            sentences.append(
-                f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {furthest:.4g} px{at_end}"
-            )
+            by = comparison.scene.units.text(Dimension.LENGTH, "{:.4g}", furthest)
+            sentences.append(f"{balls} in {name}, the first ball {ball} at {time:.3f} s, by up to {by}{at_end}")
     return f"Escaped balls: {'; '.join(sentences)}." if sentences else ""
 
 

@@ -7,18 +7,23 @@ group `sandbox.engines`:
     mine = "my_package:MyEngine"
 
 `sandbox.engines.specs` describes how else an engine is named. From Python, a class or a function is one too.
+
+This module can be called: `sandbox.engines()` is `sandbox.engines.support.engines()`.
 """
 
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from types import ModuleType
 from typing import Any, Final, cast
 
 from sandbox.engines.custom import load_from_file
 from sandbox.engines.engine import CheckingEngine, Engine, advance
 from sandbox.engines.specs import TUNED, file_and_name, settings_in, with_settings
-from sandbox.errors import EngineError, Refused, SandboxError, shown, suggestion
+from sandbox.errors import EngineError, MissingLibrary, Refused, SandboxError, shown, suggestion
 from sandbox.scene.model import Scene
 from sandbox.state import State
 from sandbox.text import printable
@@ -149,7 +154,7 @@ def check_name(spec: str) -> None:
         load_from_file(base)
         return
     if _lacks_library(base):
-        raise SandboxError(f'{base}: needs {_EXTRAS[base]}, which is not installed; pip install -e ".[{base}]"')
+        raise MissingLibrary(base, _EXTRAS[base])
     if base.endswith(".py"):
         raise SandboxError(f"{base}: must name a class or a function in the file, as in {base}:Mine")
     if base not in (engines := registry()):
@@ -182,14 +187,19 @@ def create(source: Source, scene: Scene, initial: State, name: str | None = None
     name = name or _name_of(source)
     if isinstance(source, str):
         base, scene = resolved(source, scene)
-        if scene.is_timed and base != REFERENCE:
-            raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
+        _check_steps(base, scene)
         if base in _BUILT_IN:
             return cast("Engine", _load(base)(scene, initial))
         source = _load(base)
-    from sandbox.engines.checked import build  # noqa: PLC0415 (it imports numba)
+    from sandbox.engines.checked import build  # noqa: PLC0415 (only engines that are not built in need it)
 
     return build(name, source, scene, initial)
+
+
+def _check_steps(base: str, scene: Scene) -> None:
+    """Raise Refused if the steps of a scene have lengths that the engine of a name does not take."""
+    if scene.is_timed and base != REFERENCE:
+        raise Refused(f"{base}: cannot repeat recorded steps, {scene.clock}; use scene.changed(rate={scene.rate})")
 
 
 def can_run(name: str, *scenes: Scene) -> bool:
@@ -205,10 +215,11 @@ def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
     base, _ = settings_in(name)
     engine = _load(base)
     try:
+        _check_steps(base, scene)
         if hasattr(engine, "check"):
             cast("CheckingEngine", engine).check(scene)
         elif builds:
-            from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it imports numba; listing engines must not wait)
+            from sandbox.scene.spawn import spawn  # noqa: PLC0415 (it takes longer than `check`)
 
             create(name, scene, spawn(scene))
     except Refused as refused:
@@ -219,3 +230,14 @@ def refusal(name: str, scene: Scene, *, builds: bool = False) -> str | None:
 def default_engines(*scenes: Scene) -> list[str]:
     """Return the engines to run by default: Pymunk, and the first textbook engine that can run all scenes."""
     return ["pymunk", *[name for name in TEXTBOOK_ENGINES if can_run(name, *scenes)][:1]]
+
+
+class _Callable(ModuleType):
+    """This module: importing it hides a function of its name in the package, which it therefore is itself."""
+
+    def __call__(self) -> dict[str, Any]:
+        supported: dict[str, Any] = import_module(f"{__name__}.support").engines()  # which imports this module
+        return supported
+
+
+sys.modules[__name__].__class__ = _Callable

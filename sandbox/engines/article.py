@@ -190,6 +190,7 @@ def _unsupported(scene: Scene) -> list[str]:
         "an inner wall": len(scene.walls) > 0,
         "elasticity below 1": bodies.elasticity.min() < 1 or arena.elasticity < 1,
         "friction": bodies.friction.max() > 0,
+        "a filter": bodies.are_filtered,
         "spin": any(group.spin for group in scene.balls),
     }
     return [name for name, present in features.items() if present]

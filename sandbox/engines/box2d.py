@@ -8,7 +8,8 @@ Box2D computes in float32: positions and velocities have seven digits, about 1e-
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import groupby, product
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -17,7 +18,7 @@ import pyb2d3
 from sandbox.engines.contact_log import ContactLog
 from sandbox.engines.engine import Traits
 from sandbox.errors import Refused
-from sandbox.quantity import dot, slips, tangent
+from sandbox.quantity import dot, pass_through, slips, tangent
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Arena, Scene, Wall
 from sandbox.scene.walls import ARENA_COUNT, OUTWARD, separation, walls_of
@@ -38,6 +39,9 @@ MAX_ITERATIONS: Final = 200  # of conjugate gradients; gases and piles take tens
 RESIDUAL_TOLERANCE: Final = 1e-7  # relative to the residual at the start: the precision of float32
 DISC_TURNS: Final = 2  # m r²/I of a disc: an impulse at the rim turns it by this times as much as it moves it
 VELOCITY_ROUNDING: Final = 16 * float(np.finfo(np.float32).eps)  # relative: the rounding of four substeps
+
+
+Kind = tuple[float, tuple[int, ...]]  # elasticity, and filter; a wall's is empty
 
 
 class Box2DEngine:
@@ -224,41 +228,48 @@ class _Materials:
 
     Box2D combines two restitutions by their maximum, and two frictions by the root of their product; pyb2d3 cannot
     change that. So frictions are passed squared. A ball has one circle for each elasticity that it can meet, with the
-    product as its restitution; each pair of elasticities has a filter bit, so that only the matching circle collides.
+    product as its restitution. A kind is an elasticity and a filter; each pair of kinds has a filter bit, so that only
+    the matching circle collides, and none of balls that pass through each other.
     """
 
     def __init__(self, scene: Scene) -> None:
-        of_walls = (float(wall.elasticity) for wall in scene.surfaces)
-        self._elasticities = sorted({*scene.bodies.elasticity.tolist(), *of_walls})
-        pairs = list(product(self._elasticities, repeat=2))
+        bodies = scene.bodies
+        of_balls = zip(bodies.elasticity.tolist(), map(tuple, bodies.filters.tolist()), strict=True)
+        kinds = sorted({*of_balls, *((float(wall.elasticity), ()) for wall in scene.surfaces)})
+        pairs = list(product(kinds, repeat=2))
         if len(pairs) > FILTER_BITS:
+            what = "pairs of elasticity and filter" if bodies.are_filtered else "elasticities"
             raise Refused(
-                f"box2d: {len(self._elasticities)} different elasticities are more than its filters can tell apart "
-                "(8); use --engines pymunk"
+                f"box2d: {len(kinds)} different {what} are more than its filters can tell apart (8); "
+                "use --engines pymunk"
             )
-        self._bits = {pair: 1 << bit for bit, pair in enumerate(pairs)}
+        self._kinds = kinds
+        self._bits = {(one, other): _meet(one, other) << bit for bit, (one, other) in enumerate(pairs)}
 
-    def of_ball(self, number: int, elasticity: float, friction: float) -> Iterator[Any]:
+    def of_ball(self, number: int, elasticity: float, friction: float, filter_: tuple[int, ...]) -> Iterator[Any]:
         """Yield the definition of each circle of a ball."""
-        for partner in self._elasticities:
-            yield self._shape(number, friction, elasticity * partner, elasticity, [partner])
+        for restitution, partners in groupby(self._kinds, key=itemgetter(0)):
+            yield self._shape(number, friction, elasticity * restitution, (elasticity, filter_), [*partners])
 
     def of_wall(self, number: int, elasticity: float, friction: float) -> Any:
         """Return the definition of a wall's shape; its restitution is 0, so that the ball's is the maximum."""
-        return self._shape(number, friction, 0.0, elasticity, self._elasticities)
+        return self._shape(number, friction, 0.0, (elasticity, ()), self._kinds)
 
-    def _shape(
-        self, number: int, friction: float, restitution: float, elasticity: float, partners: Sequence[float]
-    ) -> Any:
+    def _shape(self, number: int, friction: float, restitution: float, kind: Kind, partners: Sequence[Kind]) -> Any:
         return pyb2d3.shape_def(
             user_data=number,
             enable_contact_events=True,
             material=pyb2d3.surface_material(friction=friction**2, restitution=restitution),
             filter=pyb2d3.make_filter(
-                category_bits=sum(self._bits[elasticity, partner] for partner in partners),
-                mask_bits=sum(self._bits[partner, elasticity] for partner in partners),
+                category_bits=sum(self._bits[kind, partner] for partner in partners),
+                mask_bits=sum(self._bits[partner, kind] for partner in partners),
             ),
         )
+
+
+def _meet(one: Kind, other: Kind) -> bool:
+    """Return whether shapes of two kinds do not pass through each other; walls pass through nothing."""
+    return not (one[1] and other[1] and pass_through(one[1], other[1]))
 
 
 def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) -> list[Any]:
@@ -272,7 +283,8 @@ def _add_balls(world: Any, materials: _Materials, scene: Scene, initial: State) 
             enable_sleep=False,
         )
         radius, mass = float(bodies.radius[ball]) / METRE, float(bodies.mass[ball])
-        for shape in materials.of_ball(ball, float(bodies.elasticity[ball]), float(bodies.friction[ball])):
+        constants = float(bodies.elasticity[ball]), float(bodies.friction[ball]), tuple(bodies.filters[ball].tolist())
+        for shape in materials.of_ball(ball, *constants):
             body.create_shape(shape, pyb2d3.circle(radius=radius))
         of_disc = body.mass_data
         of_disc.mass, of_disc.rotational_inertia = mass, mass * radius**2 / 2
@@ -302,4 +314,7 @@ def _add_walls(world: Any, materials: _Materials, scene: Scene) -> None:
     for number, wall in enumerate(scene.walls, ARENA_COUNT):
         ends = _metres(wall.start), _metres(wall.to)
         radius = wall.thickness / 2 / METRE
+        if wall.is_peg:
+            add(number, wall.start, wall, pyb2d3.circle(radius=radius))
+            continue
         add(number, (0, 0), wall, pyb2d3.capsule(*ends, radius) if radius else pyb2d3.segment(*ends))

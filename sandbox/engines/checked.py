@@ -26,6 +26,10 @@ MAX_CLOCK_ERROR: Final = 0.5  # of a step, of an engine's own clock
 REQUIRED: Final = ("step", "state")  # methods; contacts and kick are optional
 BOOLEAN_TRAITS: Final = [each.name for each in fields(Traits) if each.type is bool]
 STEP: Final = "step(position, velocity, dt, scene)"
+TWO_PARAMETERS: Final = (
+    "; a function of two parameters is called with (scene, initial) and must return an engine; "
+    f"one that does a step has four: {STEP}"
+)
 
 
 def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
@@ -35,12 +39,13 @@ def build(name: str, factory: Factory, scene: Scene, initial: State) -> Engine:
     if the engine breaks the contract, here and whenever it is used, Refused if it cannot run the scene.
     """
     is_step = _is_step(name, factory)
-    with _errors_of(name, initial.time):
+    hint = "" if is_step or isinstance(factory, type) else TWO_PARAMETERS
+    with _errors_of(name, initial.time, hint):
         arguments = _with_read_only_arrays(scene), replace(initial.copy(), time=0.0)
         engine = FunctionEngine(factory, *arguments) if is_step else factory(*arguments)
     for method in REQUIRED:
         if not callable(getattr(engine, method, None)):
-            raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}")
+            raise EngineError(name, f"has no method {method}; an engine has {' and '.join(REQUIRED)}{hint}")
     _check_traits(name, engine)
     checked = _CheckedBlockEngine if _has_own_advance(type(engine)) else CheckedEngine
     return checked(name, engine, scene, initial)
@@ -88,8 +93,8 @@ def _with_read_only_arrays(scene: Scene) -> Scene:
 
 
 @contextmanager
-def _errors_of(name: str, time: float) -> Iterator[None]:
-    """Raise what an engine raises as an EngineError with its traceback. time: s."""
+def _errors_of(name: str, time: float, hint: str = "") -> Iterator[None]:
+    """Raise what an engine raises as an EngineError with its traceback. time: s; hint: end of the message."""
     try:
         yield
     except (Refused, NotCompiledYet):
@@ -101,7 +106,7 @@ def _errors_of(name: str, time: float) -> Iterator[None]:
             raise
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         details = traceback_beyond(error, __file__, getfile(FunctionEngine))
-        raise EngineError(name, f"raised {what}", time, details) from error
+        raise EngineError(name, f"raised {what}{hint}", time, details) from error
 
 
 class CheckedEngine:

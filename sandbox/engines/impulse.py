@@ -15,22 +15,24 @@ from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.laws import coulomb, mixed
 from sandbox.engines.neighbours import NeighbourGrid, begin_turn, fill, new_grid, next_neighbour, note_push
 from sandbox.engines.stepped import Snapshot, SteppedEngine, begin_step
+from sandbox.quantity import pass_through
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import ARENA_COUNT, OUTWARD, RIGHT, Walls, arena_faces, offset_to_segment, walls_of
-from sandbox.state import Floats, State, States
+from sandbox.state import Floats, Integers, State, States
 
 
 class Constants(NamedTuple):
     """The constants of a run.
 
-    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; gravity: (2,) px/s²; walls: by number; outward, face: (4, 2)
-    and (4,) px, of the arena, see `arena_faces`; dt: s; rate: 1/s.
+    radius, mass, elasticity, friction: (n,) px, kg, 1, 1; filters: (n, 3), as in `Bodies`; gravity: (2,) px/s²; walls:
+    by number; outward, face: (4, 2) and (4,) px, of the arena, see `arena_faces`; dt: s; rate: 1/s.
     """
 
     radius: Floats
     mass: Floats
     elasticity: Floats
     friction: Floats
+    filters: Integers
     gravity: Floats
     walls: Walls
     outward: Floats
@@ -148,7 +150,7 @@ def _collide(states: Snapshot, constants: Constants, grid: NeighbourGrid | None,
             if max(abs(dx), abs(dy)) >= reach:  # saves the square root for most pairs
                 continue
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance < reach:
+            if distance < reach and not pass_through(constants.filters[i], constants.filters[j]):
                 nx, ny = (dx / distance, dy / distance) if distance > 0 else (1.0, 0.0)
 
                 # Skip balls that do not approach.
@@ -186,6 +188,7 @@ class ImpulseEngine(SteppedEngine):
             bodies.mass,
             bodies.elasticity,
             bodies.friction,
+            bodies.filters,
             np.array(scene.gravity, float),
             walls_of(scene),
             OUTWARD,

@@ -1,5 +1,6 @@
-"""Pymunk: a `pymunk.Space` of circle bodies and static segment walls. Pymunk finds and solves the contacts."""
+"""Pymunk: a `pymunk.Space` of circle bodies, static segments and static circles. It finds and solves the contacts."""
 
+import os
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -10,7 +11,9 @@ from pymunk.batch import Buffer, set_space_bodies
 from sandbox.engines.engine import Traits
 from sandbox.engines.space_reader import STATE_BYTES, STATE_FIELDS, SpaceReader
 from sandbox.scene.fields import Vector
+from sandbox.scene.files import load
 from sandbox.scene.model import SPACE_SETTINGS, Scene, Wall
+from sandbox.scene.spawn import spawn
 from sandbox.scene.walls import ARENA_COUNT, walls_of
 from sandbox.state import Contacts, Floats, State, States
 
@@ -107,6 +110,23 @@ class PymunkEngine:
             self._substates.append(States(*(part[1:].copy() for part in self._reader.states())))
 
 
+def to_space(scene: Scene | str | os.PathLike[str]) -> pymunk.Space:
+    """Return the Space of a scene as the engine `pymunk` builds it: body k is ball k. The rest is your own loop's.
+
+    scene: a Scene, the name of a bundled scene, or a file. A step of the engine is `pymunk.substeps` of the scene calls
+    of `space.step(1 / rate / substeps)`.
+    Raises SandboxError as `load` does.
+
+    >>> space = to_space("oblique")
+    >>> for _ in range(60):
+    ...     space.step(1 / 60)
+    >>> [round(body.position.x, 1) for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC]
+    [287.4, 312.6]
+    """
+    chosen = scene if isinstance(scene, Scene) else load(scene)
+    return PymunkEngine(chosen, spawn(chosen)).space
+
+
 def settings_of(scene: Scene) -> dict[str, float]:
     """Return every setting with which Pymunk runs a scene: the scene's value or, if it has none, Pymunk's own."""
     space = pymunk.Space()
@@ -125,28 +145,30 @@ def _add_bodies(space: pymunk.Space, scene: Scene, initial: State) -> list[pymun
 
 
 def _add_circles(space: pymunk.Space, scene: Scene, bodies: Sequence[pymunk.Body]) -> None:
-    constants = (scene.bodies.radius, scene.bodies.elasticity, scene.bodies.friction)
+    constants = (scene.bodies.radius, scene.bodies.elasticity, scene.bodies.friction, scene.bodies.filters)
     circles = []
-    for body, radius, elasticity, friction in zip(bodies, *(part.tolist() for part in constants), strict=True):
+    for body, radius, elasticity, friction, filter_ in zip(bodies, *(part.tolist() for part in constants), strict=True):
         circles.append(pymunk.Circle(body, radius))
         circles[-1].elasticity, circles[-1].friction = elasticity, friction
+        circles[-1].filter = pymunk.ShapeFilter(*filter_)
     space.add(*circles)
 
 
-def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Segment]:
-    """Add the walls that stand, each on a static body of its own; return the segments of all, see `wall_numbers`."""
+def _add_walls(space: pymunk.Space, scene: Scene) -> list[pymunk.Shape]:
+    """Add the walls that stand, each on a static body of its own; return the shapes of all, see `wall_numbers`."""
     walls = walls_of(scene, WALL_HALF_THICKNESS)
-    segments = []
+    shapes: list[pymunk.Shape] = []
     for number, (a, b, radius, elasticity, friction) in enumerate(zip(*(part.tolist() for part in walls), strict=True)):
         body = pymunk.Body(body_type=pymunk.Body.STATIC)
-        segment = pymunk.Segment(body, a, b, radius)
-        segment.elasticity, segment.friction = elasticity, friction
+        shape = pymunk.Circle(body, radius, a) if a == b else pymunk.Segment(body, a, b, radius)
+        shape.elasticity, shape.friction = elasticity, friction
         if number in scene.wall_numbers:
-            space.add(body, segment)
-        segments.append(segment)
+            space.add(body, shape)
+        shapes.append(shape)
     for chain in _chains(scene.walls):
-        _join([segments[ARENA_COUNT + wall] for wall in chain])
-    return segments
+        segments = [shapes[ARENA_COUNT + wall] for wall in chain]
+        _join([segment for segment in segments if isinstance(segment, pymunk.Segment)])
+    return shapes
 
 
 def _chains(walls: Sequence[Wall]) -> Iterator[list[int]]:

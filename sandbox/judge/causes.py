@@ -1,7 +1,14 @@
-"""Why an engine changed energy, momentum or a position."""
+"""Why an engine changed energy, momentum or a position, and the ledger of what each cause changed.
 
+What the exact step from the engine's own state changes is the scene's and the hand's; the rest of each step is entered
+under its cause. So the lines add up to the whole change.
+"""
+
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final, Self
+
+from sandbox.state import Floats
 
 NEGLIGIBLE: Final = 1e-6  # fraction of an impulse, a speed or a radius; smaller errors count as rounding
 
@@ -53,3 +60,23 @@ class Cause(IntEnum):
     def __str__(self) -> str:
         """Return the key."""
         return self.key
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the ledger: what a cause changed. That of SPIN is a part of the energy, and a part of no sum."""
+
+    cause: Cause
+    contacts: int  # or steps of a ball, for a cause that is not a contact's
+    energy: float  # kg px²/s²; the lines add up to the whole change, without that of SPIN
+    momentum: float  # kg px/s transferred wrongly, the sum of the lengths
+    displacement: float  # px by which balls were displaced wrongly, the sum of the lengths
+
+
+def entries_of(sums: Floats) -> tuple[Entry, ...]:
+    """Return a line for each cause that occurred. sums: (4, causes), of energy, momentum, displacement, contacts."""
+    return tuple(
+        Entry(cause, int(contacts), float(energy), float(momentum), float(displacement))
+        for cause, (energy, momentum, displacement, contacts) in zip(Cause, sums.T, strict=True)
+        if energy or contacts
+    )

@@ -17,7 +17,7 @@ from sandbox.engines.exact.support import normal_to, unit
 from sandbox.judge.causes import NEGLIGIBLE
 from sandbox.judge.groups import MAX_COMPUTED, Flown, differs, fill_ball, find_root, link
 from sandbox.judge.law import Slows, When
-from sandbox.judge.one_step import BALL, Group, Scratch, kept_in, run_law, slow
+from sandbox.judge.one_step import BALL, Group, Scratch, kept_in, move, run_law, scratch_of, slow
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.judge.together import (
     Room,
@@ -28,6 +28,7 @@ from sandbox.judge.together import (
     fit_impulses,
     solve_together,
 )
+from sandbox.quantity import pass_through
 from sandbox.state import Floats, Integers
 
 UNCOMPUTED: Final = -1  # the exact step is not known
@@ -39,36 +40,39 @@ COMPRESSIVE: Final = 4  # impulses that push, along contacts, but are not those 
 PULLING: Final = 5  # impulses along contacts, of which some pull
 BY_FLIGHT: Final = 6  # the engine's way to fly
 LEANING: Final = 7  # balls that lean on each other, of which the exact step is not known: nothing is wrong
-PART: Final = np.dtype(
-    [
-        ("step", "i8"),  # row of the state that it leads to
-        ("begin", "i8"),  # of its balls in `member`
-        ("count", "i8"),
-        ("kind", "i8"),
-        ("fits", "u8"),  # bit k: known law k leaves nothing over
-        ("left", "f8"),  # px
-        ("pushed", "f8"),  # px, the largest push, or 0
-        ("overlap", "f8"),  # px, of that contact
-        ("way", "i8"),  # of pushing, see `_unpush`
-        ("pushed_first", "i8"),  # ball
-        ("pushed_second", "i8"),  # ball, or ~wall
-        ("first", "i8"),  # of the deepest contact, or of the worst
-        ("second", "i8"),
-        ("depth", "f8"),  # px
-        ("closing", "f8"),  # px/s, before the contacts
-        ("least", "f8"),  # px/s, the least of all contacts' closing speeds
-        ("after", "f8"),  # px/s, at which it still approaches
-        ("leans", "i8"),  # whether the exact step is not known
-        ("moved", "i8"),  # whether the law's velocities are others than the exact ones
-        ("base", "i8"),  # of the ways to fly, the one that explains it
-        ("elastic", "f8"),  # kg px²/s², what restitution does in the exact step
-    ]
-)
 EXACT_LAWS: Final = 10  # laws that are exact: with contacts at a step's ends or not, and ties in either order
 LEAN_LEFT_OVER: Final = 1e-3  # of a change of velocity, that a slowly converging fit to many contacts may leave
 MAX_TRIED: Final = 24  # balls of a part of which more than the exact steps are computed from contact to contact
 PUSHED_WAYS: Final = 3  # times at which overlaps are pushed apart, see `_unpush`
 PUSHES: Final = 2 * PUSHED_WAYS  # ways to push apart: by the inverse masses, or half each
+
+
+class Part(NamedTuple):
+    """What explains the step of a part of a group."""
+
+    step: int  # row of the state that it leads to
+    begin: int  # of its balls in `member`
+    size: int
+    kind: int
+    fits: int  # bit k: known law k leaves nothing over
+    pushed: float  # px, the largest push, or 0
+    overlap: float  # px, of that contact
+    way: int  # of pushing, see `_unpush`
+    pushed_first: int  # ball
+    pushed_second: int  # ball, or ~wall
+    first: int  # of the deepest contact, or of the worst
+    second: int
+    depth: float  # px
+    closing: float  # px/s, before the contacts
+    least: float  # px/s, the least of all contacts' closing speeds
+    after: float  # px/s, at which it still approaches
+    leans: int  # whether the exact step is not known
+    moved: int  # whether the law's velocities are others than the exact ones
+    base: int  # of the ways to fly, the one that explains it
+    elastic: float  # kg px²/s², what restitution does in the exact step
+
+
+PART: Final = np.dtype([(name, np.dtype(kind)) for name, kind in Part.__annotations__.items()])
 
 
 class Desk(NamedTuple):
@@ -118,20 +122,13 @@ def desk_for(n: int) -> Desk:
 @kernel
 def _fly(law: Record, b: Record, dt: float) -> None:
     """Do what a law does to a ball that touches nothing."""
-    slows, dt = law.slows_first, dt * law.clock
-    fall_x, fall_y = law.gx * dt, law.gy * dt
-    if slows == Slows.BEFORE_MOVE:
-        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-    if slows in (Slows.BEFORE_MOVE, Slows.FIRST):
+    dt *= law.clock
+    if law.slows_first == Slows.FIRST:
         slow(law, b, dt)
-    theta = 0.0 if slows == Slows.BEFORE_MOVE else law.theta
-    b.x += dt * (b.vx + theta * fall_x) + law.dx
-    b.y += dt * (b.vy + theta * fall_y) + law.dy
-    if slows == Slows.AFTER_MOVE:
-        slow(law, b, dt)
-    if slows != Slows.BEFORE_MOVE:
-        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-    if slows == Slows.LAST:
+    move(law, b, dt)
+    b.x += law.dx
+    b.y += law.dy
+    if law.slows_first == Slows.LAST:
         slow(law, b, dt)
 
 
@@ -186,7 +183,7 @@ def _divide(desk: Desk, group: Group, floor: float, leans: bool) -> None:
             before = min(math.hypot(rx, ry), math.hypot(rx + t * vx, ry + t * vy))
             after = math.hypot(desk.after[j, 0] - desk.after[i, 0], desk.after[j, 1] - desk.after[i, 1])
             reach += desk.gap[i] + desk.gap[j] if leans else 0.0
-            if min(before, after) < reach:
+            if min(before, after) < reach and not pass_through(ball[i].filter, ball[j].filter):
                 link(desk.label, i, j)
     for i in range(k):
         desk.label[i] = find_root(desk.label, i)
@@ -205,28 +202,8 @@ def _smallest(group: Group) -> float:
 def _leaves(group: Group, law: Record, scratch: Scratch, end: Floats) -> float:
     """Return what is over of some ends (k, 5) when a law has done its step, px; infinite if that has no end."""
     s, k = scratch, len(group.ball)
-    ended = run_law(group, law, Scratch(s.ball[:k], s.met, s.tally, s.touch, s.gap, s.room, s.elastic))
+    ended = run_law(group, law, scratch_of(s, k))
     return _left(s.ball[:k], end, group.dt) if ended else math.inf
-
-
-@kernel
-def _try_exact(
-    desk: Desk, group: Group, end: Floats, laws: NDArray[Any], scratch: Scratch, part: Record, floor: float, first: bool
-) -> int:
-    """Try the exact step, with contacts at its ends or not. Returns the kind. Parameters: as for `_try_laws`."""
-    k, enough = len(group.ball), max(3 * floor, NEGLIGIBLE * _smallest(group))
-    part.left = _leaves(group, laws[0], scratch, end)
-    if part.left == math.inf:
-        return UNCOMPUTED
-    if first:
-        part.elastic = scratch.elastic[0]
-        _keep(scratch.ball[:k], desk.exact)
-    for number in range(EXACT_LAWS if k <= MAX_TRIED else 2):
-        left = part.left if number == 0 else _leaves(group, laws[number], scratch, end)
-        if left <= enough:
-            part.elastic = scratch.elastic[0]
-            return EXACT
-    return UNEXPLAINED
 
 
 @kernel
@@ -245,25 +222,31 @@ def _try_laws(
 
     end: (k, 5), what the laws should come to; first: whether this is the step as it was: the exact one is written.
     """
-    k, kind = len(group.ball), UNEXPLAINED
-    part.fits = np.uint64(0)
+    k, kind, enough = len(group.ball), UNEXPLAINED, 0.0
+    part.fits = 0
     if k > MAX_COMPUTED:
         return UNCOMPUTED
-    by_exact = _try_exact(desk, group, end, laws, scratch, part, floor, first)
-    if by_exact != UNEXPLAINED:
-        return int(by_exact)
-    enough = max(2 * floor, LEFT_OVER * part.left)
-    for number in range(EXACT_LAWS, len(laws)):
-        law = laws[number]
-        if k > MAX_TRIED and law.when == When.IN_TIME:
+    for number in range(len(laws)):
+        law, is_exact = laws[number], number < EXACT_LAWS
+        if k > MAX_TRIED and number >= 2 and law.when == When.IN_TIME:
             continue
         left = _leaves(group, law, scratch, end)
-        if left > enough or (law.when != When.IN_TIME and scratch.tally[0] == 0):
+        if number == 0:
+            if left == math.inf:
+                return UNCOMPUTED
+            enough = max(2 * floor, LEFT_OVER * left)
+            if first:
+                part.elastic = scratch.elastic[0]
+                _keep(scratch.ball[:k], desk.exact)
+        if is_exact and left <= max(3 * floor, NEGLIGIBLE * _smallest(group)):
+            part.elastic = scratch.elastic[0]
+            return EXACT
+        if is_exact or left > enough or (law.when != When.IN_TIME and scratch.tally[0] == 0):
             continue
         if number < EXACT_LAWS + bases:
             part.base = number - EXACT_LAWS
             return BY_FLIGHT
-        part.fits |= np.uint64(1) << np.uint64(number - EXACT_LAWS - bases)
+        part.fits |= 1 << (number - EXACT_LAWS - bases)
         if kind == UNEXPLAINED:
             kind = BY_LAW
             _note_contact(scratch, part)
@@ -720,13 +703,11 @@ def _account(desk: Desk, start: Group, law: Record, part: Record) -> None:
 def _touches_nothing(group: Group, i: int, after: Floats, work: NDArray[Any], floor: float) -> bool:
     """Return whether a ball touches no wall before a step nor after it."""
     work[0] = group.ball[i]
-    for p in range(len(group.piece)):
-        if depth_in(work[0], group.piece[p]) > -floor:
-            return False
-    work[0].x, work[0].y = after[i, 0], after[i, 1]
-    for p in range(len(group.piece)):  # noqa: SIM110
-        if depth_in(work[0], group.piece[p]) > -floor:
-            return False
+    for _ in range(2):
+        for p in range(len(group.piece)):
+            if depth_in(work[0], group.piece[p]) > -floor:
+                return False
+        work[0].x, work[0].y = after[i, 0], after[i, 1]
     return True
 
 
@@ -833,7 +814,7 @@ def explain(
         while at < k and apart:
             size, part = _size_of_part(desk.label[at:k]), parts[count]
             of_part = members[at : at + size]
-            part.step, part.begin, part.count = step, begin + at, size
+            part.step, part.begin, part.size = step, begin + at, size
             _fill(f, desk.mine, desk.after, ball, step, of_part)
             _explain(desk, Group(desk.mine[:size], piece, f.dt[step]), laws, bases, scratch, part, f.floor)
             apart = size == k or leans or _is_apart(f, desk, step, of_part, f.floor)
@@ -848,7 +829,7 @@ def explain(
         for p in range(first, count):
             part = parts[p]
             if part.kind != UNCOMPUTED:
-                _write(f, remains, step, member[part.begin : part.begin + part.count], part)
+                _write(f, remains, step, member[part.begin : part.begin + part.size], part)
                 elastic[step] += part.elastic
         g += 1
     return count

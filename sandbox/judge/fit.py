@@ -4,17 +4,17 @@ A parameter is fitted by Gauss and Newton's method from the best points of a gri
 explains goes to the noise floor, and that of one which it does not explain stays.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cached_property
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sandbox.judge.groups import scratch_for
 from sandbox.judge.law import LAW, Laws, When, law
 from sandbox.judge.models import BY_NAME, IN_TIME, Fault, Fields
-from sandbox.judge.one_step import MET, Group, run_laws
-from sandbox.judge.soft_step import NO_CONTACTS, run_soft, soft_scratch_for
+from sandbox.judge.one_step import MET, Group, Scratch, run_laws
+from sandbox.judge.soft_step import NO_CONTACTS, SoftScratch, run_soft, soft_scratch_for
 from sandbox.judge.thresholds import LEFT_OVER
 from sandbox.state import Floats
 
@@ -36,10 +36,22 @@ class Trial(NamedTuple):
     @property
     def fields(self) -> dict[str, float]:
         """The fields of LAW that it changes."""
-        if not self.fault:
-            return dict(self.rule)
-        model = BY_NAME[self.fault]
-        return {**self.rule, **self.scope, **model.fields, **dict.fromkeys(model.of, self.value)}
+        return {**self.rule, **self.scope, **BY_NAME[self.fault].fields_at(self.value)} if self.fault else {**self.rule}
+
+    @property
+    def key(self) -> Hashable:
+        """What makes it equal to another."""
+        return self.fault, self.value, tuple(self.rule.items()), tuple(self.scope.items())
+
+    @property
+    def is_fitted(self) -> bool:
+        """Whether it has a parameter."""
+        return bool(self.fault) and BY_NAME[self.fault].span is not None
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether another model that explains a step as well is more likely."""
+        return bool(self.fault) and BY_NAME[self.fault].odd
 
     @property
     def is_in_time(self) -> bool:
@@ -63,22 +75,12 @@ class Outcome(NamedTuple):
     met: NDArray[np.void]
     after: Floats
 
-    @property
-    def is_fitted(self) -> bool:
-        """Whether it has a parameter."""
-        return bool(self.trial.fault) and bool(BY_NAME[self.trial.fault].of)
-
-    @property
-    def is_odd(self) -> bool:
-        """Whether another model that explains a step as well is more likely."""
-        return bool(self.trial.fault) and BY_NAME[self.trial.fault].odd
-
 
 class Problem:
     """A step of a group of balls that an engine did, for models to explain.
 
-    after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise; warm: soft contacts
-    of the step before.
+    after: (k, 5) x, y, vx, vy and spin, of the engine; floor: px, below which a residual is noise; scratch: that steps
+    work in; warm: soft contacts of the step before.
     """
 
     def __init__(
@@ -87,26 +89,33 @@ class Problem:
         after: Floats,
         gravity: tuple[float, float],
         floor: float,
+        scratch: Scratch,
         warm: NDArray[np.void] = NO_CONTACTS,
     ) -> None:
         self.group, self.after, self.gravity, self.floor = group, after, gravity, floor
+        self._scratch, self._warm = scratch._replace(ball=scratch.ball[: len(group.ball)]), warm
         dt, radius = group.dt, group.ball["radius"]
         self.scale = np.empty_like(after)
         self.scale[:, :2], self.scale[:, 2:4], self.scale[:, 4] = 1.0, dt, radius * dt
         self.before = np.column_stack([group.ball[name] for name in ("x", "y", "vx", "vy", "spin")])
-        self._scratch, self._soft_scratch = scratch_for(len(group.ball)), soft_scratch_for(len(group.ball), warm)
         self.exact = self.outcomes([Trial({})])[0]
         self.size = self.exact.left
+
+    @cached_property
+    def _soft_scratch(self) -> SoftScratch:
+        return soft_scratch_for(len(self.group.ball), self._warm)
 
     def run(self, laws: Laws) -> tuple[Floats, NDArray[np.void], NDArray[np.int64]]:
         """Do the step by some laws. Returns what it comes to, (laws, k, 5), and contacts."""
         after = np.empty((len(laws), *self.after.shape))
         met, counts = np.zeros((len(laws), MET_KEPT), MET), np.zeros(len(laws), np.int64)
         soft = laws["when"] == When.SOFT
-        for kernel, scratch, chosen in ((run_laws, self._scratch, ~soft), (run_soft, self._soft_scratch, soft)):
-            if chosen.all():
-                kernel(self.group, laws, scratch, after, met, counts)
-            elif chosen.any():
+        if not soft.any():
+            run_laws(self.group, laws, self._scratch, after, met, counts)
+        elif soft.all():
+            run_soft(self.group, laws, self._soft_scratch, after, met, counts)
+        else:
+            for chosen in (~soft, soft):
                 after[chosen], met[chosen], counts[chosen] = self.run(laws[chosen])
         return after, met, counts
 
@@ -150,12 +159,8 @@ class Problem:
         """Return the outcomes that leave nothing over, the best first."""
         enough = self.enough()
         fitting = [o for o in outcomes if o.left <= enough and (o.trial.is_in_time or len(o.met))]
-        enough_alone = [
-            o.trial.rule for o in fitting if not o.trial.fault
-        ]  # without a fault, which then changes nothing
-        return sorted(
-            (o for o in fitting if not o.trial.fault or o.trial.rule not in enough_alone), key=lambda o: o.left
-        )
+        kept = without_idle_faults([o.trial for o in fitting])
+        return sorted((o for o in fitting if o.trial in kept), key=lambda o: o.left)
 
     def fit(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Fit the parameters of trials, and return what they come to."""
@@ -165,7 +170,9 @@ class Problem:
         base = self.laws(trials)
         low, high = self._ranges(models)
         grid = np.linspace(low, high, GRID, axis=1) + 1e-3 * (high - low)[:, None] / GRID  # off the right value
-        after, _, _ = self.run(_with(np.repeat(base, GRID), [m for m in models for _ in range(GRID)], grid.ravel()))
+        after, _, _ = self.run(
+            _with(np.repeat(base, GRID), _places([m for m in models for _ in range(GRID)]), grid.ravel())
+        )
         left = np.linalg.norm(self.residuals(after), axis=1).reshape(grid.shape)
         left[np.isnan(left)] = np.inf
         flat = np.isclose(left[:, 1:], left[:, :-1], rtol=1e-9, atol=0)
@@ -176,29 +183,36 @@ class Problem:
         laws, trials = np.repeat(base, STARTS), [trial for trial in trials for _ in range(STARTS)]
         value = self._refine(laws, models, value)
         fitted = [trial._replace(value=float(v)) for trial, v in zip(trials, value, strict=True)]
-        outcomes = self.outcomes_of(fitted, _with(laws, models, value))
+        outcomes = self.outcomes_of(fitted, _with(laws, _places(models), value))
         return [min(outcomes[k : k + STARTS], key=lambda o: o.left) for k in range(0, len(outcomes), STARTS)]
 
     def _ranges(self, models: Sequence[Fault]) -> tuple[Floats, Floats]:
         """Return the least and the largest values of the models' parameters, (k,) each."""
         unit = np.where([model.in_radii for model in models], self.group.ball["radius"].min(), 1.0)
-        return unit * [model.low for model in models], unit * [model.high for model in models]
+        low, _, high = np.transpose([model.span for model in models])
+        return unit * low, unit * high
 
     def _refine(self, laws: Laws, models: Sequence[Fault], value: Floats) -> Floats:
         """Return values that leave less over, from given ones."""
         low, high = self._ranges(models)
-        step = STEP * (high - low)
-        now = self.residuals(self.run(_with(laws, models, value))[0])
+        step, places = STEP * (high - low), _places(models)
+        now = self.residuals(self.run(_with(laws, places, value))[0])
         for _ in range(ROUNDS):
-            ahead = self.residuals(self.run(_with(laws, models, value + step))[0])
+            ahead = self.residuals(self.run(_with(laws, places, value + step))[0])
             slope = (ahead - now) / step[:, None]
             steep = np.einsum("lk,lk->l", slope, slope)
             change = -np.einsum("lk,lk->l", slope, now) / np.where(steep > 0, steep, np.inf)
             value = np.clip(value + np.nan_to_num(change), low, high)
-            now = self.residuals(self.run(_with(laws, models, value))[0])
+            now = self.residuals(self.run(_with(laws, places, value))[0])
             if np.nanmin(np.abs(now).max(axis=1)) <= self.floor / 100 or not np.abs(change).max() > 0:
                 break
         return value
+
+
+def without_idle_faults(trials: Sequence[Trial]) -> list[Trial]:
+    """Return those of some trials that fit, but for faults that change nothing: the same rule fits without them."""
+    enough_alone = [trial.rule for trial in trials if not trial.fault]
+    return [trial for trial in trials if not trial.fault or trial.rule not in enough_alone]
 
 
 def laws_of(trials: Sequence[Trial], gravity: tuple[float, float]) -> Laws:
@@ -210,10 +224,18 @@ def laws_of(trials: Sequence[Trial], gravity: tuple[float, float]) -> Laws:
     return laws
 
 
-def _with(laws: Laws, models: Sequence[Fault], value: Floats) -> Laws:
-    """Return laws with other values of the models' parameters."""
-    laws = laws.copy()
+def _places(models: Sequence[Fault]) -> dict[str, list[int]]:
+    """Return which of some models have each field of LAW for their parameter."""
+    places: dict[str, list[int]] = {}
     for number, model in enumerate(models):
-        for name in model.of:
-            laws[name][number] = value[number]
+        for name in model.parameters:
+            places.setdefault(name, []).append(number)
+    return places
+
+
+def _with(laws: Laws, places: Mapping[str, list[int]], value: Floats) -> Laws:
+    """Return laws with other values of the models' parameters. places: see `_places`."""
+    laws = laws.copy()
+    for name, numbers in places.items():
+        laws[name][numbers] = value[numbers]
     return laws

@@ -17,6 +17,7 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.law import Slows
 from sandbox.judge.thresholds import SINGLE
 from sandbox.quantity import dot, length
+from sandbox.scene.units import Dimension, Units
 from sandbox.state import Bools, Floats, States
 
 MOST: Final = 0.5  # of the balls and steps; fewer are no habit
@@ -29,13 +30,14 @@ class Habit(NamedTuple):
     """How an engine flies.
 
     fields: of LAW; cause: what is wrong, None if nothing; because: a sentence; within: the habit to which this one adds
-    what it is called for, None if that is all.
+    what it is called for, None if that is all; is_known: whether most balls fly so.
     """
 
     fields: Mapping[str, float]
     cause: Cause | None = None
     because: str = ""
     within: "Habit | None" = None
+    is_known: bool = True
 
     @property
     def is_integrated(self) -> bool:
@@ -96,7 +98,14 @@ def misses(after: States, dt: Floats, at: tuple[Floats, Floats]) -> Floats:
 
 
 def find_habit(
-    before: States, after: States, dt: Floats, gravity: tuple[float, float], floor: float, free: Bools, left: float
+    units: Units,
+    before: States,
+    after: States,
+    dt: Floats,
+    gravity: tuple[float, float],
+    floor: float,
+    free: Bools,
+    left: float,
 ) -> Habit | None:
     """Return how an engine flies, in a block of its steps; None if too few balls fly to say.
 
@@ -115,11 +124,15 @@ def find_habit(
     x_after, v_after, _, spin_after = (values[moving] for values in after)
     legs = Legs(x, v, x_after, v_after, spin, spin_after, times)
     g = np.array(gravity)
-    habits: Iterator[Habit] = chain(_damped(left, g, times) if left != 1 else (), _candidates(legs, g, floor))
+    habits: Iterator[Habit] = chain(
+        _damped(units, left, g, times) if left != 1 else (), _candidates(units, legs, g, floor)
+    )
     for habit in habits:
-        if _fits(before, after, dt, habit, gravity, floor)[moving].mean() > MOST:
+        as_habit = _fits(before, after, dt, habit, gravity, floor)
+        without = fits & ~as_habit & moving  # flights that are right have no habit; the first step may begin otherwise
+        if as_habit[moving].mean() > MOST and without.any(axis=1).sum() <= 1:
             return habit
-    return right
+    return right._replace(is_known=False)
 
 
 def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tuple[float, float], floor: float) -> Bools:
@@ -127,16 +140,16 @@ def _fits(before: States, after: States, dt: Floats, habit: Habit, gravity: tupl
     return fits
 
 
-def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
+def _candidates(units: Units, legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
     """Return habits to try, the fewest fields first."""
     x, v, x_after, v_after, _, _, dt = legs
     change = (v_after - v) / dt
     pull = np.median(change, axis=0)
     pull[np.abs(pull) * float(dt.max()) ** 2 <= floor] = 0.0
     if g.any() or np.abs(pull).max() > 0:
-        yield from _of_gravity(legs, g, g)
+        yield from _of_gravity(units, legs, g, g)
         if np.abs(pull - g).max() * float(dt.max()) ** 2 > floor:
-            yield from _of_gravity(legs, g, pull)
+            yield from _of_gravity(units, legs, g, pull)
     yield from _of_velocity(legs, g)
     way = x_after - x - dt * (v + dt * g / 2)
     clock = 1 + float(np.median(dot(way, v) / np.maximum(dot(v, v), 1e-300) / dt[:, 0]))
@@ -144,9 +157,9 @@ def _candidates(legs: Legs, g: Floats, floor: float) -> Iterator[Habit]:
         yield Habit({"clock": ticks}, Cause.TELEPORTED, f"Each step flies for {ticks:.6g} of its length.")
     shift = np.median(way, axis=0)
     size = np.hypot(*shift)
-    because = (
-        f"Every step puts each ball {size:.3g} px further than its flight leads, by ({shift[0]:.3g}, {shift[1]:.3g})."
-    )
+    further = units.text(Dimension.LENGTH, "{:.3g}", size)
+    by = "({:.3g}, {:.3g})".format(*units.scaled(Dimension.LENGTH, *shift))
+    because = f"Every step puts each ball {further} further than its flight leads, by {by}."
     yield Habit({"dx": float(shift[0]), "dy": float(shift[1])}, Cause.TELEPORTED, because)
 
 
@@ -154,14 +167,13 @@ def _clock_of(change: Floats, g: Floats) -> list[float]:
     return [float(np.median(dot(change, g[None]) / dot(g, g)))] if g.any() else []
 
 
-def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
+def _of_gravity(units: Units, legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     """Return habits of another gravity, and of other ways to integrate it."""
     x, v, x_after, _, _, _, dt = legs
     fields = {"gx": float(pull[0]), "gy": float(pull[1])}
-    accelerated = (
-        f"Balls in flight accelerate by ({pull[0]:.6g}, {pull[1]:.6g}) px/s², where the scene's gravity is "
-        f"({g[0]:.6g}, {g[1]:.6g})."
-    )
+    by = units.text(Dimension.ACCELERATION, "({:.6g}, {:.6g})", *pull)
+    due = "({:.6g}, {:.6g})".format(*units.scaled(Dimension.ACCELERATION, *g))
+    accelerated = f"Balls in flight accelerate by {by}, where the scene's gravity is {due}."
     wrong = bool((pull != g).any())
     if wrong:
         yield Habit(
@@ -173,37 +185,40 @@ def _of_gravity(legs: Legs, g: Floats, pull: Floats) -> Iterator[Habit]:
     if not 0 < abs(2 * theta - 1) < 1.5:
         return
     theta = 0.5 + math.copysign(0.5 / round(1 / abs(2 * theta - 1)), theta - 0.5)
-    because = integrated(theta, pull, dt)
+    because = integrated(units, theta, pull, dt)
     yield Habit(fields | {"theta": theta}, Cause.GRAVITY, f"{accelerated} {because}" if wrong else because)
 
 
-def integrated(theta: float, pull: Floats, dt: Floats) -> str:
+def integrated(units: Units, theta: float, pull: Floats, dt: Floats) -> str:
     """Return the sentence on gravity that is integrated in steps. theta: of LAW; pull: (2,) px/s²; dt: s, of steps."""
     substeps = round(1 / abs(2 * theta - 1))
     steps = "steps" if substeps == 1 else f"{substeps} substeps a step"
     how = "the velocity after it" if theta > 0.5 else "the velocity before it"
-    low, high = (f"{abs(theta - 0.5) * float(np.hypot(*pull)) * t**2:.3g}" for t in (dt.min(), dt.max()))
-    off = f"{low} px" if low == high else f"{low} to {high} px"
+    factor = units.factor(Dimension.LENGTH) * abs(theta - 0.5) * float(np.hypot(*pull))
+    low, high = (f"{factor * t**2:.3g}" for t in (dt.min(), dt.max()))
+    off = f"{low} {units.length}" if low == high else f"{low} to {high} {units.length}"
     return (
         f"Gravity is integrated in {steps}, which move balls at {how}: each step ends {off} "
         f"{'beyond' if theta > 0.5 else 'short of'} the parabola."
     )
 
 
-def ways_to_fall(gravity: tuple[float, float], dt: float) -> list[Habit]:
+def ways_to_fall(units: Units, gravity: tuple[float, float], dt: float) -> list[Habit]:
     """Return how engines may integrate gravity that show no flight: the parabola, and at either velocity."""
     pull = np.array(gravity)
-    stepped = (Habit({"theta": theta}, Cause.GRAVITY, integrated(theta, pull, np.array([dt]))) for theta in (0.0, 1.0))
+    stepped = (
+        Habit({"theta": theta}, Cause.GRAVITY, integrated(units, theta, pull, np.array([dt]))) for theta in (0.0, 1.0)
+    )
     return [Habit({}), *(stepped if pull.any() else ())]
 
 
-def _damped(left: float, g: Floats, dt: Floats) -> Iterator[Habit]:
+def _damped(units: Units, left: float, g: Floats, dt: Floats) -> Iterator[Habit]:
     """Return the habits of an engine whose damping leaves a share of velocities after a second."""
     because = f"Damping leaves {100 * left:.4g} % of the velocities each second."
     for slows in (Slows.AFTER_MOVE, Slows.FIRST, Slows.LAST, Slows.BEFORE_MOVE):
         for theta in (0.0, 0.5, 1.0) if g.any() else (0.5,):
             fields = {"left": left, "slows_first": slows, "theta": theta}
-            fall = Habit({"theta": theta}, Cause.GRAVITY, integrated(theta, g, dt)) if theta != 0.5 else None
+            fall = Habit({"theta": theta}, Cause.GRAVITY, integrated(units, theta, g, dt)) if theta != 0.5 else None
             yield Habit(fields, Cause.DAMPING, because, fall)
 
 

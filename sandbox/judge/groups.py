@@ -14,9 +14,11 @@ from sandbox.compiled import Record, entry, kernel
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.world import Motion
 from sandbox.engines.laws import NEVER, time_to_touch
-from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law
+from sandbox.judge.law import LAW, law
+from sandbox.judge.one_step import BALL, MET, Group, Scratch, run_law, scratch_of
 from sandbox.judge.thresholds import MAX_EVENTS, NEAR, TIE
 from sandbox.judge.together import TOUCH, TOUCHES_PER_BALL, depth_in, room_for_contacts
+from sandbox.quantity import pass_through
 from sandbox.scene.model import Scene
 from sandbox.state import Bools, Floats, Integers, States
 
@@ -49,11 +51,7 @@ class Flown(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What screening works in, (n,) each.
-
-    Of the groups, by their first ball: ended, elastic and met,
-    the number of contacts.
-    """
+    """What screening works in, (n,) each. Of the groups, by their first ball: ended, elastic, and met contacts."""
 
     order: Integers
     low: Floats
@@ -157,15 +155,7 @@ def _compute(
         group.ball[a] = ball[w.members[a]]
     for a in range(k):
         fill_ball(group.ball[a], f.before, step, w.members[a])
-    return bool(
-        run_law(
-            group,
-            law,
-            Scratch(
-                scratch.ball[:k], scratch.met, scratch.tally, scratch.touch, scratch.gap, scratch.room, scratch.elastic
-            ),
-        )
-    )
+    return bool(run_law(group, law, scratch_of(scratch, k)))
 
 
 @kernel
@@ -222,6 +212,8 @@ def _join(
                 break
             low, high = _swept(f, step, j, 1, gravity)
             if low > above + reach + ball[j].radius or high < below - reach - ball[j].radius:
+                continue
+            if pass_through(ball[i].filter, ball[j].filter):
                 continue
             if later:
                 is_new = (w.touched[i] or w.touched[j]) and find_root(w.root, i) != find_root(w.root, j)
@@ -287,12 +279,12 @@ def screen(
     member: Integers,
     elastic: Floats,
     contacts: Integers,
-) -> tuple[int, int]:
+) -> int:
     """Compute every group of every step, and note those that the engine has otherwise.
 
-    ball: (n + MAX_COMPUTED,) BALL, of which the last are worked in; laws: (1,) LAW, the exact one; found: (room,)
-    FOUND and member: (room,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly; contacts:
-    (1,), of the exact steps. Returns how many rows of `found` and `member` are needed.
+    ball: (n + MAX_COMPUTED,) BALL, of which the last are worked in; laws: (1,) LAW, the exact one; found: (steps n,)
+    FOUND and member: (steps n,), the groups noted; elastic: (steps,) kg px²/s², what restitution takes exactly;
+    contacts: (1,), those of the exact steps are added. Returns how many groups are noted.
     """
     n, law = len(w.root), laws[0]
     gravity, widest = (law.gx, law.gy), 0.0
@@ -314,14 +306,13 @@ def screen(
                 contacts[0] += w.met[r]
                 if not _any_differs(f, ball, w, step, k):
                     continue
-            if rows < len(found) and filled + k <= len(member):
-                g = found[rows]
-                g.step, g.begin, g.count, g.ended, g.elastic = step, filled, k, w.ended[r], w.elastic[r]
-                for a in range(k):
-                    member[filled + a] = w.members[a]
+            g = found[rows]
+            g.step, g.begin, g.count, g.ended, g.elastic = step, filled, k, w.ended[r], w.elastic[r]
+            for a in range(k):
+                member[filled + a] = w.members[a]
             rows += 1
             filled += k
-    return rows, filled
+    return rows
 
 
 @kernel
@@ -343,8 +334,16 @@ def balls_of(scene: Scene, more: int = 0) -> NDArray[np.void]:
     ball = np.zeros(len(bodies) + more, BALL)
     for name in ("radius", "mass", "elasticity", "friction"):
         ball[name][: len(bodies)] = getattr(bodies, name)
+    ball["filter"][: len(bodies)] = bodies.filters
     ball["number"][: len(bodies)] = np.arange(len(bodies))
     return ball
+
+
+def work_for(n: int) -> Work:
+    """Return what screening works in."""
+    order, root, members, met = (np.arange(n) for _ in range(4))
+    touched, ended, low, elastic = np.empty(n, bool), np.empty(n, bool), np.empty(n), np.empty(n)
+    return Work(order, low, root, touched, members, ended, elastic, met)
 
 
 def scratch_for(balls: int) -> Scratch:
@@ -358,4 +357,5 @@ def scratch_for(balls: int) -> Scratch:
         np.zeros(balls),
         room_for_contacts(),
         np.zeros(1),
+        np.array([law((0.0, 0.0))], LAW),
     )

@@ -5,7 +5,7 @@ the models that leave nothing over. The ledger of a step is the exact step's own
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from copy import copy, deepcopy
 from typing import Final, NamedTuple
 
@@ -26,25 +26,26 @@ from sandbox.judge.explain import (
     TOGETHER,
     UNCOMPUTED,
     UNEXPLAINED,
+    Part,
     Remains,
     desk_for,
     explain,
 )
-from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of
+from sandbox.judge.fit import MET_KEPT, Outcome, Problem, Trial, laws_of, without_idle_faults
 from sandbox.judge.flight import Habit, find_habit, flown, misses, ways_to_fall
-from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, Work, balls_of, scratch_for, screen
-from sandbox.judge.law import LAW, Scope, When, law
-from sandbox.judge.models import BY_NAME, Fields
+from sandbox.judge.groups import FOUND, MAX_COMPUTED, Flown, balls_of, scratch_for, screen, work_for
+from sandbox.judge.law import LAW, Scope, law
+from sandbox.judge.models import BY_NAME, FRICTION, Fields
 from sandbox.judge.one_step import MET, Group
 from sandbox.judge.reference_step import reference_steps
-from sandbox.judge.search import Search, as_exact, cause_of, cause_of_push, cause_of_rule, exact_trials
+from sandbox.judge.search import Search, as_exact, cause_of, cause_of_law, cause_of_push, exact_trials
 from sandbox.judge.soft_contacts import SoftMemory, bounced_at_its_end
-from sandbox.judge.start_overlaps import StartOverlaps
-from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, NEARLY, SINGLE
-from sandbox.judge.touching import Missed, Springs, StepError, Touches
+from sandbox.judge.thresholds import DOUBLE, FAR, MAX_BALLS, MAX_FITS, MAX_FRUITLESS, SINGLE
+from sandbox.judge.touching import Missed, Springs, StartOverlaps, StepError, Touch, Touches
 from sandbox.judge.words import NO_SINGLE_ERROR, of_depth, of_impulses, of_missed, of_outcome, of_push
-from sandbox.quantity import energy, kinetic_energies, length, spin_energy
+from sandbox.quantity import energy, kinetic_energies, length, pass_through, passing, spin_energy
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension
 from sandbox.scene.walls import pieces_of, wall_distance
 from sandbox.state import NO_DAMPING, PUSH, Bools, Damping, Floats, Integers, Pushes, State, States
 
@@ -74,21 +75,21 @@ class Sums(NamedTuple):
 class Judge:
     """Judges an engine's run block by block, each substep as a step.
 
-    errors: in order of their substeps; rightful: (4, causes), what is right.
+    scene: that the engine runs; errors: in order of their substeps; rightful: (4, causes), what is right.
     """
 
     def __init__(self, scene: Scene, damping: Damping = NO_DAMPING) -> None:
         self._damping = damping
-        self._scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
+        self.scene, self._gravity = scene, (float(scene.gravity[0]), float(scene.gravity[1]))
         self._bodies, n = scene.bodies, len(scene.bodies)
         self._ball, self._piece = balls_of(scene, MAX_COMPUTED), pieces_of(scene)
         self._scratch = scratch_for(n + MAX_COMPUTED)
         self._law = np.array([law(self._gravity)], LAW)
-        self._order = np.arange(n)
+        self._work = work_for(n)
         self._steps = 0  # substeps that are judged
         self._fits = self._fruitless = self._opinions = self._unlike_reference = 0
-        self._known: Counter[str] = Counter()
-        self._trials: dict[str, Trial] = {}
+        self._known: Counter[Hashable] = Counter()
+        self._trials: dict[Hashable, Trial] = {}
         self._tried: list[Trial] = []
         self._bases: list[Habit] = []
         self._falls: Counter[int] = Counter()  # of the ways to fall, how many steps each has explained
@@ -131,7 +132,7 @@ class Judge:
 
     def so_far(self) -> "Judge":
         """Return a copy that has judged all steps, while this one goes on to fill its block."""
-        shared = {id(self._scene): self._scene, id(self._bodies): self._bodies}
+        shared = {id(self.scene): self.scene, id(self._bodies): self._bodies}
         judge = deepcopy(self, shared | {id(error): copy(error) for error in self.errors})
         judge.finish()
         return judge
@@ -148,7 +149,9 @@ class Judge:
         floor = self._floor(states, dt)
         if not self._knows_flight:
             free = self._free_balls(before, after)
-            habit = find_habit(before, after, dt, self._gravity, floor, free, self._damping.per_second)
+            habit = find_habit(
+                self.scene.units, before, after, dt, self._gravity, floor, free, self._damping.per_second
+            )
             self.habit, self._knows_flight = habit or Habit({}), habit is not None
         exact = self._flown(before, dt, {})
         strange = self._strays(after, self._flown(before, dt, self.habit.fields), dt, floor)
@@ -167,7 +170,7 @@ class Judge:
         self._set_gained(f)
         of_block = []
         if not self._steps:
-            self._start_overlaps = StartOverlaps(self._scene, states.position[0], self.touches)
+            self._start_overlaps = StartOverlaps(self.scene, states.position[0], self.touches)
         for step in range(len(dt)):
             of_step = self._missed.follow(f, step, self._steps + step + 1, errors.get(step, []))
             self._start_overlaps.follow(after.position[step], of_step)
@@ -186,7 +189,7 @@ class Judge:
         while begin < len(groups):
             chunk = groups[begin : begin + size]
             for part, balls, sums in self._explain(f, chunk, member, elastic, remains):
-                step = int(part["step"])
+                step = part.step
                 grouped[step, balls] = True
                 wrong = self._judge_part(f, part, balls, sums, elastic, remains)
                 if wrong:
@@ -196,109 +199,153 @@ class Judge:
         return errors
 
     def _judge_part(
-        self, f: Flown, part: np.void, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
+        self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
     ) -> list[StepError]:
         """Return what is wrong with a part of a group, and note what pushes in it as a spring may."""
-        step, touches = int(part["step"]), []
-        if part["kind"] in (UNCOMPUTED, UNEXPLAINED) or self._is_doubtful(part):
-            tried = self._fitting(part) if part["kind"] == BY_LAW else []
-            wrong = self._judge_group(f, step, balls, elastic, tried, ended=part["kind"] != UNCOMPUTED)
+        step, touches = part.step, list[Touch]()
+        doubtful = self._is_doubtful(f, part) or self._flies_through(f, part, balls)
+        if part.kind in (UNCOMPUTED, UNEXPLAINED) or doubtful:
+            tried = self._fitting(part) if part.kind == BY_LAW else []
+            wrong = self._judge_group(f, step, balls, elastic, tried, ended=part.kind != UNCOMPUTED)
         else:
             wrong = self._second_opinion(f, part, balls, elastic) or self._of_part(
                 f, part, balls, sums, elastic, remains
             )
-        if wrong and len(balls) <= MAX_BALLS and part["kind"] == UNEXPLAINED:
+        if any(error.by_rule for error in wrong):
+            return wrong
+        if wrong and len(balls) <= MAX_BALLS and part.kind == UNEXPLAINED:
             touches = self.touches.among(f, step, balls.tolist())
         elif len(balls) <= 2:
             contacts = dict.fromkeys(error.contact for error in wrong if error.contact)
-            contacts |= dict.fromkeys(self._springs.pushing(self._steps + step, balls.tolist()))
+            contacts |= dict.fromkeys(self._springs.before(self._steps + step + 1, balls.tolist()))
             touches = [self.touches.of(f, step, contact) for contact in contacts]
         self._springs.follow(touches, self._steps + step + 1, wrong)
         return wrong
 
     def _explain(
         self, f: Flown, groups: np.ndarray, member: Integers, elastic: Floats, remains: Remains
-    ) -> list[tuple[np.void, Integers, Sums]]:
+    ) -> list[tuple[Part, Integers, Sums]]:
         """Return the parts of some groups with what explains them, their balls, and their sums."""
         self._tried = self._likely
         self._bases = self._ways_to_fly(float(f.dt[0]))
         flights = [Trial(habit.fields) for habit in self._bases]
         laws = laws_of([*exact_trials(f.floor), *flights, *self._tried], self._gravity)
         parts = np.zeros(int(groups["count"].sum()), PART)
-        ball = self._ball[: len(self._order)]
+        ball = self._ball[: len(self._bodies)]
         count = explain(
             f, ball, self._piece, laws, len(flights), self._desk, self._scratch, remains, groups, member, parts, elastic
         )
         parts = parts[:count]
         if not self._knows_flight:
-            ways = ways_to_fall(self._gravity, float(f.dt[0]))
+            ways = ways_to_fall(self.scene.units, self._gravity, float(f.dt[0]))
             shown = (parts["pushed"] == 0) & np.isin(parts["kind"], (BY_FLIGHT, TOGETHER, COMPRESSIVE))
             self._falls.update(ways.index(self._bases[int(base)]) for base in parts["base"][shown])
         self._contradict(parts["fits"][parts["kind"] == BY_LAW])
-        first, begins, counts = int(parts["begin"][0]), parts["begin"], parts["count"]
+        first, begins, counts = int(parts["begin"][0]), parts["begin"], parts["size"]
         rows, balls = np.repeat(parts["step"], counts), member[first : first + int(counts.sum())]
         end, exact = _end(f.after, rows, balls), _end(f.exact, rows, balls)
         without = end._replace(position=end.position - remains.shift[rows, balls])
         pushes, rest = (self._sums(*ends, balls, begins - first) for ends in ((end, without), (without, exact)))
-        each = zip(parts, begins.tolist(), counts.tolist(), pushes, rest, strict=True)
-        return [(part, member[at : at + k], Sums(*of_part)) for part, at, k, *of_part in each]
+        each = zip((Part(*row) for row in parts.tolist()), pushes, rest, strict=True)
+        return [(part, member[part.begin : part.begin + part.size], Sums(*of_part)) for part, *of_part in each]
 
-    def _contradict(self, fits: NDArray[np.uint64]) -> None:
+    def _contradict(self, fits: Integers) -> None:
         """Count the parts that are explained without a fault which an engine that has it has in every contact."""
         bits: dict[str, int] = {}
         for k, trial in enumerate(self._tried):
             if trial.fault and BY_NAME[trial.fault].always:
                 bits[trial.fault] = bits.get(trial.fault, 0) | 1 << k
         for fault, mask in bits.items():
-            self.against[fault] += int((fits & np.uint64(mask) == 0).sum())
+            self.against[fault] += int((fits & mask == 0).sum())
 
-    def _is_doubtful(self, part: np.void) -> bool:
-        """Return whether laws with a fault explain a part, of which each must be looked at."""
-        return part["kind"] == BY_LAW and any(trial.fault for trial in self._fitting(part))
+    def _is_doubtful(self, f: Flown, part: Part) -> bool:
+        """Return whether a law explains a part whose cause depends on more than the law and its deepest contact."""
+        if part.kind != BY_LAW:
+            return False
+        faulty = [trial for trial in self._fitting(part) if trial.fault]
+        return any(
+            part.pushed
+            or trial.is_soft
+            or BY_NAME[trial.fault].cause in (FRICTION, Cause.MISSED)
+            or not self._believes(f, trial)
+            for trial in faulty
+        )
 
-    def _fitting(self, part: np.void) -> list[Trial]:
+    def _flies_through(self, f: Flown, part: Part, balls: Integers) -> bool:
+        """Return whether balls that fly as the engine does pass through what the exact step has them bounce off."""
+        if part.kind != BY_FLIGHT:
+            return False
+        step = part.step
+        off = np.abs(f.after.velocity[step, balls] - f.exact.velocity[step, balls]).max() * f.dt[step]
+        if off <= f.floor:
+            return False
+        return any(self.touches.passes(f, step, pair) for pair in _pairs(self._problem(f, step, balls).exact))
+
+    def _fitting(self, part: Part) -> list[Trial]:
         """Return the known trials that leave nothing over of a part."""
-        bits = int(part["fits"])
+        bits = part.fits
         return [trial for k, trial in enumerate(self._tried) if bits >> k & 1]
 
     def _of_part(
-        self, f: Flown, part: np.void, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
+        self, f: Flown, part: Part, balls: Integers, sums: Sums, elastic: Floats, remains: Remains
     ) -> list[StepError]:
         """Return the errors of a part that is explained: of places, of impulses, and of contacts found late."""
-        step, kind, errors = int(part["step"]), part["kind"], list[StepError]()
-        if kind in (EXACT, LEANING) and not part["pushed"]:
+        step, kind, errors = part.step, part.kind, list[StepError]()
+        if kind in (EXACT, LEANING) and not part.pushed:
             return errors
-        if part["pushed"]:
-            pair, cause = (int(part["pushed_first"]), int(part["pushed_second"])), cause_of_push(part)
-            errors.append(self._error(f, step, balls, pair, cause, of_push(part, cause), sums.pushes))
+        if part.pushed:
+            pair, cause = (part.pushed_first, part.pushed_second), cause_of_push(part)
+            errors.append(self._error(f, step, balls, pair, cause, of_push(self.scene, part, cause), sums.pushes))
         if kind in (EXACT, LEANING):
             return errors
         end, exact = _end(f.after, step, balls), _end(f.exact, step, balls)
         end, over = end._replace(position=end.position - remains.shift[step, balls]), sums.rest
         if kind == BY_FLIGHT:
-            return [*self._by_habit(f, step, balls, self._bases[int(part["base"])], (end, exact)), *errors]
-        contact = int(part["first"]), int(part["second"])
+            return [*self._by_habit(f, step, balls, self._bases[part.base], (end, exact)), *errors]
+        contact = part.first, part.second
         if kind in (COMPRESSIVE, PULLING):
             solved = remains.solved[step, balls]
             solution = end._replace(velocity=solved[:, :2], spin=solved[:, 2])
-            cause, [over] = SOLVED[int(kind)], self._sums(end, solution, balls)
-            errors.append(self._error(f, step, balls, contact, cause, of_impulses(part, cause), over))
+            cause, [over] = SOLVED[kind], self._sums(end, solution, balls)
+            errors.append(self._error(f, step, balls, contact, cause, of_impulses(self.scene, part, cause), over))
             end, [over] = solution, self._sums(solution, exact, balls)
-        if self._is_in_time(f, part):  # all at once, of which the law says nothing
+        fitting = self._fitting(part) if kind == BY_LAW else []
+        right = not any(trial.fault for trial in fitting)
+        if right and self._is_in_time(f, part):  # all at once, of which the law says nothing
             self._take(f, step, balls, elastic, end)
             return errors
-        trial, cause = Trial({"when": When.AFTER_MOVE}), Cause.LATE
-        if kind == BY_LAW:
-            trial = self._fitting(part)[0]
-            cause = cause_of_rule(trial, float(part["least"]), contact[1] >= 0, moved=bool(part["moved"]))
-        late = self._error(f, step, balls, contact, cause, of_depth(part), over)
-        late.depth, late.by_rule = float(part["depth"]), kind in (TOGETHER, BY_LAW)
-        late.candidates = [(Outcome(trial, 0.0, _met(part), exact.position), cause)] if kind == BY_LAW else []
-        return [late, *errors] if late.speed * f.dt[step] + late.displacement > f.floor else errors
+        if fitting:
+            return [*self._of_law(f, part, balls, fitting, over, exact.position), *errors]
+        late = self._error(f, step, balls, contact, Cause.LATE, of_depth(self.scene, part.depth, part.closing), over)
+        late.depth, late.by_rule = part.depth, kind == TOGETHER
+        return [late, *errors] if self._shows(f, late) else errors
 
-    def _is_in_time(self, f: Flown, part: np.void) -> bool:
+    def _of_law(
+        self, f: Flown, part: Part, balls: Integers, fitting: Sequence[Trial], over: Floats, should: Floats
+    ) -> list[StepError]:
+        """Return the error of a part that known laws explain. over: as `_sums`; should: (k, 2) px, where balls end."""
+        fitting = without_idle_faults(fitting)
+        late, in_time = _met(part, part.depth), _met(part, 0.0)
+        outcomes = [Outcome(trial, 0.0, in_time if trial.is_in_time else late, should) for trial in fitting]
+        faulty = any(trial.fault for trial in fitting)
+        candidates = [(o, self._cause_of_law(o.trial, part)) for o in (outcomes if faulty else outcomes[:1])]
+        (outcome, cause), contact = candidates[0], (part.first, part.second)
+        error = self._error(f, part.step, balls, contact, cause, of_outcome(self.scene, outcome, cause), over)
+        error.depth, error.by_rule, error.candidates = float(outcome.met["depth"][0]), not faulty, candidates
+        if faulty:
+            self._learn(outcomes)
+        return [error] if self._shows(f, error) else []
+
+    def _cause_of_law(self, trial: Trial, part: Part) -> Cause:
+        return cause_of_law(trial, part.least, part.second >= 0, moved=bool(part.moved))
+
+    def _shows(self, f: Flown, error: StepError) -> bool:
+        """Return whether an error is more than noise."""
+        return error.speed * error.flown + error.displacement > f.floor
+
+    def _is_in_time(self, f: Flown, part: Part) -> bool:
         """Return whether the contacts of a part were found where the bodies touch."""
-        return bool(part["depth"] <= self._negligible(f))
+        return part.depth <= self._negligible(f)
 
     def _negligible(self, f: Flown) -> float:
         """Return how far two places may be apart that count as one, px."""
@@ -311,15 +358,16 @@ class Judge:
 
     def _free_balls(self, before: States, after: States) -> Bools:
         """Return which balls touch nothing before a step and after it: (steps, n); of many balls, in some steps."""
-        n, radius = len(self._order), self._bodies.radius
+        n, radius, filters = len(self._bodies), self._bodies.radius, self._bodies.filters
         rows = min(len(before.position), max(1, MAX_PAIRS // (n * n)))
         free = np.zeros((len(before.position), n), bool)
         free[:rows] = True
         for states in (before, after):
             x = states.position[:rows]
-            free[:rows] &= wall_distance(self._scene, x) > (1 + FAR) * radius
+            free[:rows] &= wall_distance(self.scene, x) > (1 + FAR) * radius
             for i in range(n - 1):
                 apart = length(x[:, i + 1 :] - x[:, i : i + 1]) > (1 + FAR) * (radius[i + 1 :] + radius[i])
+                apart |= pass_through(filters[i], filters[i + 1 :].T)
                 free[:rows, i] &= apart.all(axis=1)
                 free[:rows, i + 1 :] &= apart
         return free
@@ -332,25 +380,19 @@ class Judge:
     @property
     def flight(self) -> Habit:
         """How the engine flies, as far as it shows."""
-        return self._ways_to_fly(1 / self._scene.rate)[0]
+        return self._ways_to_fly(1 / self.scene.rate)[0]
 
     def _ways_to_fly(self, dt: float) -> list[Habit]:
         """Return how the engine may fly: as it was seen to or, before, as explains most steps of balls that touch."""
         if self._knows_flight:
             return [self.habit]
-        ways = ways_to_fall(self._gravity, dt)
+        ways = ways_to_fall(self.scene.units, self._gravity, dt)
         return [ways[k] for k, _ in self._falls.most_common(1)] or ways
-
-    @property
-    def radius(self) -> float | None:
-        """The radius of all balls, px, None if they have several."""
-        radius = self._bodies.radius
-        return float(radius[0]) if (radius == radius[0]).all() else None
 
     @property
     def mean_time(self) -> float:
         """The time between two contacts of a ball, on average, s: so long does an error of a velocity act."""
-        seconds, n = self._scene.clock.time(self.whole_step(self._steps)), len(self._order)
+        seconds, n = self.scene.clock.time(self.whole_step(self._steps)), len(self._bodies)
         return seconds * n / (n + 2 * int(self.contacts[0]))
 
     def _floor(self, states: States, dt: Floats) -> float:
@@ -380,24 +422,12 @@ class Judge:
         return strays
 
     def _screen(self, f: Flown) -> tuple[np.ndarray, Integers, Floats]:
-        n, elastic = len(self._order), np.zeros(len(f.dt))
-        room, space = 256, 1024
-        while True:
-            found, member = np.zeros(room, FOUND), np.zeros(space, np.int64)
-            whole = (np.empty(n, np.int64) for _ in range(3))
-            root, members, count = whole
-            work = Work(
-                self._order, np.empty(n), root, np.empty(n, bool), members, np.empty(n, bool), np.empty(n), count
-            )
-            elastic[:] = 0
-            counted = np.zeros(1, np.int64)
-            rows, filled = screen(
-                f, self._ball, self._piece, self._law, self._scratch, work, found, member, elastic, counted
-            )
-            if rows <= room and filled <= space:
-                self.contacts += counted
-                return found[:rows], member, elastic
-            room, space = max(rows, room), max(filled, space)
+        """Return the groups that the engine has otherwise than exactly, their balls, and what restitution takes."""
+        most, elastic = f.before.spin.size, np.zeros(len(f.dt))
+        found, member = np.zeros(most, FOUND), np.zeros(most, np.int64)
+        work, contacts = self._work, self.contacts
+        args = f, self._ball, self._piece, self._law, self._scratch, work, found, member, elastic, contacts
+        return found[: screen(*args)], member, elastic
 
     def _flights(self, f: Flown, off: Bools, strange: Bools) -> list[StepError]:
         """Return the errors of balls that fly alone: one of each kind in each step."""
@@ -433,11 +463,12 @@ class Judge:
         others = np.flatnonzero(off > f.floor)
         apart = length(x[others] - x[balls][:, None]) - radius[others] - radius[balls][:, None]
         enough = off[others] + off[balls][:, None] + FAR * radius[balls][:, None]
-        beside: Bools = ((apart <= enough) & (others != balls[:, None])).any(axis=1)
+        meet = (others != balls[:, None]) & ~passing(self._bodies.filters, balls[:, None], others[None])
+        beside: Bools = ((apart <= enough) & meet).any(axis=1)
         return beside
 
     def _time(self, step: int) -> float:
-        return self._scene.clock.time(self.whole_step(self._steps + step + 1))
+        return self.scene.clock.time(self.whole_step(self._steps + step + 1))
 
     def _kicked(self, f: Flown, step: int, ball: int) -> str:
         dv = f.after.velocity[step, ball] - f.exact.velocity[step, ball]
@@ -445,12 +476,13 @@ class Judge:
         when = f"in the step to {self._time(step):.3f} s, without a contact"
         if np.hypot(*dv) * f.dt[step] <= f.floor:
             return f"The spin of ball {ball} changed by {spin:.3g} rad/s {when}."
-        return f"The velocity of ball {ball} changed by ({dv[0]:.4g}, {dv[1]:.4g}) px/s {when}."
+        change = self.scene.units.text(Dimension.VELOCITY, "({:.4g}, {:.4g})", *dv)
+        return f"The velocity of ball {ball} changed by {change} {when}."
 
     def _put(self, f: Flown, step: int, ball: int) -> str:
         dx = f.after.position[step, ball] - f.exact.position[step, ball]
-        where = f"({dx[0]:.3g}, {dx[1]:.3g}) px from where its flight led to"
-        return f"Ball {ball} was put {where} in the step to {self._time(step):.3f} s."
+        way = self.scene.units.text(Dimension.LENGTH, "({:.3g}, {:.3g})", *dx)
+        return f"Ball {ball} was put {way} from where its flight led to in the step to {self._time(step):.3f} s."
 
     def _by_habit(
         self, f: Flown, step: int, balls: Integers, habit: Habit, ends: tuple[End, End], times: int = 1
@@ -528,10 +560,10 @@ class Judge:
         mass, moment, radius = (
             values[balls] for values in (self._bodies.mass, self._bodies.moment, self._bodies.radius)
         )
-        dt, centre = f.dt[rows], np.divide(self._scene.arena.size, 2)
+        dt, centre = f.dt[rows], np.divide(self.scene.arena.size, 2)
         x, v, y, w = (a[rows, balls] for states in (f.before, f.after) for a in (states.position, states.velocity))
         way = dt * (np.maximum(length(v), length(w)) + dt * float(np.hypot(*self._gravity))) + length(y - x)
-        by_wall = np.logical_or.reduceat(wall_distance(self._scene, x) <= radius + way, begins)
+        by_wall = np.logical_or.reduceat(wall_distance(self.scene, x) <= radius + way, begins)
         before = States(*(a[rows, balls][:, None] for a in f.before))
         given = self._flown(before, dt, self._given)
         at, fallen = given.position[:, 0] - centre, given.velocity[:, 0]
@@ -563,12 +595,12 @@ class Judge:
         if not ended or (any(self._gravity) and len(balls) > 1 and self._rests(f, step, balls)):
             return self._uncomputed(f, step, balls, elastic)
         problem = self._problem(f, step, balls)
-        fitting = problem.fits(problem.outcomes(tried))
+        fitting = [o for o in problem.fits(problem.outcomes(tried)) if self._believes(f, o.trial)]
         if not fitting:
             if exact := as_exact(problem):
                 self._accept(f, step, balls, elastic, exact, problem)
                 return []
-            fitting = self._search(problem)
+            fitting = [o for o in self._search(problem) if self._believes(f, o.trial)]
         if not fitting:
             end, is_right = self._by_reference(f, step, balls)
             if end and is_right:
@@ -578,17 +610,29 @@ class Judge:
         self._soft_memory.follow(problem, fitting)
         return self._of_fitting(f, step, balls, elastic, problem, fitting)
 
-    def _second_opinion(self, f: Flown, part: np.void, balls: Integers, elastic: Floats) -> list[StepError]:
+    def _believes(self, f: Flown, trial: Trial) -> bool:
+        """Return whether a trial that leaves nothing over counts.
+
+        If it is unknown how the engine flies, a fault of contacts with a parameter does not: what is wrong with the
+        flight would be left over, unless the parameter is that. Nor does a limit of speeds that a ball exceeds.
+        """
+        if not trial.is_fitted:
+            return True
+        if trial.fault == "cap":
+            return trial.value >= (1 - SINGLE) * float(length(f.after.velocity).max())
+        return self.habit.is_known
+
+    def _second_opinion(self, f: Flown, part: Part, balls: Integers, elastic: Floats) -> list[StepError]:
         """Return the errors of a part that may be explained by contacts one after another, or found at some depth.
 
         What impulses along several contacts explain, contacts that are resolved one by one may explain too, and a push
         in the step of a contact may be the way that a ball has flown since.
         """
-        at_once, pushed = part["kind"] in (COMPRESSIVE, PULLING), part["pushed"] > 0 and part["way"] % PUSHED_WAYS != 0
-        if part["leans"] or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
+        at_once, pushed = part.kind in (COMPRESSIVE, PULLING), part.pushed > 0 and part.way % PUSHED_WAYS != 0
+        if part.leans or not (at_once or pushed) or len(balls) > MAX_BALLS or self._opinions >= MAX_FITS:
             return []
         self._opinions += 1
-        step = int(part["step"])
+        step = part.step
         problem = self._problem(f, step, balls)
         fitting = self._search_of(problem).one_by_one(depths=bool(pushed))
         self._learn(fitting)
@@ -605,14 +649,17 @@ class Judge:
     ) -> list[StepError]:
         """Return the errors of a group, of which some outcomes leave nothing over."""
         if fitting and fitting[0].trial.is_soft and (due := bounced_at_its_end(problem, fitting[0])):
-            self._accept(f, step, balls, elastic, due, problem)
-            problem.exact = due
+            if problem.fits([due]) and due.trial.value > self._negligible(f):  # they part before they touch
+                fitting = [due]
+            else:
+                self._accept(f, step, balls, elastic, due, problem)
+                problem.exact = due
         candidates = [(outcome, self._cause_of(outcome, problem)) for outcome in fitting]
         contact = self._contact(problem, candidates)
         if not candidates:
             return self._unexplained(f, step, balls, contact, problem)
         outcome, cause = candidates[0]
-        because = of_outcome(outcome, cause, self.radius) or self.habit.because
+        because = of_outcome(self.scene, outcome, cause) or self.habit.because
         error = self._error(f, step, balls, contact, cause, because)
         if cause == Cause.MISSED:  # what restitution takes, it takes when the contact happens, if it does
             self._accept(f, step, balls, elastic, outcome, problem)
@@ -629,7 +676,7 @@ class Judge:
         return [self._trials[name] for name, _ in self._known.most_common(MAX_KNOWN)]
 
     def _search_of(self, problem: Problem) -> Search:
-        return Search(problem, self.habit.fields, self._soft_memory, rough=self._scene.is_rough)
+        return Search(problem, self.habit.fields, self._soft_memory, rough=self.scene.is_rough)
 
     def _search(self, problem: Problem) -> list[Outcome]:
         """Return what explains a step: of what has explained others or, if that does not, of all models."""
@@ -647,7 +694,7 @@ class Judge:
         balls = [ball for ball in contact if ball >= 0]
         way = f.after.position[step, balls] - f.before.position[step, balls]
         is_through = self.touches.is_through(f, step, contact)
-        return of_missed(self._scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
+        return of_missed(self.scene, contact, way, self.touches.overlap_time(f, step, contact), is_through=is_through)
 
     def _problem(self, f: Flown, step: int, balls: Integers) -> Problem:
         """Return a group's step as a problem."""
@@ -659,7 +706,8 @@ class Judge:
             [f.after.position[step, balls], f.after.velocity[step, balls], f.after.spin[step, balls]]
         )
         warm = self._soft_memory.before(self._steps + step + 1, balls)
-        return Problem(Group(ball, self._piece, float(f.dt[step])), after, self._gravity, f.floor, warm)
+        group = Group(ball, self._piece, float(f.dt[step]))
+        return Problem(group, after, self._gravity, f.floor, self._scratch, warm)
 
     def _accept(
         self, f: Flown, step: int, balls: Integers, elastic: Floats, outcome: Outcome, problem: Problem
@@ -676,9 +724,8 @@ class Judge:
         """Remember what explains a step, to be tried first in others."""
         for outcome in fitting:
             if not outcome.trial.is_soft and outcome.trial.scope.get("scope") != Scope.ONE:
-                key = repr(outcome.trial)
-                self._trials.setdefault(key, outcome.trial)
-                self._known[key] += 1
+                self._trials.setdefault(outcome.trial.key, outcome.trial)
+                self._known[outcome.trial.key] += 1
 
     def _rests(self, f: Flown, step: int, balls: Integers) -> bool:
         """Return whether balls that lie on each other stay where they are."""
@@ -691,7 +738,7 @@ class Judge:
             return None, False
         start, dt, end = State(0.0, *(rows[step, balls] for rows in f.before)), float(f.dt[step]), None
         after, enough = _end(f.after, step, balls), self._negligible(f)
-        for exact in reference_steps(self._scene, balls, start, dt):
+        for exact in reference_steps(self.scene, balls, start, dt):
             end = End(exact.position, exact.velocity, exact.spin)
             off_x, off_v, spun = (np.abs(mine - due).max(initial=0.0) for mine, due in zip(after, end, strict=True))
             if max(off_x, off_v * dt, spun * float(self._bodies.radius[balls].max()) * dt) <= enough:
@@ -734,26 +781,15 @@ class Judge:
         self, f: Flown, step: int, balls: Integers, contact: tuple[int, int] | None, problem: Problem
     ) -> list[StepError]:
         """Return the errors of a group that no model explains: of each ball alone, if it can have had no contact."""
-        off = (problem.after - problem.exact.after) * problem.scale
-        wrong = np.abs(off).max(axis=1) > f.floor
-        nearly = NEARLY * float(self._bodies.radius.min())
-        touches = self.touches.among(f, step, balls.tolist(), nearly)
-        if contact is None and not touches:
-            return self._apart(f, step, balls, problem, wrong)
-        return [self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)]
-
-    def _apart(self, f: Flown, step: int, balls: Integers, problem: Problem, wrong: Bools) -> list[StepError]:
-        """Return the errors of balls that are near each other, but touch nothing."""
-        off = np.abs((problem.after - problem.exact.after) * problem.scale)
-        kicked = off[:, 2:].max(axis=1) > f.floor
-        if _is_exchange(problem, kicked):
-            because = "Velocities changed as in a contact, though nothing touches, and as no single error explains."
-            return [self._error(f, step, balls[kicked], None, Cause.UNKNOWN, because)]
+        off = np.abs((problem.after - problem.exact.after) * problem.scale) > f.floor
+        if contact or self.touches.among(f, step, balls.tolist()):
+            return [self._error(f, step, balls, contact, Cause.UNKNOWN, NO_SINGLE_ERROR)]
+        wrong, kicked = off.any(axis=1), np.asarray(off[:, 2:].any(axis=1))
         return self._alone(f, step, balls[wrong], kicked[wrong])
 
     def _enter(self, states: States, f: Flown, elastic: Floats, errors: Sequence[StepError]) -> None:
         """Enter what is right about a block."""
-        scene, bodies = self._scene, self._scene.bodies
+        scene, bodies = self.scene, self.scene.bodies
         sums = self.rightful[0]
         size, gravity = scene.arena.size, scene.gravity
         start = energy(states.rows(slice(-1)), bodies, gravity, size)
@@ -762,7 +798,8 @@ class Judge:
         sums[Cause.APPLIED] += float((pushed - start).sum())
         sums[Cause.ELASTICITY] += float(elastic.sum())
         rest = float((exact - pushed).sum() - elastic.sum())
-        sums[Cause.FRICTION if scene.is_rough else Cause.ROUNDING] += rest
+        smooth = self.habit.cause or Cause.ROUNDING  # what is taken for right may have the engine's flight in it
+        sums[Cause.FRICTION if scene.is_rough else smooth] += rest
         sums[Cause.ROUNDING] += float((end - exact).sum()) - sum(error.energy for error in errors)
         if scene.is_rough:
             turning = spin_energy(states.spin[[0, -1]], bodies.moment)
@@ -780,11 +817,10 @@ def _pairs(outcome: Outcome) -> list[tuple[int, int]]:
     return [(int(m["first"]), int(m["second"])) for m in outcome.met]
 
 
-def _met(part: np.void) -> NDArray[np.void]:
-    """Return the contact that shows how late a part's were found."""
+def _met(part: Part, depth: float) -> NDArray[np.void]:
+    """Return the contact that shows how late a part's were found. depth: px."""
     met = np.zeros(1, MET)
-    for name in ("first", "second", "depth", "closing"):
-        met[name] = part[name]
+    met["first"], met["second"], met["depth"], met["closing"] = part.first, part.second, depth, part.closing
     return met
 
 
@@ -796,9 +832,3 @@ def _set_exact(f: Flown, step: int, balls: Integers, end: End) -> None:
     """Take an end of a step for the exact one."""
     for rows, values in zip((f.exact.position, f.exact.velocity, f.exact.spin), end, strict=True):
         rows[step, balls] = values
-
-
-def _is_exchange(problem: Problem, kicked: Bools) -> bool:
-    """Return whether balls exchange momentum: those of two or more that changed add up to less than their half."""
-    given = problem.group.ball["mass"][:, None] * (problem.after - problem.exact.after)[:, 2:4]
-    return bool(kicked.sum() > 1 and length(given.sum(axis=0)) < length(given).sum() / 2)

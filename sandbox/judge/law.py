@@ -6,6 +6,7 @@ that along t, 1/m the sum of the inverse masses, u the slip of the rims along t,
 """
 
 from enum import IntEnum
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -71,7 +72,6 @@ class Masses(IntEnum):
     EQUAL = 2
     BY_AREA = 3  # radius squared
     BY_RADIUS = 4
-    PLAIN = 5  # the impulse is added to velocities as if it were a velocity
 
 
 class Mixing(IntEnum):
@@ -84,19 +84,17 @@ class Mixing(IntEnum):
 
 
 class Exchange(IntEnum):
-    """What is done to velocities instead of an impulse."""
+    """What is done to velocities instead of an impulse; the first two have one."""
 
     NONE = 0
-    WHOLE = 1  # the two swap velocities
-    REVERSED = 2  # velocities change sign
+    ALONG_VELOCITY = 1  # along the relative velocity
+    WHOLE = 2  # the two swap velocities
     SPEEDS = 3  # each is reflected at the tangent, and the two swap speeds
-    ALONG_SIGNS = 4  # the component of each velocity along the normal's larger component changes sign
-    STOP = 5  # velocities become 0
-    EACH = 6  # each velocity is reflected at the tangent
-    TANGENTS = 7  # the two swap what their velocities have along the tangent
-    FIRST_ONLY = 8  # only the first ball gets its impulse
-    SECOND_ONLY = 9  # only the second
-    ALONG_VELOCITY = 10  # the impulse is along the relative velocity
+    EACH = 4  # each velocity is reflected at the tangent
+    TANGENTS = 5  # the two swap what their velocities have along the tangent
+    REVERSED = 6  # velocities change sign
+    ALONG_SIGNS = 7  # the component of each velocity along the normal's larger component changes sign
+    STOP = 8  # velocities become 0
 
 
 LAW: Final = np.dtype(
@@ -178,10 +176,18 @@ _RIGHT: Final[dict[str, Any]] = {
 }
 
 
+@cache
+def _exact() -> Laws:
+    record = np.zeros((), LAW)
+    for name, value in _RIGHT.items():
+        record[name] = value
+    return record
+
+
 def law(gravity: tuple[float, float], **fields: float) -> Laws:
     """Return the exact law under some gravity (px/s²), with other values in some fields: () LAW."""
-    record = np.zeros((), LAW)
+    record = _exact().copy()
     record["gx"], record["gy"] = gravity
-    for name, value in (_RIGHT | fields).items():
+    for name, value in fields.items():
         record[name] = value
     return record

@@ -5,12 +5,16 @@ the contacts in its scope: of one kind without a parameter, or of one with a par
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, product
 from typing import Final, NamedTuple
+
+import numpy as np
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, When
+from sandbox.scene.units import Dimension, Units
+from sandbox.state import Floats
 
 Fields = Mapping[str, float]
 
@@ -21,377 +25,279 @@ IN_TIME: Final[Fields] = {}
 class Fault(NamedTuple):
     """Something that can be wrong with contacts.
 
-    name: of the model; cause: of a value (1 if it has no parameter); fields: of LAW, fixed; of: the fields that get the
-    parameter, none if it has none; low, high: its range, and right: its right value; rough: whether it is of friction
-    or spin; in_radii: whether its range is in radii of the smallest ball; odd: whether another model that explains a
-    step as well is more likely; always: whether an engine that does so does it in every contact; says: the sentence,
-    from the value.
+    name: of the model; cause: one, or that of a value below the right one and that of others; says: a sentence, or that
+    of a negative value and that of others, with `value`, `figure`, `size`, `degrees` and `unit`; fields: of LAW, fixed;
+    dimension: of the parameter; span: the least, the right and the largest value of the
+    parameter, None if it has none; of: the fields that get the parameter, by default that of the model's name; kind: of
+    contacts that can have it; rough: whether it is of friction or spin; in_radii: whether its span is in radii of the
+    smallest ball; odd: whether another model that explains a step as well is more likely; always: whether an engine
+    that does so does it in every contact.
     """
 
     name: str
-    cause: Callable[[float], Cause]
-    says: Callable[[float], str]
+    cause: Cause | tuple[Cause, Cause]
+    says: str | tuple[str, str]
     fields: Fields = IN_TIME
+    span: tuple[float, float, float] | None = None
     of: tuple[str, ...] = ()
-    low: float = 0.0
-    high: float = 0.0
-    right: float = 1.0
+    kind: Scope = Scope.ALL
     rough: bool = False
-    pairs_only: bool = False
-    walls_only: bool = False
+    in_radii: bool = False
     odd: bool = False
     always: bool = False
-    in_radii: bool = False
+    dimension: Dimension = Dimension.NUMBER
+
+    def fields_at(self, value: float) -> dict[str, float]:
+        """Return the fields of LAW that it changes, with a value of its parameter."""
+        return {**self.fields, **dict.fromkeys(self.parameters, value)}
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The fields of LAW that get the parameter."""
+        return (self.of or (self.name,)) if self.span else ()
+
+    def cause_of(self, value: float) -> Cause:
+        """Return the cause of a value."""
+        right = self.span[1] if self.span else 1.0
+        return self.cause if isinstance(self.cause, Cause) else self.cause[value >= right]
+
+    def sentence(self, value: float, units: Units) -> str:
+        """Return what a value says is wrong; a figure is 0 if it is that to within the fit."""
+        says = self.says if isinstance(self.says, str) else self.says[value >= 0]
+        [value] = units.scaled(self.dimension, value)
+        figure = f"{0.0 if abs(value) < 1e-6 else value:.4g}"
+        return says.format(
+            value=value,
+            figure=figure,
+            size=f"{abs(value):.4g}",
+            degrees=f"{abs(math.degrees(value)):.4g}",
+            unit=units.name(self.dimension),
+        )
+
+    def sentence_of_many(self, values: Floats, units: Units) -> str:
+        """Return the sentence of the median of some values, with their range in the numbers of that sentence."""
+        if isinstance(self.says, str) and ("{size}" in self.says or "{degrees}" in self.says):
+            values = np.abs(values)
+        median = float(np.median(values))
+        says = self.says if isinstance(self.says, str) else self.says[median >= 0]
+        shown = units.factor(self.dimension) * (np.degrees(values) if "{degrees}" in says else values)
+        if "{size}" in says and median < 0:
+            shown = -shown
+        sentence = self.sentence(median, units)
+        return f"{sentence[:-1]} (the median; {shown.min():.4g} to {shown.max():.4g} in all)."
 
 
-def _size(value: float) -> Cause:
-    return Cause.SMALL if value < 1 else Cause.LARGE
-
-
-def _friction(value: float) -> Cause:
-    return Cause.FRICTION_SMALL if value < 1 else Cause.FRICTION_LARGE
-
-
-def _always(cause: Cause) -> Callable[[float], Cause]:
-    return lambda _: cause
-
-
-_VELOCITY: Final = _always(Cause.UNEXPLAINED_IMPULSE)
-
-
-def _figure(p: float) -> str:
-    """Return a fitted value in four digits, 0 if it is that to within the fit."""
-    return f"{0.0 if abs(p) < 1e-6 else p:.4g}"
-
-
-def _restitution(p: float) -> str:
-    if p < 0:
-        return f"The two still approach after the contact, at {_figure(-p)} of the speed at which they should part."
-    return f"The restitution is {_figure(p)} of the scene's."
-
-
-def _impulse(p: float) -> str:
-    if p < 0:
-        return f"The impulse pulls instead of pushing, {-p:.4g} of what is due."
-    return f"The impulse is {_figure(p)} of what is due."
-
+_SIZE: Final = Cause.SMALL, Cause.LARGE
+FRICTION: Final = Cause.FRICTION_SMALL, Cause.FRICTION_LARGE
+_VELOCITY: Final = Cause.UNEXPLAINED_IMPULSE
+_PARTS: Final = "The two still approach after the contact, at {size} of the speed at which they should part."
+_PULLS: Final = "The impulse pulls instead of pushing, {size} of what is due."
+_MORE: Final = "The coefficient of friction is {size} more than the scene's."
+_LESS: Final = "The coefficient of friction is {size} less than the scene's."
+_FURTHER: Final = "After the contact, each is put {size} {unit} further from the other."
+_NEARER: Final = "After the contact, each is put {size} {unit} nearer to the other."
+_FIRST: Final = "The first ball gets {figure} of its impulse, and the second all: momentum is not kept."
+_SECOND: Final = "The second ball gets {figure} of its impulse, and the first all: momentum is not kept."
+_TANGENTS: Final = (
+    "The two swap what their velocities have along the tangent, and keep what they have along the normal."
+)
 
 FAULTS: Final = (
-    Fault("impulse", _size, _impulse, {}, ("impulse",), -1.0, 3.0),
-    Fault("restitution", _size, _restitution, {}, ("restitution",), -1.0, 2.0),
-    Fault(
-        "full restitution",
-        _always(Cause.LARGE),
-        lambda _: "The restitution is 1, whatever the scene's elasticity.",
-        {"constant": 1.0},
-    ),
-    Fault(
-        "no restitution",
-        _always(Cause.SMALL),
-        lambda _: "The restitution is 0, whatever the scene's elasticity.",
-        {"constant": 0.0},
-    ),
+    Fault("impulse", _SIZE, (_PULLS, "The impulse is {figure} of what is due."), span=(-1.0, 1.0, 3.0)),
+    Fault("restitution", _SIZE, (_PARTS, "The restitution is {figure} of the scene's."), span=(-1.0, 1.0, 2.0)),
+    Fault("full restitution", Cause.LARGE, "The restitution is 1, whatever the scene's elasticity.", {"constant": 1}),
+    Fault("no restitution", Cause.SMALL, "The restitution is 0, whatever the scene's elasticity.", {"constant": 0}),
     Fault(
         "offset",
-        lambda p: Cause.EARLY if p > 0 else Cause.LATE,
-        lambda p: f"Found {abs(p):.4g} px {'before the two touch' if p > 0 else 'deep'}.",
-        {},
-        ("offset",),
-        -1.1,
-        1.1,
-        0.0,
+        (Cause.LATE, Cause.EARLY),
+        ("Found {size} {unit} deep.", "Found {size} {unit} before the two touch."),
+        span=(-1.1, 0.0, 1.1),
         in_radii=True,
+        dimension=Dimension.LENGTH,
     ),
-    Fault(
-        "turn",
-        _always(Cause.NORMAL),
-        lambda p: f"The contact is in time, but its normal is turned by {abs(math.degrees(p)):.4g}°.",
-        {},
-        ("turn",),
-        -0.8,
-        0.8,
-        0.0,
-    ),
+    Fault("turn", Cause.NORMAL, "The normal is turned by {degrees}°.", span=(-0.8, 0.0, 0.8)),
     Fault(
         "tangential",
         _VELOCITY,
-        lambda p: f"Besides the impulse along the normal, {abs(p):.4g} of it acts along the tangent.",
-        {},
-        ("tangential",),
-        -1.0,
-        1.0,
-        0.0,
+        "Besides the impulse along the normal, {size} of it acts along the tangent.",
+        span=(-1.0, 0.0, 1.0),
     ),
-    Fault(
-        "first share",
-        _VELOCITY,
-        lambda p: f"The first ball gets {_figure(p)} of its impulse, and the second all: momentum is not kept.",
-        {},
-        ("first_share",),
-        -1.0,
-        4.0,
-        pairs_only=True,
-    ),
-    Fault(
-        "second share",
-        _VELOCITY,
-        lambda p: f"The second ball gets {_figure(p)} of its impulse, and the first all: momentum is not kept.",
-        {},
-        ("second_share",),
-        -1.0,
-        4.0,
-        pairs_only=True,
-    ),
+    Fault("first_share", _VELOCITY, _FIRST, span=(-1.0, 1.0, 4.0), kind=Scope.PAIRS),
+    Fault("second_share", _VELOCITY, _SECOND, span=(-1.0, 1.0, 4.0), kind=Scope.PAIRS),
     Fault(
         "brake",
         _VELOCITY,
-        lambda p: f"The wall brakes the ball along itself, by {_figure(p)} of its impulse.",
-        {},
-        ("brake",),
-        0.0,
-        1.0,
-        0.0,
-        walls_only=True,
+        "The wall brakes the ball along itself, by {figure} of its impulse.",
+        span=(0.0, 0.0, 1.0),
+        kind=Scope.WALLS,
     ),
     Fault(
-        "along",
-        _VELOCITY,
-        lambda p: f"The speed along the contact becomes {_figure(p)} of what it should be.",
-        {},
-        ("slope",),
-        -1.5,
-        2.0,
+        "slope", _VELOCITY, "The speed along the contact becomes {figure} of what it should be.", span=(-1.5, 1.0, 2.0)
     ),
-    Fault(
-        "friction",
-        _friction,
-        lambda p: f"Friction is {_figure(p)} of what it should be.",
-        {},
-        ("friction",),
-        -2.0,
-        4.0,
-        rough=True,
-    ),
+    Fault("friction", FRICTION, "Friction is {figure} of what it should be.", span=(-2.0, 1.0, 4.0), rough=True),
     Fault(
         "coefficient",
-        _friction,
-        lambda p: f"The coefficient of friction is {_figure(p)} of the scene's.",
-        {},
-        ("coefficient",),
-        0.0,
-        5.0,
+        FRICTION,
+        "The coefficient of friction is {figure} of the scene's.",
+        span=(0.0, 1.0, 5.0),
         rough=True,
     ),
-    Fault(
-        "added friction",
-        lambda p: Cause.FRICTION_LARGE if p > 0 else Cause.FRICTION_SMALL,
-        lambda p: f"The coefficient of friction is {abs(p):.4g} {'more' if p > 0 else 'less'} than the scene's.",
-        {},
-        ("added",),
-        -1.0,
-        2.0,
-        0.0,
-    ),
+    Fault("added", FRICTION, (_LESS, _MORE), span=(-1.0, 0.0, 2.0)),
     Fault(
         "moment",
         _VELOCITY,
-        lambda p: f"The moment of inertia is taken {_figure(p)} times that of a disc.",
-        {},
-        ("moment",),
-        0.1,
-        5.0,
+        "The moment of inertia is taken {figure} times that of a disc.",
+        span=(0.1, 1.0, 5.0),
         rough=True,
     ),
     Fault(
         "turning",
         _VELOCITY,
-        lambda p: f"Friction turns the balls by {_figure(p)} of what it should.",
-        {},
-        ("first_turns", "second_turns"),
-        -2.0,
-        3.0,
+        "Friction turns the balls by {figure} of what it should.",
+        span=(-2.0, 1.0, 3.0),
+        of=("first_turns", "second_turns"),
         rough=True,
     ),
     Fault(
         "cap",
-        _always(Cause.UNREPORTED),
-        lambda p: f"Speeds are cut to {p:.5g} px/s.",
-        {},
-        ("cap",),
-        1.0,
-        2000.0,
-        math.inf,
+        Cause.UNREPORTED,
+        "Speeds are cut to {value:.5g} {unit}.",
+        span=(1.0, math.inf, 2000.0),
         odd=True,
+        dimension=Dimension.VELOCITY,
     ),
-    Fault(
-        "apart",
-        _always(Cause.TELEPORTED),
-        lambda p: (
-            f"After the contact, each is put {abs(p):.4g} px {'further from' if p > 0 else 'nearer to'} the other."
-        ),
-        {},
-        ("apart",),
-        -2.0,
-        2.0,
-        0.0,
-    ),
-    Fault("missed", _always(Cause.MISSED), lambda _: "The contact is missed.", {"missed": 1}),
+    Fault("apart", Cause.TELEPORTED, (_NEARER, _FURTHER), span=(-2.0, 0.0, 2.0), dimension=Dimension.LENGTH),
+    Fault("missed", Cause.MISSED, "The contact is missed.", {"missed": 1}),
     Fault(
         "twice",
-        _always(Cause.DOUBLE_BOUNCE),
-        lambda _: "Resolved twice: the second time the two were already parting.",
+        Cause.DOUBLE_BOUNCE,
+        "Resolved twice: the second time the two were already parting.",
         {"twice": 1},
         odd=True,
     ),
     Fault(
         "masses swapped",
         _VELOCITY,
-        lambda _: "Each ball is accelerated as if it had the other's mass.",
+        "Each ball is accelerated as if it had the other's mass.",
         {"masses": Masses.SWAPPED},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         always=True,
     ),
     Fault(
         "equal masses",
         _VELOCITY,
-        lambda _: "The impulse is that of equal masses.",
+        "The impulse is that of equal masses.",
         {"masses": Masses.EQUAL},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         always=True,
     ),
     Fault(
         "masses by area",
         _VELOCITY,
-        lambda _: "Masses are taken as radius squared.",
+        "Masses are taken as radius squared.",
         {"masses": Masses.BY_AREA},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         always=True,
     ),
     Fault(
         "masses by radius",
         _VELOCITY,
-        lambda _: "Masses are taken as the radius.",
+        "Masses are taken as the radius.",
         {"masses": Masses.BY_RADIUS},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         always=True,
     ),
     Fault(
         "swap",
         _VELOCITY,
-        lambda _: "The two swap their whole velocities.",
+        "The two swap their whole velocities.",
         {"exchange": Exchange.WHOLE},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         odd=True,
     ),
-    Fault("reversed", _VELOCITY, lambda _: "Whole velocities are reversed.", {"exchange": Exchange.REVERSED}, odd=True),
+    Fault("reversed", _VELOCITY, "Whole velocities are reversed.", {"exchange": Exchange.REVERSED}, odd=True),
     Fault(
         "speeds",
         _VELOCITY,
-        lambda _: "Each velocity is reflected at the tangent, and the two swap their speeds.",
+        "Each velocity is reflected at the tangent, and the two swap their speeds.",
         {"exchange": Exchange.SPEEDS},
-        pairs_only=True,
+        kind=Scope.PAIRS,
     ),
     Fault(
         "each",
         _VELOCITY,
-        lambda _: "Each velocity is reflected at the tangent by itself.",
+        "Each velocity is reflected at the tangent by itself.",
         {"exchange": Exchange.EACH},
-        pairs_only=True,
+        kind=Scope.PAIRS,
         odd=True,
     ),
-    Fault(
-        "tangents",
-        _VELOCITY,
-        lambda _: (
-            "The two swap what their velocities have along the tangent, and keep what they have along the normal."
-        ),
-        {"exchange": Exchange.TANGENTS},
-        pairs_only=True,
-        odd=True,
-    ),
+    Fault("tangents", _VELOCITY, _TANGENTS, {"exchange": Exchange.TANGENTS}, kind=Scope.PAIRS, odd=True),
     Fault(
         "along velocity",
-        _always(Cause.NORMAL),
-        lambda _: "The impulse is along the relative velocity, not along the line of centres.",
+        Cause.NORMAL,
+        "The impulse is along the relative velocity, not along the line of centres.",
         {"exchange": Exchange.ALONG_VELOCITY},
-        pairs_only=True,
+        kind=Scope.PAIRS,
     ),
     Fault(
         "signs",
         _VELOCITY,
-        lambda _: "A component of each velocity changes sign.",
+        "A component of each velocity changes sign.",
         {"exchange": Exchange.ALONG_SIGNS},
+        kind=Scope.PAIRS,
         odd=True,
-        pairs_only=True,
     ),
-    Fault("stop", _VELOCITY, lambda _: "Velocities become 0.", {"exchange": Exchange.STOP}, odd=True),
-    Fault(
-        "first only",
-        _VELOCITY,
-        lambda _: "Only the first ball gets its impulse.",
-        {"exchange": Exchange.FIRST_ONLY},
-        pairs_only=True,
-    ),
-    Fault(
-        "second only",
-        _VELOCITY,
-        lambda _: "Only the second ball gets its impulse.",
-        {"exchange": Exchange.SECOND_ONLY},
-        pairs_only=True,
-    ),
-    Fault("no friction", _always(Cause.FRICTION_SMALL), lambda _: "There is no friction.", {"friction": 0}, rough=True),
+    Fault("stop", _VELOCITY, "Velocities become 0.", {"exchange": Exchange.STOP}, odd=True),
+    Fault("first only", _VELOCITY, "Only the first ball gets its impulse.", {"second_share": 0}, kind=Scope.PAIRS),
+    Fault("second only", _VELOCITY, "Only the second ball gets its impulse.", {"first_share": 0}, kind=Scope.PAIRS),
+    Fault("no friction", Cause.FRICTION_SMALL, "There is no friction.", {"friction": 0}, rough=True),
     Fault(
         "sum of frictions",
-        _friction,
-        lambda _: "The factors of friction are added, not multiplied.",
+        FRICTION,
+        "The factors of friction are added, not multiplied.",
         {"mixing": Mixing.SUM},
         rough=True,
         always=True,
     ),
     Fault(
         "root of frictions",
-        _friction,
-        lambda _: "Friction is that of the root of the product.",
+        FRICTION,
+        "Friction is that of the root of the product.",
         {"mixing": Mixing.ROOT},
         rough=True,
         always=True,
     ),
     Fault(
         "larger friction",
-        _friction,
-        lambda _: "Friction is that of the larger factor.",
+        FRICTION,
+        "Friction is that of the larger factor.",
         {"mixing": Mixing.LARGER},
         rough=True,
         always=True,
     ),
     Fault(
         "no limit",
-        _friction,
-        lambda _: "Friction stops every slip, whatever the impulse allows.",
+        FRICTION,
+        "Friction stops every slip, whatever the impulse allows.",
         {"unlimited": 1},
         rough=True,
         always=True,
     ),
     Fault(
         "early limit",
-        _friction,
-        lambda _: "Friction is limited by the impulse without restitution.",
+        FRICTION,
+        "Friction is limited by the impulse without restitution.",
         {"clamped": 1},
         rough=True,
         always=True,
     ),
     Fault(
-        "slip without spin",
-        _friction,
-        lambda _: "The slip leaves the spins out.",
-        {"without_spin": 1},
-        rough=True,
-        always=True,
+        "slip without spin", FRICTION, "The slip leaves the spins out.", {"without_spin": 1}, rough=True, always=True
     ),
     Fault(
         "first does not turn",
         _VELOCITY,
-        lambda _: "Friction does not turn the first ball.",
+        "Friction does not turn the first ball.",
         {"first_turns": 0},
         rough=True,
         odd=True,
@@ -399,10 +305,10 @@ FAULTS: Final = (
     Fault(
         "second does not turn",
         _VELOCITY,
-        lambda _: "Friction does not turn the second ball.",
+        "Friction does not turn the second ball.",
         {"second_turns": 0},
+        kind=Scope.PAIRS,
         rough=True,
-        pairs_only=True,
         odd=True,
     ),
 )
@@ -422,33 +328,18 @@ def scopes(contacts: Sequence[tuple[int, int]]) -> list[Fields]:
 
 def rules(*, gravity: bool, flight: Fields) -> Iterator[Fields]:
     """Return the ways to make a step that finds contacts at its end, or at its start. flight: what is known of that."""
+    afters = (0, 1) if gravity else (0,)
     thetas = (flight["theta"],) if "theta" in flight else (0.5, 0.0, 1.0) if gravity else (0.5,)
     walls = (Place.REFLECT, Place.ON, Place.LEAVE, Place.MIRROR, *((Place.FALLEN,) if gravity else ()))
     pairs = (Place.LEAVE, Place.HALVES, Place.BY_MASS)
-    one_by_one = (Order.WALLS_FIRST, Order.PAIRS_FIRST, Order.REVERSED)
-    for when, parting, after, theta, order, at_wall, at_pair in product(
-        (When.AFTER_MOVE, When.BEFORE_MOVE, When.ONE_BY_ONE),
-        (0, 2, 1),
-        (0, 1) if gravity else (0,),
-        thetas,
-        one_by_one,
-        walls,
-        pairs,
+    in_turn = (Order.WALLS_FIRST, Order.PAIRS_FIRST, Order.REVERSED)
+    at_ends = (When.AFTER_MOVE, When.BEFORE_MOVE)
+    names = ("when", "rebound", "parting", "after", "theta", "order", "wall_place", "pair_place")
+    together = ((Order.TOGETHER,), (Place.LEAVE, Place.ON), pairs)
+    for values in chain(
+        product(at_ends, (0,), (0, 2, 1), afters, thetas, in_turn, walls, pairs),
+        product((When.ONE_BY_ONE,), (0,), (0, 2, 1), (0,), thetas, in_turn, walls, pairs),
+        product(at_ends, (0,), (0,), afters, thetas, *together),
+        product((When.AFTER_MOVE,), (1,) if gravity or flight else (), (0,), (0,), thetas, *together),
     ):
-        yield _rule(when, after, theta, order, at_wall, at_pair) | {"parting": parting}
-    for when, rebound, after, theta, at_wall, at_pair in product(
-        (When.AFTER_MOVE, When.BEFORE_MOVE), (0, 1), (0, 1) if gravity else (0,), thetas, (Place.LEAVE, Place.ON), pairs
-    ):
-        if not rebound or ((gravity or flight) and when == When.AFTER_MOVE and not after):
-            yield _rule(when, after, theta, Order.TOGETHER, at_wall, at_pair) | {"rebound": rebound, "parting": 0}
-
-
-def _rule(when: When, after: int, theta: float, order: Order, at_wall: Place, at_pair: Place) -> dict[str, float]:
-    return {
-        "when": when,
-        "after": after,
-        "theta": theta,
-        "order": order,
-        "wall_place": at_wall,
-        "pair_place": at_pair,
-    }
+        yield dict(zip(names, values, strict=True))

@@ -2,7 +2,7 @@
 
 Times of impact, normals and friction are those of `engines.exact`; what can be wrong is in LAW. `run_laws` does the
 same step by many laws in one call. A disc that a face carries slides or rolls on it without bouncing, as in `exact`;
-what `exact` does with discs that lean on each other is not done here.
+what `exact` does with discs that lean on each other, or go round an edge, is not done here.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sandbox.compiled import Record, entry, kernel
-from sandbox.engines.exact.contact import CONTACT_TIME, HOP_TIME
+from sandbox.engines.exact.contact import CONTACT_TIME, HOP_TIME, HOPS_ROUND_END
 from sandbox.engines.exact.friction import friction_on_face
 from sandbox.engines.exact.prediction import time_to_piece
 from sandbox.engines.exact.support import normal_to, unit
@@ -21,6 +21,7 @@ from sandbox.engines.laws import NEVER, friction_impulse, time_to_touch
 from sandbox.judge.law import Exchange, Masses, Mixing, Order, Place, Scope, Slows, When
 from sandbox.judge.thresholds import EVENTS_PER_BALL, MAX_EVENTS, TIE
 from sandbox.judge.together import Room, depth_in, find_touches, solve_together
+from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
@@ -41,6 +42,7 @@ BALL: Final = np.dtype(
         ("mass", "f8"),  # kg
         ("elasticity", "f8"),
         ("friction", "f8"),
+        ("filter", "i8", (3,)),  # as in `Bodies`
     ]
 )
 MET: Final = np.dtype(
@@ -72,7 +74,7 @@ class Scratch(NamedTuple):
 
     ball: (k,) BALL; met: (MAX_EVENTS,) MET; tally: (2,), their number, and 1 if the step cannot be computed here;
     touch: (some,) TOUCH, contacts that are solved together; gap: (k,) zeros; room: for that;
-    elastic: (1,) kg px²/s², what restitution does.
+    elastic: (1,) kg px²/s², what restitution does; plain: (1,) LAW, that of contacts that a law has right.
     """
 
     ball: NDArray[np.void]
@@ -82,6 +84,13 @@ class Scratch(NamedTuple):
     gap: Floats
     room: Room
     elastic: Floats
+    plain: NDArray[np.void]
+
+
+@kernel
+def scratch_of(s: Scratch, k: int) -> Scratch:
+    """Return what a step of only k balls works in."""
+    return Scratch(s.ball[:k], s.met, s.tally, s.touch, s.gap, s.room, s.elastic, s.plain)
 
 
 @kernel
@@ -113,6 +122,12 @@ def _offset(law: Record, first: int, second: int) -> float:
 @kernel
 def _is_missed(law: Record, first: int, second: int) -> bool:
     return bool(law.missed == 1 and _concerns(law, first, second))
+
+
+@kernel
+def _times(law: Record, first: int, second: int) -> int:
+    """Return how often a contact is resolved."""
+    return 2 if law.twice == 1 and _concerns(law, first, second) else 1
 
 
 @kernel
@@ -151,7 +166,7 @@ def _next_contact(group: Group, law: Record, ball: NDArray[np.void], left: float
             if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
                 best, i_best, j_best = time, i, ~p
         for j in range(i + 1, len(ball)):
-            if _is_missed(law, a.number, ball[j].number):
+            if _is_missed(law, a.number, ball[j].number) or pass_through(a.filter, ball[j].filter):
                 continue
             time = _time_to_pair(law, a, ball[j], left)
             if time <= left and (time < best - TIE or (law.order == Order.REVERSED and time <= best + TIE)):
@@ -198,9 +213,9 @@ def _carry(group: Group, law: Record, b: Record, p: int, nx: float, ny: float) -
 
 
 @kernel
-def _mixed(law: Record, right: bool, a: float, b: float) -> float:
+def _mixed(law: Record, a: float, b: float) -> float:
     """Return the coefficient of friction of two factors."""
-    if right or law.mixing == Mixing.PRODUCT:
+    if law.mixing == Mixing.PRODUCT:
         return a * b
     if law.mixing == Mixing.SUM:
         return a + b
@@ -214,9 +229,9 @@ def _restitution(law: Record, e: float) -> float:
 
 
 @kernel
-def _mass_in(law: Record, right: bool, b: Record) -> float:
+def _mass_in(law: Record, b: Record) -> float:
     """Return the mass that an impulse is computed with."""
-    if right or law.masses <= Masses.SWAPPED:
+    if law.masses <= Masses.SWAPPED:
         return float(b.mass)
     if law.masses == Masses.BY_AREA:
         return float(b.radius * b.radius)
@@ -262,7 +277,7 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
         along = (b.vy - a.vy) * nx - (b.vx - a.vx) * ny
         a.vx, a.vy = a.vx - along * ny, a.vy + along * nx
         b.vx, b.vy = b.vx + along * ny, b.vy - along * nx
-    elif law.exchange >= Exchange.REVERSED and law.exchange != Exchange.SPEEDS and law.exchange <= Exchange.STOP:
+    elif law.exchange >= Exchange.REVERSED:
         _flip(law, a, abs(nx) > abs(ny))
         if pair:
             _flip(law, b, abs(nx) > abs(ny))
@@ -271,7 +286,6 @@ def _exchange(law: Record, a: Record, b: Record, pair: bool, nx: float, ny: floa
 @kernel
 def _friction(
     law: Record,
-    right: bool,
     a: Record,
     b: Record,
     pair: bool,
@@ -283,10 +297,7 @@ def _friction(
 ) -> float:
     """Return the impulse along the tangent, kg px/s. along: px/s, of the centres; per_mass: of both bodies, 1/kg."""
     rims = a.radius * a.spin + (b.radius * b.spin if pair else 0.0)
-    mu = _mixed(law, right, a.friction, other_friction)
-    if right:
-        return friction_impulse(along + rims, mu * impulse, per_mass) if mu > 0 else 0.0
-    mu = mu * law.coefficient + law.added
+    mu = _mixed(law, a.friction, other_friction) * law.coefficient + law.added
     if mu <= 0:
         return 0.0
     limit = math.inf if law.unlimited == 1 else mu * impulse / (1 + e if law.clamped == 1 else 1.0)
@@ -355,44 +366,40 @@ def _resolve(
     ball, pair = scratch.ball, j >= 0
     a, b = ball[i], ball[j if pair else i]
     first, second = np.int64(a.number), _number_of(group, j, ball)
-    right = not _concerns(law, first, second)
-    if not right:
-        nx, ny = _normal_in(law, a, b, pair, nx, ny)
+    here = law if _concerns(law, first, second) else scratch.plain[0]
+    nx, ny = _normal_in(here, a, b, pair, nx, ny)
     closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
     along = (b.vx - a.vx) * ny - (b.vy - a.vy) * nx if pair else a.vy * nx - a.vx * ny
     other_e = b.elasticity if pair else group.piece[~j].elasticity
     other_mu = b.friction if pair else group.piece[~j].friction
-    e = a.elasticity * other_e if right else _restitution(law, a.elasticity * other_e)
+    e = _restitution(here, a.elasticity * other_e)
     parting = e * closing
     if not pair and law.wall_place == Place.FALLEN and law.when == When.AFTER_MOVE:
         parting = max(0.0, parting - (1 + e) * (law.gx * nx + law.gy * ny) * depth / closing) if closing > 0 else 0.0
-    m_a, m_b = _mass_in(law, right, a), _mass_in(law, right, b)
-    per_a, per_b = 1 / m_a, 1 / m_b if pair else 0.0
-    impulse = (closing + parting) / (per_a + per_b) * (1.0 if right else law.impulse)
-    tangential = _friction(law, right, a, b, pair, other_mu, along, impulse, e, per_a + per_b)
-    moment = 1.0 if right else law.moment
-    if not right and law.exchange != Exchange.NONE and law.exchange < Exchange.FIRST_ONLY:
-        _exchange(law, a, b, pair, nx, ny)
+    per_a, per_b = 1 / _mass_in(here, a), 1 / _mass_in(here, b) if pair else 0.0
+    impulse = (closing + parting) / (per_a + per_b) * here.impulse
+    tangential = _friction(here, a, b, pair, other_mu, along, impulse, e, per_a + per_b)
+    if here.exchange > Exchange.ALONG_VELOCITY:
+        _exchange(here, a, b, pair, nx, ny)
         impulse, tangential = 0.0, 0.0
-    _push(law, right, a, b, pair, nx, ny, impulse, 0.0 if right else law.tangential * impulse, per_a, per_b)
-    brake = 0.0 if right or pair else math.copysign(law.brake * impulse, along)
-    _push(law, True, a, b, pair, nx, ny, 0.0, tangential + brake, per_a, per_b)
-    a.spin -= 2 * tangential * per_a / (a.radius * moment) * (1.0 if right else law.first_turns)
+    _push(here, a, b, pair, nx, ny, impulse, here.tangential * impulse, per_a, per_b)
+    brake = 0.0 if pair else math.copysign(here.brake * impulse, along)
+    _push(scratch.plain[0], a, b, pair, nx, ny, 0.0, tangential + brake, per_a, per_b)
+    a.spin -= 2 * tangential * per_a / (a.radius * here.moment) * here.first_turns
     if pair:
-        b.spin -= 2 * tangential * per_b / (b.radius * moment) * (1.0 if right else law.second_turns)
-    if not right and law.slope != 1:
-        _brake(law, a, nx, ny)
+        b.spin -= 2 * tangential * per_b / (b.radius * here.moment) * here.second_turns
+    if here.slope != 1:
+        _brake(here, a, nx, ny)
     elastic = -(1 - e * e) * closing * closing / 2 / (per_a + per_b)
     _note(scratch, time, first, second, nx, ny, closing, impulse, depth, tangential, elastic)
-    if not right and law.apart != 0:
-        _put_apart(law, a, b, pair, nx, ny)
+    if here.apart != 0:
+        _put_apart(here, a, b, pair, nx, ny)
     return float(parting)
 
 
 @kernel
 def _push(
     law: Record,
-    right: bool,
     a: Record,
     b: Record,
     pair: bool,
@@ -405,12 +412,8 @@ def _push(
 ) -> None:
     """Give two bodies an impulse along the normal and the tangent, kg px/s."""
     x, y = along_n * nx - along_t * ny, along_n * ny + along_t * nx
-    to_a, to_b = per_a, per_b
-    if not right:
-        if law.masses == Masses.SWAPPED and pair:
-            to_a, to_b = per_b, per_a
-        to_a *= law.first_share if law.exchange != Exchange.SECOND_ONLY else 0.0
-        to_b *= law.second_share if law.exchange != Exchange.FIRST_ONLY else 0.0
+    swapped = law.masses == Masses.SWAPPED and pair
+    to_a, to_b = law.first_share * (per_b if swapped else per_a), law.second_share * (per_a if swapped else per_b)
     a.vx -= x * to_a
     a.vy -= y * to_a
     if pair:
@@ -441,20 +444,23 @@ def _resolve_in_time(group: Group, law: Record, scratch: Scratch, i: int, j: int
         b = ball[j]
         nx, ny, distance = unit(b.x - a.x, b.y - a.y)
         depth = a.radius + b.radius - distance
-        closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
-        pull = (a.ax - b.ax) * nx + (a.ay - b.ay) * ny
-        if pull > 0 and a.elasticity * b.elasticity * closing < pull * HOP_TIME / 2:
-            scratch.tally[1] = 1  # they lean on each other
+        returns = a.elasticity * b.elasticity * ((a.vx - b.vx) * nx + (a.vy - b.vy) * ny)
+        hop = ((a.ax - b.ax) * nx + (a.ay - b.ay) * ny) * HOP_TIME / 2
         _release(law, b)
     else:
         piece = group.piece[~j]
         nx, ny, distance = normal_to(a, piece)
         depth = a.radius + piece.half_thickness - distance
+        returns = a.elasticity * piece.elasticity * (a.vx * nx + a.vy * ny)
+        hop = 0.0 if piece.length > 0 else (law.gx * nx + law.gy * ny) * HOP_TIME / HOPS_ROUND_END / 2
+    if hop > 0 and returns < hop:
+        scratch.tally[1] = 1  # balls lean on each other, or one goes round an edge
     carrier = a.carrier
     _release(law, a)
-    parting = _resolve(group, law, scratch, i, j, nx, ny, depth, time)
-    if law.twice == 1 and _concerns(law, np.int64(a.number), _number_of(group, j, ball)):
-        _resolve(group, law, scratch, i, j, nx, ny, depth, time)
+    times, parting = _times(law, np.int64(a.number), _number_of(group, j, ball)), 0.0
+    for _ in range(times):
+        parting = _resolve(group, law, scratch, i, j, nx, ny, depth, time)
+    if times == 2:
         a.carrier = ~j if j < 0 else -1  # it goes on into the wall, without meeting that again in this step
     if j >= 0:
         _part(law, a, ball[j], nx, ny, max(depth, 0.0))
@@ -520,26 +526,52 @@ def _run_in_time(group: Group, law: Record, scratch: Scratch, dt: float) -> bool
 
 
 @kernel
-def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -> None:
-    """Resolve the contact of a ball with a wall that it is in."""
-    b, piece = scratch.ball[i], group.piece[p]
-    first, second = np.int64(b.number), np.int64(~piece.wall)
-    depth = depth_in(b, piece)
+def _resolve_overlap(group: Group, law: Record, scratch: Scratch, i: int, j: int) -> None:
+    """Resolve the contact of a ball with ball j or ~piece j, if they overlap, and part them as the law does."""
+    a, pair = scratch.ball[i], j >= 0
+    b = scratch.ball[j if pair else i]
+    first, second = np.int64(a.number), _number_of(group, j, scratch.ball)
+    if pair:
+        nx, ny, distance = unit(b.x - a.x, b.y - a.y)
+        depth = a.radius + b.radius - distance
+    else:
+        depth = depth_in(a, group.piece[~j])
+        nx, ny, _ = normal_to(a, group.piece[~j])
     if depth + _offset(law, first, second) <= 0 or _is_missed(law, first, second):
         return
-    nx, ny, _ = normal_to(b, piece)
-    closing = b.vx * nx + b.vy * ny
-    if closing <= 0 and law.parting != 1:
+    if pair and pass_through(a.filter, b.filter):
         return
-    parting = _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
-    if law.twice == 1 and _concerns(law, first, second):
-        _resolve(group, law, scratch, i, ~p, nx, ny, depth, group.dt)
-    e = b.elasticity * piece.elasticity
-    if _concerns(law, first, second):
-        e = _restitution(law, e)
-    back = 0.0
+    closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny if pair else a.vx * nx + a.vy * ny
+    parting = 0.0
+    if closing > 0 or law.parting == 1:
+        for _ in range(_times(law, first, second)):
+            parting = _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
+    elif not pair or law.parting != 2:
+        return
+    if pair:
+        _part(law, a, b, nx, ny, depth)
+    else:
+        _put_back(group, law, scratch, i, ~j, nx, ny, depth, closing, parting)
+
+
+@kernel
+def _put_back(
+    group: Group,
+    law: Record,
+    scratch: Scratch,
+    i: int,
+    p: int,
+    nx: float,
+    ny: float,
+    depth: float,
+    closing: float,
+    parting: float,
+) -> None:
+    """Put a ball that was found in a wall where the law has it. closing, parting: px/s, before and after."""
+    b, back = scratch.ball[i], 0.0
     if law.wall_place in (Place.REFLECT, Place.FALLEN):
-        back = (1 + e) * depth
+        here = law if _concerns(law, np.int64(b.number), np.int64(~group.piece[p].wall)) else scratch.plain[0]
+        back = (1 + _restitution(here, b.elasticity * group.piece[p].elasticity)) * depth
     elif law.wall_place == Place.MIRROR:
         back = 2 * depth
     elif law.wall_place == Place.ON:
@@ -554,39 +586,34 @@ def _resolve_wall(group: Group, law: Record, scratch: Scratch, i: int, p: int) -
 
 
 @kernel
-def _resolve_pair(group: Group, law: Record, scratch: Scratch, i: int, j: int) -> None:
-    """Resolve the contact of two balls that overlap."""
-    a, b = scratch.ball[i], scratch.ball[j]
-    nx, ny, distance = unit(b.x - a.x, b.y - a.y)
-    depth = a.radius + b.radius - distance
-    first, second = np.int64(a.number), np.int64(b.number)
-    if depth + _offset(law, first, second) <= 0 or _is_missed(law, first, second):
-        return
-    closing = (a.vx - b.vx) * nx + (a.vy - b.vy) * ny
-    if closing > 0 or law.parting == 1:
-        _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
-        if law.twice == 1 and _concerns(law, first, second):
-            _resolve(group, law, scratch, i, j, nx, ny, depth, group.dt)
-    elif law.parting != 2:
-        return
-    _part(law, a, b, nx, ny, depth)
+def move(law: Record, b: Record, dt: float) -> None:
+    """Move a ball as a step does whose contacts are found at its ends, and change its velocity."""
+    fall_x, fall_y = law.gx * dt, law.gy * dt
+    first = law.slows_first == Slows.BEFORE_MOVE
+    if first:
+        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
+        slow(law, b, dt)
+    theta = 0.0 if first else law.theta
+    b.x += dt * (b.vx + theta * fall_x)
+    b.y += dt * (b.vy + theta * fall_y)
+    if law.slows_first == Slows.AFTER_MOVE:
+        slow(law, b, dt)
+    if law.after == 0 and not first:
+        b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
 
 
 @kernel
 def _run_one_by_one(group: Group, law: Record, scratch: Scratch, dt: float) -> None:
     """Do a step that moves each ball and resolves its contacts before the next one moves."""
-    n, fall_x, fall_y = len(scratch.ball), law.gx * dt, law.gy * dt
+    n, walls = len(scratch.ball), len(group.piece)
     for i in range(n):
-        b = scratch.ball[i]
-        b.x += dt * (b.vx + law.theta * fall_x)
-        b.y += dt * (b.vy + law.theta * fall_y)
-        b.vx += fall_x
-        b.vy += fall_y
-        for p in range(len(group.piece)):
-            _resolve_wall(group, law, scratch, i, p)
-        for j in range(0 if law.order == Order.WALLS_FIRST else i + 1, n):
-            if j != i:
-                _resolve_pair(group, law, scratch, min(i, j), max(i, j))
+        move(law, scratch.ball[i], dt)
+        for k in range(walls + n):
+            j = k - walls
+            if j < 0:
+                _resolve_overlap(group, law, scratch, i, ~k)
+            elif j > i or (j < i and law.order == Order.WALLS_FIRST):
+                _resolve_overlap(group, law, scratch, min(i, j), max(i, j))
 
 
 @kernel
@@ -623,13 +650,13 @@ def _resolve_all(group: Group, law: Record, scratch: Scratch, fall_x: float, fal
         if (turn == 0) != (law.order == Order.PAIRS_FIRST):
             for i in range(n):
                 for p in range(len(group.piece)):
-                    _resolve_wall(group, law, scratch, i, p)
+                    _resolve_overlap(group, law, scratch, i, ~p)
         else:
             for k in range(n):
                 i = n - 1 - k if law.order == Order.REVERSED else k
                 for m in range(i + 1, n):
                     j = n + i - m if law.order == Order.REVERSED else m
-                    _resolve_pair(group, law, scratch, i, j)
+                    _resolve_overlap(group, law, scratch, i, j)
 
 
 @kernel
@@ -639,34 +666,16 @@ def _run_in_steps(group: Group, law: Record, scratch: Scratch, dt: float) -> Non
     if law.when == When.ONE_BY_ONE:
         _run_one_by_one(group, law, scratch, dt)
         return
-    if law.when == When.BEFORE_MOVE:
-        _resolve_all(group, law, scratch, 0.0, 0.0, 1.0)
-    fall_x, fall_y = law.gx * dt, law.gy * dt
-    for i in range(len(ball)):
-        b = ball[i]
-        if law.slows_first == Slows.BEFORE_MOVE:
-            b.vx, b.vy = b.vx + fall_x, b.vy + fall_y
-            slow(law, b, dt)
-            b.x += dt * b.vx
-            b.y += dt * b.vy
-            continue
-        b.x += dt * (b.vx + law.theta * fall_x)
-        b.y += dt * (b.vy + law.theta * fall_y)
-        if law.slows_first == Slows.AFTER_MOVE:
-            slow(law, b, dt)
-        if law.after == 0:
-            b.vx += fall_x
-            b.vy += fall_y
-    if law.when == When.AFTER_MOVE:
-        bounces = law.rebound == 1
-        kept = kept_in(law, dt) if law.slows_first == Slows.AFTER_MOVE else 1.0
-        _resolve_all(
-            group, law, scratch, fall_x if bounces else 0.0, fall_y if bounces else 0.0, kept if bounces else 1.0
-        )
-    if law.after == 1:
-        for i in range(len(ball)):
-            ball[i].vx += fall_x
-            ball[i].vy += fall_y
+    fallen = dt if law.when == When.AFTER_MOVE and law.rebound == 1 else 0.0
+    kept = kept_in(law, fallen) if fallen > 0 and law.slows_first == Slows.AFTER_MOVE else 1.0
+    for turn in range(2):
+        if (turn == 1) == (law.when == When.AFTER_MOVE):
+            _resolve_all(group, law, scratch, law.gx * fallen, law.gy * fallen, kept)
+        for i in range(len(ball) if turn == 0 else 0):
+            move(law, ball[i], dt)
+    for i in range(len(ball) if law.after == 1 else 0):
+        ball[i].vx += law.gx * dt
+        ball[i].vy += law.gy * dt
 
 
 @kernel

@@ -5,7 +5,7 @@ from typing import Final
 
 from sandbox.engines import REFERENCE, create
 from sandbox.errors import LimitReached
-from sandbox.scene.balls import BallGroup
+from sandbox.scene.balls import BallGroup, Filter
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.state import Integers, State
@@ -22,6 +22,7 @@ def reference_steps(scene: Scene, balls: Integers, start: State, dt: float) -> I
     groups = [
         BallGroup(
             position=(width / 2, height / 2),  # they begin where `start` says
+            filter=dict(zip(Filter.model_fields, bodies.filters[ball].tolist(), strict=True)),
             **{name: float(getattr(bodies, name)[ball]) for name in ("radius", "mass", "elasticity", "friction")},
         )
         for ball in balls.tolist()

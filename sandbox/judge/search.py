@@ -10,21 +10,15 @@ from typing import Final
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
-from sandbox.judge.explain import PUSHED_WAYS
+from sandbox.judge.explain import PUSHED_WAYS, Part
 from sandbox.judge.fit import Outcome, Problem, Trial, laws_of
 from sandbox.judge.law import Laws, Order, Place, Scope
-from sandbox.judge.models import BY_NAME, FAULTS, Fault, Fields, rules, scopes
+from sandbox.judge.models import BY_NAME, FAULTS, FRICTION, Fault, Fields, rules, scopes
 from sandbox.judge.soft_contacts import SoftMemory, cause_of_soft
 
 MAX_WAYS: Final = 16  # rules with a fault each, of those that come to different results
-EARLY: Final = (
-    0.05,
-    0.1,
-    0.3,
-    0.5,
-    1.0,
-)  # of the largest offset, at which contacts are looked for that are found early
 OFFSET: Final = BY_NAME["offset"]
+EARLY: Final = (0.055, 0.11, 0.33, 0.55, 1.1)  # radii, at which contacts are looked for that are found early
 
 
 def as_exact(problem: Problem) -> Outcome | None:
@@ -65,23 +59,23 @@ class Search:
         met = _contacts([problem.exact])
         stepwise = problem.outcomes_of(*_of_rules(problem.gravity, tuple(sorted(flight.items()))))
         stepwise = [outcome for outcome in _distinct(problem, stepwise) if len(outcome.met)]
-        plain = [fault for fault in FAULTS if not fault.of and not fault.odd]
+        plain = [fault for fault in FAULTS if not fault.span and not fault.odd]
         soft = problem.outcomes(self.memory.all(problem, flight, rough=self.rough))
         simple = problem.outcomes(self._trials([flight], plain, met))
         if fitting := problem.fits([*stepwise, *simple, *soft]):
             return fitting
         in_time = [*self._odd([flight], met), *problem.fit(self._in_time(met))]
         fitting = problem.fits(in_time)
-        if not all(outcome.is_odd for outcome in fitting):
+        if not all(outcome.trial.is_odd for outcome in fitting):
             return fitting
         stepwise.sort(key=lambda outcome: (outcome.trial.rule["when"], outcome.left))
         ways = [outcome.trial.rule for outcome in stepwise]
         contacts = _contacts([problem.exact, *stepwise])
         stepped = [*problem.outcomes(self._trials(ways, plain, contacts)), *self._odd(ways, contacts)]
         fitting = problem.fits([*in_time, *stepped])
-        if not all(outcome.is_odd for outcome in fitting):
+        if not all(outcome.trial.is_odd for outcome in fitting):
             return fitting
-        fitted = [fault for fault in FAULTS if fault.of and fault.name not in ("offset", "apart")]
+        fitted = [fault for fault in FAULTS if fault.span and fault.name not in ("offset", "apart")]
         return problem.fits([*in_time, *stepped, *problem.fit(self._trials(ways[:MAX_WAYS], fitted, contacts))])
 
     def one_by_one(self, *, depths: bool) -> list[Outcome]:
@@ -98,15 +92,15 @@ class Search:
 
     def _odd(self, ways: Sequence[Fields], contacts: Sequence[tuple[int, int]]) -> list[Outcome]:
         return self.problem.outcomes(
-            self._trials(ways, [fault for fault in FAULTS if fault.odd and not fault.of], contacts)
+            self._trials(ways, [fault for fault in FAULTS if fault.odd and not fault.span], contacts)
         )
 
     def _in_time(self, met: Sequence[tuple[int, int]]) -> list[Trial]:
         """Return the trials of one parameter in which contacts are found when bodies touch, or at another distance."""
-        flight, of_problem = self.flight, float(self.problem.group.ball["radius"].min())
-        near = [Trial(flight, "offset", {}, share * OFFSET.high * of_problem) for share in EARLY]
+        flight, radius = self.flight, float(self.problem.group.ball["radius"].min())
+        near = [Trial(flight, "offset", {}, gap * radius) for gap in EARLY]
         early = _contacts(self.problem.outcomes(near))
-        trials = self._trials([flight], [fault for fault in FAULTS if fault.of and fault is not OFFSET], met)
+        trials = self._trials([flight], [fault for fault in FAULTS if fault.span and fault is not OFFSET], met)
         bases = [flight, *({**flight, "pair_place": place} for place in (Place.HALVES, Place.BY_MASS))]
         trials += self._trials(bases, [OFFSET], early)
         return trials + [Trial(flight, "offset", {"scope": scope}) for scope in (Scope.PAIRS, Scope.WALLS)]
@@ -141,10 +135,8 @@ def _applies(trial: Trial, contacts: Sequence[tuple[int, int]]) -> bool:
 
 def _suits(fault: Fault, contacts: Sequence[tuple[int, int]], rough: bool) -> bool:
     """Return whether a fault can be one of some contacts."""
-    pairs = [second >= 0 for _, second in contacts]
-    if (fault.rough and not rough) or (fault.pairs_only and pairs and not any(pairs)):
-        return False
-    return not (fault.walls_only and pairs and all(pairs))
+    kinds = {Scope.PAIRS if second >= 0 else Scope.WALLS for _, second in contacts}
+    return (rough or not fault.rough) and (not kinds or fault.kind == Scope.ALL or fault.kind in kinds)
 
 
 def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
@@ -159,30 +151,33 @@ def _distinct(problem: Problem, outcomes: Sequence[Outcome]) -> list[Outcome]:
 
 def cause_of(outcome: Outcome, problem: Problem) -> Cause:
     """Return the cause that an outcome stands for."""
-    trial = outcome.trial
-    model = BY_NAME.get(trial.fault)
-    odd = model is not None and model.odd
-    if not odd and not trial.is_in_time and trial.rule["parting"] == 1 and any(m["closing"] <= 0 for m in outcome.met):
-        return Cause.DOUBLE_BOUNCE
-    if trial.is_soft:
-        return cause_of_soft(outcome, problem)
-    if model is None:
-        if trial.is_in_time:
+    trial, closing = outcome.trial, float(outcome.met["closing"].min(initial=np.inf))
+    if not _turns_back(trial, closing):
+        if trial.is_soft:
+            return cause_of_soft(outcome, problem)
+        if trial.is_in_time and not trial.fault:
             return Cause.UNREPORTED
-        moved = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
-        pair = any(m["second"] >= 0 for m in outcome.met)
-        return cause_of_rule(trial, float(outcome.met["closing"].min()), pair, moved=bool(moved))
-    by_size = model.name in ("friction", "coefficient") or (not model.of and model.cause is BY_NAME["friction"].cause)
-    return _friction_by_outcome(outcome, problem) if by_size else model.cause(trial.value)
+        if trial.fault and BY_NAME[trial.fault].cause == FRICTION:
+            return _friction_by_outcome(outcome, problem)
+    moved = np.abs((outcome.after - problem.exact.after) * problem.scale)[:, 2:].max() > problem.enough()
+    pair = any(m["second"] >= 0 for m in outcome.met)
+    return cause_of_law(trial, closing, pair, moved=bool(moved))
 
 
-def cause_of_rule(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Cause:
-    """Return the cause that a rule of steps stands for: where it leaves velocities right, what it does to places.
+def _turns_back(trial: Trial, closing: float) -> bool:
+    """Return whether a contact that already parts is resolved again. closing: px/s, the least of its contacts."""
+    return not trial.is_odd and not trial.is_in_time and trial.rule["parting"] == 1 and closing <= 0
+
+
+def cause_of_law(trial: Trial, closing: float, pair: bool, *, moved: bool) -> Cause:
+    """Return the cause that a law stands for: its fault or, where it leaves velocities right, what it does to places.
 
     closing: px/s, the least of its contacts; pair: whether one is of two balls; moved: whether velocities are wrong.
     """
-    if trial.rule["parting"] == 1 and closing <= 0:
+    if _turns_back(trial, closing):
         return Cause.DOUBLE_BOUNCE
+    if trial.fault:
+        return BY_NAME[trial.fault].cause_of(trial.value)
     if moved:
         return Cause.LATE
     if pair and trial.rule["pair_place"] != Place.LEAVE:
@@ -190,10 +185,10 @@ def cause_of_rule(trial: Trial, closing: float, pair: bool, *, moved: bool) -> C
     return Cause.OVERSHOOT if not pair and trial.rule["wall_place"] == Place.ON else Cause.LATE
 
 
-def cause_of_push(part: np.void) -> Cause:
+def cause_of_push(part: Part) -> Cause:
     """Return the cause of a push: a ball that is put onto the wall in which it is found has its overshoot discarded."""
-    onto_wall = part["pushed_second"] < 0 and part["pushed"] >= (1 - NEGLIGIBLE) * part["overlap"]
-    return Cause.OVERSHOOT if onto_wall and part["way"] % PUSHED_WAYS == 1 else Cause.POSITION_CORRECTION
+    onto_wall = part.pushed_second < 0 and part.pushed >= (1 - NEGLIGIBLE) * part.overlap
+    return Cause.OVERSHOOT if onto_wall and part.way % PUSHED_WAYS == 1 else Cause.POSITION_CORRECTION
 
 
 def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:
@@ -203,5 +198,5 @@ def _friction_by_outcome(outcome: Outcome, problem: Problem) -> Cause:
         return Cause.FRICTION_SMALL
     due, got = (float(np.abs(o.met["tangential"]).sum()) for o in (problem.exact, outcome))
     if got == due:  # of a ball that slides on a wall, which is no contact
-        return BY_NAME[trial.fault].cause(trial.value)
+        return BY_NAME[trial.fault].cause_of(trial.value)
     return Cause.FRICTION_SMALL if got < due else Cause.FRICTION_LARGE

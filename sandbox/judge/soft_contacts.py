@@ -11,9 +11,9 @@ from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome, Problem, Trial
 from sandbox.judge.law import Order, When
 from sandbox.judge.models import Fields
-from sandbox.judge.overlaps import in_each_other, in_walls
 from sandbox.judge.soft_step import DISC_TURNS, NO_CONTACTS, SOFT
 from sandbox.judge.thresholds import MAX_BALLS
+from sandbox.judge.touching import in_each_other, in_walls
 from sandbox.state import Floats, Integers
 
 MAX_OTHERS: Final = 20  # steps that something else explains, after which contacts are not tried as soft ones
@@ -136,11 +136,13 @@ def _stops(problem: Problem) -> list[tuple[int, float]]:
 
 def _depths(problem: Problem, state: Floats) -> dict[tuple[int, int], float]:
     """Return how deep balls and walls are in each other, px, by their numbers in the scene. state: (k, 5)."""
-    number, radius, piece = problem.group.ball["number"].tolist(), problem.group.ball["radius"], problem.group.piece
+    ball, piece = problem.group.ball, problem.group.piece
+    number = ball["number"].tolist()
     walls = np.unique(piece["wall"]).tolist()
     pairs = [*combinations(number, 2), *((ball, ~wall) for ball in number for wall in walls)]
     x = state[:, :2]
-    depths = np.concatenate([in_each_other(x, radius), in_walls(x, radius, piece).ravel()])
+    in_balls = in_each_other(x, ball["radius"], ball["filter"])
+    depths = np.concatenate([in_balls, in_walls(x, ball["radius"], piece).ravel()])
     return dict(zip(pairs, depths.tolist(), strict=True))
 
 

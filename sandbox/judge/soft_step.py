@@ -23,6 +23,7 @@ from sandbox.judge.law import Order
 from sandbox.judge.one_step import BALL, Group
 from sandbox.judge.thresholds import EVENTS_PER_BALL
 from sandbox.judge.together import depth_in
+from sandbox.quantity import pass_through
 from sandbox.state import Floats, Integers
 
 HERTZ: Final = 30.0  # of a contact of balls, Box2D's default; twice that at a wall, and at most a quarter of substeps'
@@ -104,6 +105,8 @@ def _add_pairs(law: Record, s: SoftScratch, count: int) -> int:
         for m in range(i + 1, n):
             j = n + i - m if law.order == Order.REVERSED else m
             a, b = s.ball[i], s.ball[j]
+            if pass_through(a.filter, b.filter):
+                continue
             nx, ny, distance = unit(b.x - a.x, b.y - a.y)
             count = _add(s, law, count, i, j, nx, ny, a.radius + b.radius - distance)
     return count

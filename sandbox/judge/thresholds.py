@@ -12,6 +12,5 @@ MAX_BALLS: Final = 6  # of a group that is fitted; the models of more are too ma
 MAX_FITS: Final = 300  # of a run, each up to 10 ms; then only models that have explained a step are tried
 MAX_FRUITLESS: Final = 6  # fits in a row that explain nothing, or steps unlike the reference's: then none is tried
 SPRING_STEPS: Final = 3  # in a row, in which a touch pushes two apart: a solver of impulses needs one, or two
-FAR: Final = 0.1  # of a radius, by which a ball must be apart from everything to show how an engine flies
+FAR: Final = 0.1  # of a radius, by which a ball is apart from everything that it cannot have touched
 NEAR: Final = 1.0  # of the smaller radius, within which two bodies may have been made to touch early
-NEARLY: Final = 1e-3  # of a radius, within which bodies may have touched: far above what rounding moves a contact

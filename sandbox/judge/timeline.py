@@ -6,7 +6,6 @@ same value of its parameter. If that does not decide, the sentence names them, a
 
 from collections import Counter
 from collections.abc import Sequence
-from copy import copy
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -38,8 +37,7 @@ class Timeline:
         self._judge = judge = judge.so_far()
         self.touches = judge.touches
         undecided = {id(error) for error in judge.undecided}
-        decided = [error for error in judge.errors if id(error) not in undecided]
-        self.errors = [copy(error) for error in decided]
+        self.errors = [error for error in judge.errors if id(error) not in undecided]
         for error in self.errors:
             error.step = judge.whole_step(error.step)
         self._decide()
@@ -64,7 +62,7 @@ class Timeline:
 
     def _decide(self) -> None:
         """Choose the model of each step among those that leave nothing over."""
-        radius = self._judge.radius
+        scene = self._judge.scene
         support = Counter(key for error in self.errors for key in {_key(o) for o, _ in error.candidates})
         against = self._judge.against
         refuted = {key for key, times in support.items() if against[key[0]] > times}
@@ -73,8 +71,8 @@ class Timeline:
                 continue
             most = max(support[_key(o)] for o, _ in error.candidates)
             best = [(o, c) for o, c in error.candidates if support[_key(o)] == most]
-            best = [(o, c) for o, c in best if not o.is_fitted] or best
-            best = [(o, c) for o, c in best if not o.is_odd] or best
+            best = [(o, c) for o, c in best if not o.trial.is_fitted] or best
+            best = [(o, c) for o, c in best if not o.trial.is_odd] or best
             best.sort(key=lambda candidate: MODELS.index(candidate[0].trial.fault))
             if {c for _, c in best} == {
                 Cause.POSITION_CORRECTION,
@@ -88,11 +86,11 @@ class Timeline:
             elif most < 2 and error.numbers <= _freedom(outcome):
                 error.cause, error.because = Cause.UNKNOWN, f"{error.because} Nothing else in the run confirms that."
             elif len(causes) > 1:
-                names = " Or: ".join(dict.fromkeys(of_outcome(o, c, radius) for o, c in best))
+                names = " Or: ".join(dict.fromkeys(of_outcome(scene, o, c) for o, c in best))
                 error.cause, error.because = Cause.UNKNOWN, f"Two errors explain it. {names}"
             else:
                 is_passage = cause == error.cause == Cause.MISSED  # of which the sentence says how
-                because = error.because if is_passage else of_outcome(outcome, cause, radius)
+                because = error.because if is_passage else of_outcome(scene, outcome, cause)
                 error.cause, error.because = cause, because or error.because
             error.candidates = [(outcome, cause)]
         self._doubt_solver()
@@ -129,12 +127,12 @@ class Timeline:
         outcomes = [o for error in errors for o, _ in error.candidates[:1]]
         fault = outcomes[0].trial.fault if outcomes else ""
         because = self.touches.said(errors[0])
-        if fault and BY_NAME[fault].of:
-            because = summed(BY_NAME[fault], np.array([o.trial.value for o in outcomes]), self._judge.radius)
+        if fault and BY_NAME[fault].span:
+            because = summed(self._judge.scene, BY_NAME[fault], np.array([o.trial.value for o in outcomes]))
         elif not fault and cause in (Cause.LATE, Cause.EARLY):
             sign = 1 if cause == Cause.LATE else -1
             depths = [sign * error.depth for error in errors if error.depth and sign * error.depth > 0]
-            because = found_range(cause, depths) if len(depths) > 1 else because
+            because = found_range(self._judge.scene, cause, depths) if len(depths) > 1 else because
         return Suffered(cause, because, sum(error.times for error in errors), share)
 
 
@@ -152,4 +150,4 @@ def _key(outcome: Outcome) -> tuple[str, float]:
 
 def _freedom(outcome: Outcome) -> int:
     """Return how many numbers a model can meet by chance: one by its parameter, two if another is more likely."""
-    return outcome.is_fitted * (1 + outcome.is_odd)
+    return outcome.trial.is_fitted * (1 + outcome.trial.is_odd)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sandbox.compiled import Record, kernel
 from sandbox.engines.exact.support import normal_to, unit
+from sandbox.quantity import pass_through
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Floats, Integers
 
@@ -73,7 +74,8 @@ def depth_in(b: Record, piece: Record) -> float:
     along = rx * piece.tx + ry * piece.ty
     reach = b.radius + piece.half_thickness
     if piece.length == 0:
-        return reach - math.hypot(rx, ry) if along > 0 else -math.inf
+        is_peg = piece.tx == 0 and piece.ty == 0
+        return reach - math.hypot(rx, ry) if along > 0 or is_peg else -math.inf
     off = ry * piece.tx - rx * piece.ty
     if piece.wall < ARENA_COUNT:
         return float(reach - off)
@@ -102,6 +104,8 @@ def find_touches(ball: NDArray[Any], piece: NDArray[Any], gap: Floats, touch: ND
             b = ball[j]
             rx, ry, reach = b.x - a.x, b.y - a.y, a.radius + b.radius + gap[i] + gap[j]
             if abs(rx) >= reach or abs(ry) >= reach or rx * rx + ry * ry >= reach * reach:
+                continue
+            if pass_through(a.filter, b.filter):
                 continue
             if count < len(touch):
                 t = touch[count]

@@ -1,26 +1,34 @@
-"""What bodies that touch did to each other over several steps: contacts missed, contacts found late, and springs."""
+"""What bodies that touch did in several steps: overlaps at the start, contacts missed and found late, springs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Outcome
 from sandbox.judge.groups import Flown
-from sandbox.judge.overlaps import in_each_other, in_walls
 from sandbox.judge.thresholds import SPRING_STEPS
 from sandbox.judge.words import of_turn
-from sandbox.quantity import length
+from sandbox.quantity import length, passing
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
-from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, pieces_of
+from sandbox.scene.overlaps import depth_rounding
+from sandbox.scene.units import Dimension
+from sandbox.scene.walls import ARENA_COUNT, nearest_on_segment, pieces_of, wall_distance
 from sandbox.state import Bools, Floats, Integers
 
 UNDECIDED: Final = 1  # steps, after which a contact that has not followed is missed
 OUTWARD: Final = np.array([(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)])  # of the arena's walls
+
+SEVERAL: Final = 10  # times its depth at the start, up to which an overlap explains what is found later
+OF_OVERLAP: Final = (
+    *(Cause.LATE, Cause.EARLY, Cause.POSITION_CORRECTION, Cause.TELEPORTED, Cause.OVERSHOOT, Cause.DOUBLE_BOUNCE),
+    *(Cause.WARM_START, Cause.UNCONVERGED, Cause.UNKNOWN),
+)
 
 
 @dataclass
@@ -58,6 +66,31 @@ class StepError:
     by_rule: bool = False
     depth: float | None = None
     gained: Floats = field(default_factory=lambda: np.zeros(3))
+
+
+def in_each_other(x: Floats, radius: Floats, filters: Integers) -> Floats:
+    """Return how deep balls are in each other, px, in the order of `itertools.combinations`. x: (k, 2) px.
+
+    filters: (k, 3), as in `Bodies`; the depth of balls that pass through each other is -inf.
+    """
+    first, second = np.triu_indices(len(x), 1)
+    depth = radius[first] + radius[second] - length(x[first] - x[second])
+    return np.where(passing(filters, first, second), -np.inf, depth)
+
+
+def in_walls(x: Floats, radius: Floats, piece: NDArray[np.void]) -> Floats:
+    """Return how deep balls are in walls, px: (k, walls). piece: PIECE, of all walls, by their numbers."""
+    if not len(piece):
+        return np.empty((len(x), 0))
+    rx, ry = x[:, :1] - piece["x"], x[:, 1:] - piece["y"]
+    along, off = rx * piece["tx"] + ry * piece["ty"], ry * piece["tx"] - rx * piece["ty"]
+    is_end, is_arena = piece["length"] == 0, piece["wall"] < ARENA_COUNT
+    distance = np.where(is_end, np.hypot(rx, ry), np.where(is_arena, off, np.abs(off)))
+    beside = is_arena | np.where(is_end, along >= 0, (along >= 0) & (along <= piece["length"]))
+    depth = np.where(beside, radius[:, None] + piece["half_thickness"] - distance, -np.inf)
+    starts = np.flatnonzero(np.diff(piece["wall"], prepend=-1))
+    depths: Floats = np.maximum.reduceat(depth, starts, axis=1)
+    return depths
 
 
 class Touch(NamedTuple):
@@ -166,8 +199,14 @@ class Touches:
 
     def is_through(self, f: Flown, row: int, pair: tuple[int, int]) -> bool:
         """Return whether two bodies that met in a step are apart after it, or a ball is beyond a wall's middle."""
-        (before, _), (after, depth) = (self._away(states.position[row], pair) for states in (f.before, f.after))
-        return depth <= 0 or (pair[1] < 0 and bool(before @ after <= 0))
+        return self.depth(f.after.position[row], pair) <= 0 or (pair[1] < 0 and self.passes(f, row, pair))
+
+    def passes(self, f: Flown, row: int, pair: tuple[int, int]) -> bool:
+        """Return whether two balls overlap on straight ways in a step, or one goes beyond the middle of a wall."""
+        if pair[1] >= 0:
+            return self.overlap_time(f, row, pair) > 0
+        (before, _), (after, _) = (self._away(states.position[row], pair) for states in (f.before, f.after))
+        return bool(before @ after <= 0)
 
     def depth(self, x: Floats, pair: tuple[int, int]) -> float:
         """Return how deep two bodies are in each other, px; negative if they are apart. x: (n, 2) px."""
@@ -197,17 +236,78 @@ class Touches:
         free = f.before.velocity[row, balls] + f.dt[row] * self._gravity
         return free, f.after.velocity[row, balls] - free
 
-    def among(self, f: Flown, row: int, balls: Sequence[int], gap: float = 0.0) -> list[Touch]:
-        """Return how some balls touch each other, and walls, or are at most a gap (px) apart."""
+    def among(self, f: Flown, row: int, balls: Sequence[int]) -> list[Touch]:
+        """Return how some balls touch each other, and walls."""
         pairs = [*combinations(balls, 2), *((ball, ~wall) for ball in balls for wall in self._walls)]
         depths = (self._depths(states.position[row, balls], np.array(balls)) for states in (f.before, f.after))
-        near = np.flatnonzero(np.maximum(*depths) > f.floor - gap)
+        near = np.flatnonzero(np.maximum(*depths) > f.floor)
         return [self.of(f, row, pairs[k]) for k in near.tolist()]
 
     def _depths(self, x: Floats, balls: Integers) -> Floats:
         """Return how deep each two balls are in each other, px, and then each ball in each wall. x: (k, 2) px."""
-        radius = self._scene.bodies.radius[balls]
-        return np.concatenate([in_each_other(x, radius), in_walls(x, radius, self._piece).ravel()])
+        radius, filters = self._scene.bodies.radius[balls], self._scene.bodies.filters[balls]
+        return np.concatenate([in_each_other(x, radius, filters), in_walls(x, radius, self._piece).ravel()])
+
+
+class StartOverlaps:
+    """The bodies of a scene that overlap at the start and have not come apart since, with their depths then, px.
+
+    No engine led them into each other, and engines part them in different ways. So what is wrong with the place, the
+    time or the order of such a contact is no error of a step; what is wrong with its impulse or its friction is.
+    """
+
+    def __init__(self, scene: Scene, position: Floats, touches: Touches) -> None:
+        self._scene, self._touches = scene, touches
+        least = depth_rounding(scene)
+        depths = {pair: touches.depth(position, pair) for pair in _near(scene, position)}
+        self._depths = {pair: depth for pair, depth in depths.items() if depth > least}
+
+    def follow(self, position: Floats, errors: list[StepError]) -> None:
+        """Excuse the errors of a step that come from an overlap, and forget those that the step ended."""
+        for error in errors if self._depths else ():
+            pair = self._overlap_of(error)
+            if pair is not None:
+                error.because = self._because(pair)
+                error.cause, error.candidates = Cause.OVERLAPPED, []
+        for pair in [pair for pair in self._depths if self._touches.depth(position, pair) <= 0]:
+            del self._depths[pair]
+
+    def _overlap_of(self, error: StepError) -> tuple[int, int] | None:
+        """Return the overlap that an error comes from: of its contact, or of its ball in flight."""
+        if error.contact is None:
+            return next((pair for pair in self._depths if pair[1] < 0 and error.balls == pair[:1]), None)
+        if error.contact not in self._depths or error.cause not in OF_OVERLAP:
+            return None
+        depth = error.displacement if error.depth is None or error.cause == Cause.TELEPORTED else error.depth
+        return error.contact if depth <= SEVERAL * self._depths[error.contact] else None
+
+    def _because(self, pair: tuple[int, int]) -> str:
+        first, second = pair
+        partner = f"ball {second}" if second >= 0 else self._scene.wall_name(~second)
+        depth = self._scene.units.text(Dimension.LENGTH, "{:.3g}", self._depths[pair])
+        return (
+            f"Ball {first} and {partner} overlapped by {depth} when the comparison began: no step led them into each "
+            "other."
+        )
+
+
+def _near(scene: Scene, position: Floats) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of bodies that may overlap: first and second. position: (n, 2) px."""
+    radius = scene.bodies.radius
+    order = np.argsort(position[:, 0], kind="stable")
+    x, largest = position[order], 2 * float(radius.max())
+    for by in range(1, len(order)):
+        near = x[by:, 0] - x[:-by, 0] < largest
+        if not near.any():
+            break
+        overlap = length(x[by:] - x[:-by]) < radius[order[by:]] + radius[order[:-by]]
+        overlap &= ~passing(scene.bodies.filters, order[by:], order[:-by])
+        for k in np.flatnonzero(near & overlap).tolist():
+            first, second = sorted((int(order[k]), int(order[k + by])))
+            yield first, second
+    for ball in np.flatnonzero(wall_distance(scene, position) < radius).tolist():
+        for wall in range(0 if scene.arena.walls else ARENA_COUNT, ARENA_COUNT + len(scene.walls)):
+            yield ball, ~wall
 
 
 class Missed:
@@ -243,43 +343,46 @@ class Missed:
         return kept
 
 
+Streak = list[tuple[Touch, list[StepError]]]  # a contact's touches in steps one after another, and their errors
+
+
 class Springs:
     """Contacts that push in several steps, while the two still approach and while they part already."""
 
     def __init__(self) -> None:
-        self._streaks: dict[tuple[int, int], tuple[int, list[tuple[Touch, list[StepError]]]]] = {}
         self._step = 0
-        self._indexed = -1  # the step whose contacts are in `_of_ball`, by their bodies
-        self._of_ball: dict[int, list[tuple[int, int]]] = {}
+        self._now: dict[tuple[int, int], Streak] = {}  # that go on in this step
+        self._last: dict[tuple[int, int], Streak] = {}  # that went on in the step before
+        self._of_ball: dict[int, list[tuple[int, int]]] = {}  # these, by their bodies
 
-    def pushing(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
-        """Return the contacts of some balls that push in a step, once all of it is noted."""
-        if step != self._indexed:
-            self._indexed, self._of_ball = step, {}
-            for pair in (pair for pair, (last, _) in self._streaks.items() if last == step):
+    def _go_to(self, step: int) -> None:
+        if step != self._step:
+            self._last = self._now if step == self._step + 1 else {}
+            self._step, self._now, self._of_ball = step, {}, {}
+            for pair in self._last:
                 for body in pair:
                     self._of_ball.setdefault(body, []).append(pair)
+
+    def before(self, step: int, balls: Sequence[int]) -> list[tuple[int, int]]:
+        """Return the contacts of some balls that may be springs since the step before."""
+        self._go_to(step)
         return list(dict.fromkeys(pair for ball in balls for pair in self._of_ball.get(ball, ())))
 
     def follow(self, touches: Sequence[Touch], step: int, errors: list[StepError]) -> None:
-        """Note what touches in a step with some errors. Steps come in their order."""
-        if step != self._step:
-            self._step = step
-            self._streaks = {pair: streak for pair, streak in self._streaks.items() if streak[0] >= step - 1}
+        """Note what touches in a step with some errors, none of them by a rule. Steps come in their order."""
+        self._go_to(step)
         for touch in touches:
             if touch.depth <= 0:
                 continue
-            _, streak = self._streaks.get(touch.pair, (step, []))
+            streak = self._now[touch.pair] = self._last.get(touch.pair, [])
             streak.append((touch, errors))
-            self._streaks[touch.pair] = step, streak
-            pushing = [(each, of_step) for each, of_step in streak if each.pushed > 0]
-            if _is_spring([each for each in pushing if not any(error.by_rule for error in each[1])]):
-                for error in (error for _, of_step in streak for error in of_step if not error.by_rule):
+            if _is_spring([(each, of_step) for each, of_step in streak if each.pushed > 0]):
+                for error in (error for _, of_step in streak for error in of_step):
                     error.cause, error.contact, error.candidates = Cause.SOFT, touch.pair, []
                     error.because = "The contact pushes in several steps, as a spring does, and not by one impulse."
 
 
-def _is_spring(streak: Sequence[tuple[Touch, list[StepError]]]) -> bool:
+def _is_spring(streak: Streak) -> bool:
     """Return whether a contact that pushes does so like a spring."""
     if len(streak) < SPRING_STEPS:
         return False

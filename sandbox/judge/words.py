@@ -6,11 +6,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.judge.explain import Part
 from sandbox.judge.fit import Outcome
 from sandbox.judge.models import BY_NAME, Fault
 from sandbox.quantity import length
 from sandbox.scene.fields import Vector
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
 SHORT = 1e-3  # ms; a contact that is so little late or early is found in time
@@ -19,13 +21,13 @@ NO_SINGLE_ERROR = "What the step did fits no single error."
 ALIKE = 1e-3  # of a value, by which those of several steps may differ to be said once
 
 
-def of_outcome(outcome: Outcome, cause: Cause, radius: float | None) -> str:
-    """Return what an outcome says is wrong with a step; empty if nothing is. radius: px, of all balls if it is one."""
+def of_outcome(scene: Scene, outcome: Outcome, cause: Cause) -> str:
+    """Return what an outcome says is wrong with a step; empty if nothing is."""
     trial = outcome.trial
-    said = _of_value(BY_NAME[trial.fault], trial.value, radius) if trial.fault else ""
+    said = _of_value(scene, BY_NAME[trial.fault], trial.value) if trial.fault else ""
     if trial.is_in_time:
         return said
-    late = _soft(outcome) if trial.is_soft else _late(outcome)
+    late = _soft(scene, outcome) if trial.is_soft else _late(scene, outcome)
     if cause == Cause.OVERSHOOT and trial.is_soft:
         late = f"{late[:-1]}, and kept in touch until the step ends."
     elif cause == Cause.OVERSHOOT:
@@ -35,53 +37,59 @@ def of_outcome(outcome: Outcome, cause: Cause, radius: float | None) -> str:
     return f"{said} {late}".strip()
 
 
-def _of_value(fault: Fault, value: float, radius: float | None) -> str:
-    """Return the sentence of a fault; of an impulse that is divided by the diameter, what that amounts to."""
-    said = fault.says(value)
-    if fault.name == "impulse" and radius and radius != 1 and abs(value * radius - 1) < ALIKE**2:
-        return f"{said} It is divided by the diameter, {2 * radius:g} px: a restitution of {2 / radius - 1:.4g}."
-    return said
+def _of_value(scene: Scene, fault: Fault, value: float) -> str:
+    """Return the sentence of a fault; of an impulse that is divided by the diameter, what that amounts to.
+
+    That it is, can be known if all balls have one radius.
+    """
+    said, radius = fault.sentence(value, scene.units), float(scene.bodies.radius[0])
+    if fault.name != "impulse" or radius == 1 or abs(value * radius - 1) >= ALIKE**2 or np.ptp(scene.bodies.radius):
+        return said
+    diameter = scene.units.text(Dimension.LENGTH, "{:g}", 2 * radius)
+    return f"{said} It is divided by the diameter, {diameter}: a restitution of {2 / radius - 1:.4g}."
 
 
-def _late(outcome: Outcome) -> str:
+def _late(scene: Scene, outcome: Outcome) -> str:
     """Say how late a contact was found by a rule of steps."""
-    return of_depth(max(outcome.met, key=lambda m: m["depth"]))
+    deepest = max(outcome.met, key=lambda m: m["depth"])
+    return of_depth(scene, float(deepest["depth"]), float(deepest["closing"]))
 
 
-def of_depth(contact: np.void) -> str:
+def of_depth(scene: Scene, depth: float, closing: float) -> str:
     """Say how late a contact was found, from its depth (px) and how fast it closed (px/s)."""
-    depth, closing = float(contact["depth"]), float(contact["closing"])
+    deep = f"{scene.units.text(Dimension.LENGTH, '{:.3g}', depth)} deep"
     if closing <= 0:
-        return f"The two were already parting, {depth:.3g} px deep, and were resolved again."
+        return f"The two were already parting, {deep}, and were resolved again."
     late = 1e3 * depth / closing
-    return f"Found {late:.3g} ms late, {depth:.3g} px deep." if late < LONG else f"Found {depth:.3g} px deep."
+    return f"Found {late:.3g} ms late, {deep}." if late < LONG else f"Found {deep}."
 
 
-def of_push(part: np.void, cause: Cause) -> str:
+def of_push(scene: Scene, part: Part, cause: Cause) -> str:
     """Say how far two bodies are pushed apart."""
+    pushed, overlap = (scene.units.text(Dimension.LENGTH, "{:.3g}", size) for size in (part.pushed, part.overlap))
     if cause == Cause.OVERSHOOT:
-        return f"The ball was put back on the wall, which discards {part['pushed']:.3g} px of its way."
-    return f"Pushed apart by {part['pushed']:.3g} px, of an overlap of {part['overlap']:.3g} px."
+        return f"The ball was put back on the wall, which discards {pushed} of its way."
+    return f"Pushed apart by {pushed}, of an overlap of {overlap}."
 
 
-def of_impulses(part: np.void, cause: Cause) -> str:
+def of_impulses(scene: Scene, part: Part, cause: Cause) -> str:
     """Say what is wrong with the impulses of contacts that are solved together."""
-    two = _named(int(part["first"]), int(part["second"]))
+    two = _named(part.first, part.second)
     if cause == Cause.WARM_START:
         return f"The contact of {two} pulls them together."
-    if part["after"] > 0:
-        return f"The solver has not converged: {two} still approach at {part['after']:.3g} px/s."
-    return f"The solver has not converged: {two} part at {-part['after']:.3g} px/s."
+    speed = scene.units.text(Dimension.VELOCITY, "{:.3g}", abs(part.after))
+    return f"The solver has not converged: {two} {'still approach' if part.after > 0 else 'part'} at {speed}."
 
 
 def _named(first: int, second: int) -> str:
     return f"balls {first} and {second}" if second >= 0 else f"ball {first} and a wall"
 
 
-def _soft(outcome: Outcome) -> str:
+def _soft(scene: Scene, outcome: Outcome) -> str:
     """Say when a soft contact was found."""
     met = max(outcome.met, key=lambda m: m["depth"])
-    ms, apart = 1e3 * abs(float(met["time"])), f"{abs(met['depth']):.3g} px {'deep' if met['depth'] > 0 else 'apart'}"
+    distance = scene.units.text(Dimension.LENGTH, "{:.3g}", abs(float(met["depth"])))
+    ms, apart = 1e3 * abs(float(met["time"])), f"{distance} {'deep' if met['depth'] > 0 else 'apart'}"
     if not outcome.met["impulse"].any():
         return "The contact is missed, and the ball stopped where it touches."
     if met["closing"] <= 0:
@@ -96,22 +104,21 @@ def _soft(outcome: Outcome) -> str:
     return f"{when} {in_turn}" if ms >= SHORT else in_turn
 
 
-def summed(fault: Fault, values: Floats, radius: float | None) -> str:
-    """Return the sentence of a model with many values of its parameter. radius: as in `of_outcome`."""
-    low, high, median = float(np.min(values)), float(np.max(values)), float(np.median(values))
-    if high - low <= ALIKE * max(abs(low), abs(high)):
-        return _of_value(fault, median, radius)
-    low, high = sorted((abs(low), abs(high))) if low * high > 0 else (low, high)
-    return f"{fault.says(median)[:-1]} at the median, {low:.3g} to {high:.3g} in all."
+def summed(scene: Scene, fault: Fault, values: Floats) -> str:
+    """Return the sentence of a model with many values of its parameter."""
+    if np.ptp(values) <= ALIKE * np.abs(values).max():
+        return _of_value(scene, fault, float(np.median(values)))
+    return fault.sentence_of_many(values, scene.units)
 
 
-def found_range(cause: Cause, depths: Sequence[float]) -> str:
+def found_range(scene: Scene, cause: Cause, depths: Sequence[float]) -> str:
     """Return how deep contacts were found that are found late, or how far apart those found early, px."""
-    low, high = min(depths), max(depths)
+    low, high, median = scene.units.scaled(Dimension.LENGTH, min(depths), max(depths), float(np.median(depths)))
     when, how = ("late", "deep") if cause == Cause.LATE else ("early", "apart")
     if high - low <= ALIKE * abs(high):
-        return f"Contacts are found {when}, {high:.3g} px {how}."
-    return f"Contacts are found {when}, {low:.3g} to {high:.3g} px {how}, {float(np.median(depths)):.3g} at the median."
+        return f"Contacts are found {when}, {high:.3g} {scene.units.length} {how}."
+    found = f"{low:.3g} to {high:.3g} {scene.units.length} {how}"
+    return f"Contacts are found {when}, {found}, {median:.3g} at the median."
 
 
 def of_missed(scene: Scene, contact: tuple[int, int], way: Floats, overlap_time: float, *, is_through: bool) -> str:
@@ -120,19 +127,23 @@ def of_missed(scene: Scene, contact: tuple[int, int], way: Floats, overlap_time:
     way: (k, 2) px, of the balls in the step; overlap_time: s, for which two balls overlap on straight ways; is_through:
     whether they are apart after the step.
     """
-    flown, wall = float(length(way).max()), ~contact[1]
+    flown, wall = scene.units.text(Dimension.LENGTH, "{:.3g}", float(length(way).max())), ~contact[1]
     if wall < 0:
         if is_through:
             return (
-                f"The two overlapped for {1e3 * overlap_time:.3g} ms, all within a step, in which one flew {flown:.3g} "
-                "px, without a contact."
+                f"The two overlapped for {1e3 * overlap_time:.3g} ms, all within a step, in which one flew {flown}, "
+                "without a contact."
             )
         return "The two passed into each other without a contact."
     if not is_through:
         return f"The ball flew into {scene.wall_name(wall)} without a contact."
     start, to, thickness = scene.wall_line(wall)
-    where = "the wall between ({:g}, {:g}) and ({:g}, {:g})".format(*start, *to)
-    return f"The ball went through {where}: it flew {flown:.3g} px in the step, and the wall is {thickness:g} px thick."
+    ends = scene.units.scaled(Dimension.LENGTH, *start, *to)
+    what, where = "wall", "between ({:g}, {:g}) and ({:g}, {:g})".format(*ends)
+    if start == to:
+        what, where = "peg", "at ({:g}, {:g})".format(*ends)
+    thick = f"the {what} is {scene.units.text(Dimension.LENGTH, '{:g}', thickness)} thick"
+    return f"The ball went through the {what} {where}: it flew {flown} in the step, and {thick}."
 
 
 def of_turn(late: str, normal: Vector | None, should: Vector | None) -> str:

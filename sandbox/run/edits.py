@@ -144,6 +144,7 @@ class ChangeBall(_Changes):
             position=(width / 2 if self.x is None else self.x, height / 2 if self.y is None else self.y),
             spin=group.spin if self.spin is None else self.spin,
             colors=(self.color or scene.colors[self.ball],),
+            filter=group.filter,
             **{key: self.changes.get(key, getattr(group, key)) for key in CONSTANTS},
         )
         return _with_balls(scene, [*before, group, *after])

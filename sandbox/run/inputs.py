@@ -161,7 +161,7 @@ def _checked(entries: Iterable[tuple[str, Callable[[], Input]]], scene: Scene, s
 
 
 def _parse(line: str) -> Input:
-    return _read(_document(line))
+    return _read(json_document(line))
 
 
 def _read(document: object) -> Input:
@@ -175,9 +175,10 @@ def _read(document: object) -> Input:
         raise sandbox_error(error, INPUT_KINDS[str(kind[0])], within=kind) from None
 
 
-def _document(line: str) -> Any:
+def json_document(text: str) -> Any:
+    """Parse JSON. Raises SandboxError if it is not valid."""
     try:
-        return json.loads(line)
+        return json.loads(text)
     except json.JSONDecodeError as error:
         raise SandboxError(f"is not JSON: {error}") from None
     except RecursionError:

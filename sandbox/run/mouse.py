@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sandbox.quantity import dot, length
+from sandbox.quantity import dot, length, pass_through
 from sandbox.run.edits import DeleteBall
 from sandbox.run.inputs import End, Grab, Input, Move, Release
 from sandbox.scene.fields import Vector
@@ -62,18 +62,22 @@ class Mouse:
         """Return the change of the grabbed ball's velocity for one step of an engine in a state, px/s."""
         assert self.ball is not None
         position, velocity = state.position[self.ball].tolist(), state.velocity[self.ball].tolist()
-        h, w = 1 / self.scene.rate, PULL_RATE
-        damping = (1 + h * w) * (1 + h * w)  # not **, which is the C library's pow and has two variants
-        vx, vy = (
-            (v - h * w * w * (x - to)) / damping for x, v, to in zip(position, velocity, self.target, strict=True)
-        )
-        dx, dy = (to - x for x, to in zip(position, self.target, strict=True))
-        if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKING_DISTANCE:
-            vx, vy = _at_most(math.sqrt(MAX_PULL_ACCELERATION * math.hypot(dx, dy)), vx, vy)
-        ax, ay = _at_most(MAX_PULL_ACCELERATION * h, vx - velocity[0], vy - velocity[1])
-        way = h * np.array([velocity[0] + ax, velocity[1] + ay])
+        h = 1 / self.scene.rate
+        way = h * np.array(pulled(position, velocity, self.target, h))
         vx, vy = (_free_part(way, self.scene, state.position, self.ball) / h).tolist()
         return vx - velocity[0], vy - velocity[1]
+
+
+def pulled(position: Sequence[float], velocity: Sequence[float], target: Vector, h: float) -> Vector:
+    """Return the velocity to which the pull changes another in a step of h s, px/s, if nothing is in the way."""
+    w = PULL_RATE
+    damping = (1 + h * w) * (1 + h * w)  # not **, which is the C library's pow and has two variants
+    vx, vy = ((v - h * w * w * (x - to)) / damping for x, v, to in zip(position, velocity, target, strict=True))
+    dx, dy = (to - x for x, to in zip(position, target, strict=True))
+    if vx * dx + vy * dy > 0 and math.hypot(dx, dy) > BRAKING_DISTANCE:
+        vx, vy = _at_most(math.sqrt(MAX_PULL_ACCELERATION * math.hypot(dx, dy)), vx, vy)
+    ax, ay = _at_most(MAX_PULL_ACCELERATION * h, vx - velocity[0], vy - velocity[1])
+    return velocity[0] + ax, velocity[1] + ay
 
 
 class Applied(NamedTuple):
@@ -111,7 +115,7 @@ def _free_part(way: Floats, scene: Scene, position: Floats, ball: int) -> Floats
     offset, reach = position - here, radius + radius[ball]
     ahead = dot(offset, way) / span
     depth = reach * reach - (dot(offset, offset) - ahead * ahead)
-    hit = (ahead > 0) & (depth > 0)
+    hit = (ahead > 0) & (depth > 0) & ~pass_through(scene.bodies.filters[ball], scene.bodies.filters.T)
     free = np.minimum(ahead - np.sqrt(np.maximum(depth, 0)) + reach * MAX_BALL_DEPTH, reach * MAX_HIT)
     free = np.maximum(free, radius[ball] * MIN_DEPTH)
     return way * min(1.0, float(free[hit].min(initial=span)) / span)

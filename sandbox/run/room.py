@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from sandbox.errors import SandboxError
-from sandbox.quantity import length
+from sandbox.quantity import length, pass_through
 from sandbox.scene.model import ARENA_WALLS, Scene
 from sandbox.scene.overlaps import check_overlaps, depth_rounding
+from sandbox.scene.units import Dimension
 from sandbox.scene.walls import depths_in_wall
 from sandbox.state import Floats
 
@@ -31,8 +32,8 @@ def check_ball_fits(ball: int, before: Situation, after: Situation) -> None:
     into = _deepest(depth, earlier, after.scene)
     if into is not None:
         body = f"ball {into}" if into < balls else after.scene.wall_name(into - balls)
-        raise SandboxError(f"ball {ball} would overlap {body} by {depth[into]:.3g} px")
-    check_overlaps(after.position, after.scene.bodies.radius)
+        raise SandboxError(f"ball {ball} would overlap {body} by {_shown(after.scene, depth[into])}")
+    check_overlaps(after.position, after.scene.bodies)
 
 
 def check_added_ball_fits(after: Situation) -> None:
@@ -41,8 +42,8 @@ def check_added_ball_fits(after: Situation) -> None:
     for number in range(len(scene.walls)):
         depth = float(_depths_in_wall(number, after)[ball])
         if depth > scene.arena.overlap + depth_rounding(scene):
-            raise SandboxError(f"ball {ball} would overlap wall {number} by {depth:.3g} px")
-    check_overlaps(after.position, scene.bodies.radius)
+            raise SandboxError(f"ball {ball} would overlap wall {number} by {_shown(scene, depth)}")
+    check_overlaps(after.position, scene.bodies)
 
 
 def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> None:
@@ -51,7 +52,11 @@ def check_wall_fits(wall: int, before: Situation | None, after: Situation) -> No
     earlier = np.full(len(depth), after.scene.arena.overlap)
     into = _deepest(depth, np.maximum(earlier, _depths_in_wall(wall, before)) if before else earlier, after.scene)
     if into is not None:
-        raise SandboxError(f"wall {wall} would overlap ball {into} by {depth[into]:.3g} px")
+        raise SandboxError(f"wall {wall} would overlap ball {into} by {_shown(after.scene, depth[into])}")
+
+
+def _shown(scene: Scene, depth: float) -> str:
+    return scene.units.text(Dimension.LENGTH, "{:.3g}", depth)
 
 
 def _deepest(depth: Floats, before: Floats, scene: Scene) -> int | None:
@@ -64,9 +69,9 @@ def _deepest(depth: Floats, before: Floats, scene: Scene) -> int | None:
 def _depths_of_ball(ball: int, situation: Situation) -> Floats:
     """Return how deep a ball is in each ball, then in each wall by its number: px, negative if they are apart."""
     scene, position = situation
-    here, radius = position[ball], scene.bodies.radius
+    here, radius, filters = position[ball], scene.bodies.radius, scene.bodies.filters
     in_balls = radius + radius[ball] - length(position - here)
-    in_balls[ball] = -np.inf
+    in_balls[pass_through(filters[ball], filters.T)] = in_balls[ball] = -np.inf
     width, height = scene.arena.size
     beyond = radius[ball] - np.array([here[0], here[1], width - here[0], height - here[1]])  # in the order of walls
     in_arena = beyond if scene.arena.walls else np.full(len(ARENA_WALLS), -np.inf)

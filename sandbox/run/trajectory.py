@@ -1,10 +1,13 @@
 """The trajectory of a scene in one engine, and its files."""
 
 import math
+import os
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, Final, NamedTuple, Self
 
 import numpy as np
 
@@ -16,14 +19,15 @@ from sandbox.run.edits import AddBall, ChangeBall
 from sandbox.run.inputs import Input, clock_of
 from sandbox.run.lockstep import Lockstep
 from sandbox.scene.model import Scene
-from sandbox.state import Contacts, Floats, Integers, State, States, no_contacts
-from sandbox.text import counted, csv_text
+from sandbox.state import CONTACT, Contacts, Floats, Integers, State, States, no_contacts
+from sandbox.text import counted, csv_text, printable
 
 if TYPE_CHECKING:
     import pandas
 
 MAX_TRAJECTORY_BYTES: Final = 3_000_000_000  # in memory, where all of it is kept
 MAX_BLOCK_STEPS: Final = 64  # that the engine does in one call
+BROKEN_FILE: Final = (zipfile.BadZipFile, zlib.error, ValueError, RuntimeError, EOFError, MemoryError)
 COLUMNS: Final = ("time", "ball", "x", "y", "vx", "vy", "radius", "mass", "angle", "spin", "energy")  # of a table
 
 
@@ -66,17 +70,45 @@ class Trajectory:
 
         Raises SandboxError if pandas is not installed.
         """
-        try:
-            import pandas  # noqa: PLC0415  (optional)
-        except ImportError:
-            raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
         step, ball = np.nonzero(~np.isnan(self.position[..., 0]))
         x, y = self.position[step, ball].T
         vx, vy = self.velocity[step, ball].T
         turning = self.angle[step, ball], self.spin[step, ball]
         radius, mass = (np.broadcast_to(each, self.angle.shape)[step, ball] for each in (self.radius, self.mass))
         columns = (self.time[step], ball, x, y, vx, vy, radius, mass, *turning, self.energy[step])
-        return pandas.DataFrame(dict(zip(COLUMNS, columns, strict=True)))
+        return data_frame(dict(zip(COLUMNS, columns, strict=True)))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it as .npz, which `load` reads, or as .csv, by the path's ending; to standard output as CSV.
+
+        Raises SandboxError for another ending, or if the file cannot be written.
+        """
+        file_name = str(path)
+        write = trace_writer(file_name)
+        with whole_file(file_name) as file:
+            write(self, file)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a trajectory that `save` wrote as .npz, to the bit.
+
+        Raises SandboxError if the file cannot be read, or has no trajectory.
+        """
+        file = Path(str(path))
+        if file.suffix != ".npz":
+            raise SandboxError(f"{file}: a trajectory is read from .npz; a .csv lacks its contacts and its arena")
+        arrays = _arrays_of(file)
+        width, height = arrays.pop("size").tolist()
+        return cls(**arrays, size=(width, height))
+
+
+def data_frame(data: Mapping[str, object] | Sequence[Mapping[str, object]]) -> "pandas.DataFrame":
+    """Return a pandas table of columns by name, or of rows. Raises SandboxError if pandas is not installed."""
+    try:
+        import pandas  # noqa: PLC0415  (optional)
+    except ImportError:
+        raise SandboxError("to_dataframe needs pandas, which is not installed; pip install pandas") from None
+    return pandas.DataFrame(data)
 
 
 def simulate(
@@ -176,27 +208,49 @@ def _among_all(contacts: Contacts, balls: Integers, walls: Integers) -> Contacts
     return contacts
 
 
-def write_trace(trajectory: Trajectory, path: str | Path) -> None:
-    """Write a trajectory as .npz or .csv, by the path's ending; to standard output as CSV.
-
-    Raises SandboxError for another ending, or if the file cannot be written.
-    """
-    write = trace_writer(path)
-    with whole_file(path) as file:
-        write(trajectory, file)
-
-
-def trace_writer(path: str | Path) -> Callable[[Trajectory, IO[bytes]], None]:
+def trace_writer(path: str) -> Callable[[Trajectory, IO[bytes]], None]:
     """Return the function that writes a trace with the path's ending. Raises SandboxError for another ending."""
-    ending = ".csv" if str(path) in STANDARD_OUTPUT else Path(path).suffix
+    ending = ".csv" if path in STANDARD_OUTPUT else Path(path).suffix
     if ending not in _WRITERS:
         raise SandboxError(f"{path}: a trace must end in one of {', '.join(_WRITERS)}")
     return _WRITERS[ending]
 
 
 def _write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
-    arrays = ("time", "position", "velocity", "radius", "mass", "angle", "spin", "energy")
-    np.savez_compressed(file, **{name: getattr(trajectory, name) for name in arrays})
+    arrays: dict[str, Any] = {field.name: getattr(trajectory, field.name) for field in fields(trajectory)}
+    np.savez_compressed(file, **arrays)
+
+
+def _arrays_of(file: Path) -> dict[str, Any]:
+    """Return the arrays of a .npz file by their names. Raises SandboxError if they are not those of a trajectory."""
+    name, wanted = printable(str(file)), [field.name for field in fields(Trajectory)]
+    try:
+        with zipfile.ZipFile(file) as archive:  # which np.load opens too, unless the file is of another kind
+            needed_bytes = sum(entry.file_size for entry in archive.infolist())
+        arrays = {}
+        if needed_bytes <= MAX_TRAJECTORY_BYTES:
+            with np.load(file) as archive:
+                arrays = {key: archive[key] for key in wanted if key in archive.files}
+    except OSError as error:
+        raise SandboxError(f"{name}: cannot be read: {error.strerror or error}") from None
+    except BROKEN_FILE as error:
+        raise SandboxError(f"{name}: is not a whole .npz file: {error}") from None
+    if needed_bytes > MAX_TRAJECTORY_BYTES:
+        raise SandboxError(
+            f"{name}: needs {needed_bytes / 1e9:.3g} GB; at most {MAX_TRAJECTORY_BYTES / 1e9:g} GB are allowed"
+        )
+    if missing := [key for key in wanted if key not in arrays]:
+        raise SandboxError(f"{name}: has no {', no '.join(missing)}; a trajectory is written by Trajectory.save")
+    steps, balls = arrays["time"].shape, arrays["radius"].shape[-1:]
+    shape = {"time": steps, "energy": steps, "size": (2,), "contacts": arrays["contacts"].shape[:1]}
+    shape |= dict.fromkeys(("position", "velocity"), (*steps, *balls, 2))
+    shape |= dict.fromkeys(("angle", "spin"), (*steps, *balls))
+    shape |= dict.fromkeys(("radius", "mass"), (*steps, *balls) if arrays["radius"].ndim == 2 else balls)
+    for key, array in arrays.items():
+        kind = CONTACT if key == "contacts" else np.dtype(np.float64)
+        if array.shape != shape[key] or array.dtype != kind:
+            raise SandboxError(f"{name}: {key} must be of shape {shape[key]}, got {array.dtype} of shape {array.shape}")
+    return arrays
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

@@ -6,15 +6,39 @@ from typing import Annotated, Final, Self
 
 from pydantic import Field, model_validator
 
-from sandbox.scene.fields import Colour, Count, Elasticity, Model, NotNegative, NotTiny, NumberOrRange, Range, Vector
+from sandbox.scene.fields import (
+    Bits,
+    Colour,
+    Count,
+    Elasticity,
+    Index,
+    Model,
+    NotNegative,
+    NotTiny,
+    NumberOrRange,
+    Range,
+    Vector,
+)
 from sandbox.scene.placement import AtPoint, AtPoints, AtRandom, OnGrid, Packed, Placement
 from sandbox.scene.throw import AllAlike, Maxwellian, OneByOne, RandomComponents, RandomDirection, Throw
 from sandbox.scene.validation import Problem, invalid
+from sandbox.state import MEETS_ALL
 
 MAX_BALLS: Final = 200_000  # in a scene
 DECIMAL_ROUNDING: Final = 1e-9  # relative error that sums of decimal fractions may have
 PLACEMENT_KEYS: Final = ("position", "positions", "x", "inside", "grid")
 THROW_KEYS: Final = ("velocity", "velocities", "vx", "vy", "speed", "rms_speed")
+
+
+class Filter(Model):
+    """Which balls pass through each other, with the three keys of a `pymunk.ShapeFilter`."""
+
+    group: Index = MEETS_ALL[0]
+    """Balls with the same group pass through each other, unless it is 0."""
+    categories: Bits = MEETS_ALL[1]
+    """Categories of the ball, a bit for each of 32: `0b101` is the first and the third."""
+    mask: Bits = MEETS_ALL[2]
+    """Categories that the ball collides with; two balls collide if each mask has a category of the other."""
 
 
 class BallGroup(Model):
@@ -30,6 +54,8 @@ class BallGroup(Model):
     """The ball's factor: the elasticity of a pair is the product of its two factors."""
     friction: NotNegative = 0
     """The ball's factor: the friction of a pair is the product of its two factors."""
+    filter: Filter = Filter()
+    """Which other balls it passes through, as `pymunk.ShapeFilter` has it: group, categories, mask."""
     colors: tuple[Colour, ...] | None = None
     """CSS colour names or #rrggbb, taken in turn."""
     position: Vector | None = None

@@ -111,11 +111,3 @@ class Clock:
     def length(self, time: float) -> float:
         """Return how long the step is in which a time (s) lies, s."""
         return float(1 / (self.rates(self.steps_containing(time)) if self.varies else self._rates[0]))
-
-    def lengths_around(self, steps: Integers, count: float) -> Floats:
-        """Return a number of times the longest of the steps that are at most as many from each of some, s."""
-        longest = 1 / self.rates(steps)
-        for away in range(1, int(count) + 1) if self.varies else ():
-            for near in (steps - away, steps + away):
-                longest = np.maximum(longest, 1 / self.rates(near))
-        return count * longest

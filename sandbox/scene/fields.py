@@ -50,6 +50,12 @@ def _check_not_tiny(number: float) -> float:
     return number
 
 
+def _check_bits(number: int) -> int:
+    if number >= 2**32:
+        raise invalid(((), f"must have at most 32 bits, got {number:#x}"))
+    return number
+
+
 def _check_printable(line: str) -> str:
     """Reject letters that control a terminal, or make text look like other text."""
     letter = next(filter(unprintable, line), None)
@@ -73,6 +79,7 @@ Count = Annotated[int, Strict(), Field(ge=1, le=MAX_COUNT)]
 NotTiny = Annotated[Number, Field(gt=0), AfterValidator(_check_not_tiny)]
 Index = Annotated[int, Strict(), Field(ge=0, lt=2**63)]
 Elasticity = Annotated[Number, Field(ge=0, le=1)]
+Bits = Annotated[int, Strict(), Field(ge=0), AfterValidator(_check_bits)]
 Colour = Annotated[str, AfterValidator(_check_colour)]
 Line = Annotated[str, AfterValidator(_check_printable)]
 Title = Annotated[str, Field(max_length=100), AfterValidator(_check_printable)]

@@ -15,11 +15,12 @@ from pydantic import ValidationError
 
 from sandbox.errors import MAX_REPORTED_ERRORS, SandboxError, dotted, first_errors, shown, suggestion
 from sandbox.files import MAX_TEXT_FILE_BYTES, read_text, whole_file
+from sandbox.scene.balls import Filter
 from sandbox.scene.model import Scene
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.scene.toml_lines import Source, line_of, lines_of_keys, too_deep
 from sandbox.scene.validation import problems_of
-from sandbox.state import Bodies, State
+from sandbox.state import MEETS_ALL, Bodies, State
 from sandbox.text import printable
 
 TRUTHS: Final = "truths"  # folder of the bundled scenes that each test a law of physics
@@ -34,14 +35,32 @@ def bundled(folder: str = "") -> dict[str, Path]:
     return {file.relative_to(scenes).with_suffix("").as_posix(): file for file in paths}
 
 
+def scenes() -> dict[str, Scene]:
+    """Return the bundled scenes by name, without those of the folder truths.
+
+    >>> [name for name, scene in scenes().items() if len(scene.bodies) == 6]
+    ['billiards', 'newtons-cradle']
+    """
+    return {name: load(name) for name in bundled()}
+
+
 def load(scene: str | os.PathLike[str]) -> Scene:
     """Read a scene from a TOML file, or a bundled scene by its name, such as "article" or "truths/corner".
 
     Raises SandboxError if there is no such scene, or with every error in the file: a line each, `file:line: key ...`.
+
+    >>> scene = load("oblique")
+    >>> scene.title, len(scene.bodies), scene.rate
+    ('Oblique', 2, 60)
     """
     if not isinstance(scene, str | os.PathLike):
         raise SandboxError(f"a scene must be the name of a bundled scene or a file, got {shown(scene)}")
     path = Path(scene)
+    if path.suffix == ".py":
+        raise SandboxError(
+            f"{scene}: is a Python program, not a scene; sandbox watch {scene} runs a Pymunk program, and "
+            f"--engines {scene}:NAME a class or a function in it as an engine"
+        )
     if not path.suffix and not os.path.exists(path):  # noqa: PTH110  (Path.exists raises if the name is too long)
         name = path.as_posix()
         known = bundled(TRUTHS if path.parent == Path(TRUTHS) else "")
@@ -79,12 +98,16 @@ def _document(text: str, name: str) -> dict[str, Any]:
         raise SandboxError(f"{name}: contains a number with too many digits") from None
 
 
-def write(scene: Scene, path: str | Path, state: State | None = None) -> None:
-    """Write a scene file, which loads to an equal scene.
+def dump(scene: Scene, path: str | Path, state: State | None = None) -> None:
+    """Write a scene file, which `load` reads as an equal scene. `write` is another name of this function.
 
     With a state, its balls start in that state, to the bit but for their angles, and expectations are left out.
-    Raises SandboxError if the file would not load again, or cannot be written.
+    Raises SandboxError if the path does not end in .toml, or if the file would not load again or cannot be written.
     """
+    if not isinstance(scene, Scene):
+        raise SandboxError(f"only a Scene can be written, as load returns it, got {shown(scene)}")
+    if Path(path).suffix != ".toml":
+        raise SandboxError(f"{path}: a scene file must end in .toml")
     document = _document_of(scene, state)
     too_large = len(repr(document)) > MAX_TEXT_FILE_BYTES  # checked first: to dump it would take minutes
     text = "" if too_large else tomlkit.dumps(_plain(document))
@@ -95,6 +118,9 @@ def write(scene: Scene, path: str | Path, state: State | None = None) -> None:
     parse(text, str(path))
     with whole_file(path) as file:
         file.write(text.encode())
+
+
+write = dump
 
 
 def _document_of(scene: Scene, state: State | None) -> dict[str, Any]:
@@ -114,10 +140,13 @@ def ball_groups(bodies: Bodies, state: State, colors: Sequence[str] | None = Non
 
     colors: one for each ball; without them, groups have the palette's in turn.
     """
-    kinds = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction, state.spin]).tolist()
-    for kind, alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
+    numbers = np.column_stack([bodies.radius, bodies.mass, bodies.elasticity, bodies.friction, state.spin]).tolist()
+    kinds = [*zip(numbers, bodies.filters.tolist(), strict=True)]
+    for (constants, filter_), alike in itertools.groupby(range(len(bodies)), key=kinds.__getitem__):
         balls = list(alike)
-        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction", "spin"), kind, strict=True))
+        group: dict[str, Any] = dict(zip(("radius", "mass", "elasticity", "friction", "spin"), constants, strict=True))
+        if filter_ != [*MEETS_ALL]:
+            group["filter"] = dict(zip(Filter.model_fields, filter_, strict=True))
         for key, default in (("mass", 1), ("elasticity", 1), ("friction", 0), ("spin", 0)):
             if group[key] == default:
                 del group[key]

@@ -1,11 +1,11 @@
-"""A scene from a live `pymunk.Space`: circles on dynamic bodies, walls on static ones, and the Space's settings."""
+"""A scene from a live `pymunk.Space`: balls on dynamic bodies, walls and pegs on static ones, the Space's settings."""
 
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from functools import cache
-from itertools import combinations_with_replacement, pairwise
+from itertools import combinations, pairwise
 from typing import Final, NamedTuple
 from warnings import warn
 
@@ -14,13 +14,13 @@ import pymunk
 from pymunk.batch import ArbiterFields, Buffer, get_space_arbiters
 
 from sandbox.errors import SandboxError, SpaceWarning
+from sandbox.quantity import pass_through
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import ball_groups
-from sandbox.scene.model import SPACE_SETTINGS, Arena, PymunkSettings, Scene, Wall
+from sandbox.scene.model import MIN_LENGTH, SPACE_SETTINGS, Arena, PymunkSettings, Scene, Wall
 from sandbox.scene.overlaps import needed_overlap
 from sandbox.state import Bodies, Floats, State
 
-MIN_WALL_LENGTH: Final = 1e-6  # px, as a scene requires
 MAX_MOMENT_ERROR: Final = 1e-9  # of m r²/2, which is rounding
 MAX_LISTED: Final = 5  # moments in a warning
 
@@ -30,29 +30,25 @@ class Unsupported(Enum):
 
     DYNAMIC_POLYGON = "dynamic polygon", "dynamic polygons"
     DYNAMIC_SEGMENT = "dynamic segment", "dynamic segments"
-    STATIC_CIRCLE = "static circle", "static circles"
-    SENSOR = "sensor", "sensors"
-    KINEMATIC = "shape on a kinematic body", "shapes on kinematic bodies"
+    KINEMATIC = "shape on a moving kinematic body", "shapes on moving kinematic bodies"
     SEVERAL_SHAPES = "dynamic body with several shapes", "dynamic bodies with several shapes"
     NO_SHAPE = "dynamic body without a shape", "dynamic bodies without a shape"
     OFF_CENTRE = "circle off its body's centre of gravity", "circles off their bodies' centres of gravity"
     ELASTICITY = "shape with an elasticity outside 0 to 1", "shapes with an elasticity outside 0 to 1"
-    POINT = "segment without length", "segments without length"
+    POINT = "wall without size", "walls without size"
     INFINITE_MOMENT = "infinite moment of a circle with friction", "infinite moments of circles with friction"
     FORCE = "body with a force or torque", "bodies with a force or torque"
-    ASLEEP = "sleeping body", "sleeping bodies"
     VELOCITY_FUNCTION = "custom velocity function", "custom velocity functions"
     POSITION_FUNCTION = "custom position function", "custom position functions"
     SURFACE_VELOCITY = "surface velocity", "surface velocities"
-    FILTER = "shape with a filter that ignores others", "shapes with filters that ignore others"
+    FILTER = "shape with a filter between balls and walls", "shapes with filters between balls and walls"
     HANDLER = "collision handler", "collision handlers"
-    SLEEPING = "sleep_time_threshold", "sleep_time_thresholds"
     DAMPING = "damping outside 0 to 1", "dampings outside 0 to 1"
     THREADS = "solver with threads", "solvers with threads"
 
 
 class WallOnBody(NamedTuple):
-    """A straight wall of a Space, and the static body that carries it; the sides of a polygon are joined.
+    """A wall or peg of a Space, and the static body that carries it; the sides of a polygon are joined.
 
     start, to: px, in the coordinates of the Space.
     """
@@ -70,13 +66,14 @@ class SpaceContents(NamedTuple):
     """The contents of a Space, without the motion of its circles; equal if a scene of it is.
 
     circles: the balls, in the order of their shapes; masses: and moments; kinds: radius, elasticity and friction;
-    settings: those that are not Pymunk's defaults; left_out: what a scene cannot have, by its name, singular and
-    plural.
+    filters: group, by a number of its own, categories and mask; settings: those that are not Pymunk's defaults;
+    left_out: what a scene cannot have, by its name, singular and plural.
     """
 
     circles: tuple[pymunk.Circle, ...]
     masses: tuple[tuple[float, float], ...]
     kinds: tuple[tuple[float, float, float], ...]
+    filters: tuple[tuple[int, int, int], ...]
     walls: tuple[WallOnBody, ...]
     gravity: Vector
     settings: dict[str, float]
@@ -86,7 +83,8 @@ class SpaceContents(NamedTuple):
     def bodies(self) -> Bodies:
         """The balls' constants."""
         radius, elasticity, friction = np.array(self.kinds, float).reshape(-1, 3).T
-        return Bodies(radius, np.array(self.masses, float).reshape(-1, 2)[:, 0], elasticity, friction)
+        mass, filters = np.array(self.masses, float).reshape(-1, 2)[:, 0], np.array(self.filters, np.int64)
+        return Bodies(radius, mass, elasticity, friction, filters.reshape(-1, 3))
 
 
 def from_space(
@@ -100,10 +98,20 @@ def from_space(
     """Return a scene of what a Space has now, without walls round the arena.
 
     Circles on dynamic bodies become balls, in the order of their shapes; segments and the outlines of polygons on
-    static bodies become walls. size: width and height of the view, px, by default up to the furthest ball or wall;
-    rate: steps per second.
+    static bodies become walls, and circles pegs, which are walls of no length; so do those on kinematic bodies at rest.
+    size: width and height of the view, px, by default up to the furthest ball or wall; rate: steps per second.
     Raises SandboxError, which lists all that a scene cannot have; with skip, leaves that out, and warns. Also warns
-    (SpaceWarning) of moments of inertia that are not those of uniform discs, and of contacts that have begun.
+    (SpaceWarning) of moments of inertia that are not those of uniform discs, of sensors, which touch nothing and are
+    left out, and of contacts that have begun.
+
+    >>> space, body = pymunk.Space(), pymunk.Body()
+    >>> body.position, space.gravity = (100, 50), (0, 900)
+    >>> disc = pymunk.Circle(body, 20)
+    >>> disc.mass = 2
+    >>> space.add(body, disc, pymunk.Segment(space.static_body, (0, 300), (400, 300), 5))
+    >>> scene = from_space(space, size=(400, 320))
+    >>> scene.bodies.mass, len(scene.walls), scene.gravity
+    (array([2.]), 1, (0.0, 900.0))
     """
     contents = contents_of(space)
     if not skip:
@@ -142,19 +150,20 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
     """Read what a Space has. Raises SandboxError if it is not a Space."""
     if not isinstance(space, pymunk.Space):
         raise SandboxError(f"space must be a pymunk.Space, got {type(space).__name__}")
-    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)  # solid ones
-    for shape in space.shapes:
-        if not shape.sensor:
-            of_body[_body(shape)].append(shape)
+    solid = [shape for shape in space.shapes if not shape.sensor]  # sensors touch nothing
+    of_body: dict[pymunk.Body, list[pymunk.Shape]] = defaultdict(list)
+    for shape in solid:
+        of_body[_body(shape)].append(shape)
     left_out = Counter(kind.value for kind in _unsupported_in(space, of_body))
     left_out.update((name := type(joint).__name__, f"{name}s") for joint in space.constraints)
     circles: list[pymunk.Circle] = []
     walls: list[WallOnBody] = []
-    for shape in space.shapes:
+    groups = {0: 0}
+    for shape in solid:
         kind = _unsupported_shape(shape)
         if kind:
             left_out[kind.value] += 1
-        elif not isinstance(shape, pymunk.Circle):
+        elif not (isinstance(shape, pymunk.Circle) and _moves(shape)):
             walls += _walls_of(shape)
         elif len(of_body[_body(shape)]) == 1:
             circles.append(shape)
@@ -162,20 +171,20 @@ def contents_of(space: pymunk.Space) -> SpaceContents:
         tuple(circles),
         tuple((_body(circle).mass, _body(circle).moment) for circle in circles),
         tuple((circle.radius, circle.elasticity, circle.friction) for circle in circles),
+        tuple((groups.setdefault(shape.filter.group, len(groups)), *shape.filter[1:]) for shape in circles),
         tuple(walls),
         (space.gravity.x, space.gravity.y),
-        _settings_of(space),
+        _settings_of(space, solid),
         dict(left_out),
     )
 
 
-def _settings_of(space: pymunk.Space) -> dict[str, float]:
+def _settings_of(space: pymunk.Space, solid: Sequence[pymunk.Shape]) -> dict[str, float]:
     """Return the settings that a scene can have and that are not Pymunk's defaults."""
     settings = {key: getattr(space, key) for key in SPACE_SETTINGS if getattr(space, key) != getattr(_new_space(), key)}
     if _odd(space.damping):
         del settings["damping"]
-    first = next(iter(space.shapes), None)
-    if first and not isinstance(first, pymunk.Circle):
+    if solid and not _moves(solid[0]):
         settings["walls_first"] = 1
     return settings
 
@@ -187,14 +196,16 @@ def _new_space() -> pymunk.Space:
 
 
 def motion_of(circles: Iterable[pymunk.Circle]) -> State:
-    """Return where circles are and how they move: (n, 2) px, px/s; (n,) rad, rad/s."""
+    """Return where circles are and how they move: (n, 2) px, px/s; (n,) rad, rad/s. What is asleep does not move."""
     bodies = [_body(circle) for circle in circles]
 
     def pairs(key: str) -> Floats:
         return np.array([getattr(body, key) for body in bodies], float).reshape(-1, 2)
 
     angle, spin = (np.array([getattr(body, key) for body in bodies], float) for key in ("angle", "angular_velocity"))
-    return State(0.0, pairs("position"), pairs("velocity"), angle, spin)
+    velocity, asleep = pairs("velocity"), [body.is_sleeping for body in bodies]
+    velocity[asleep] = spin[asleep] = 0.0
+    return State(0.0, pairs("position"), velocity, angle, spin)
 
 
 def listed(counts: dict[tuple[str, str], int]) -> str:
@@ -208,6 +219,17 @@ def _body(shape: pymunk.Shape) -> pymunk.Body:
     return shape.body
 
 
+def _moves(shape: pymunk.Shape) -> bool:
+    return _body(shape).body_type == pymunk.Body.DYNAMIC
+
+
+def _rests(body: pymunk.Body) -> bool:
+    """Return whether a kinematic body stays where it is, unless its program moves it."""
+    functions = body.velocity_func, body.position_func
+    is_driven = functions != (pymunk.Body.update_velocity, pymunk.Body.update_position)
+    return body.velocity == (0, 0) and body.angular_velocity == 0 and not is_driven
+
+
 def _odd(damping: float) -> bool:
     """Return whether a scene cannot have this damping."""
     return not 0 < damping <= 1
@@ -218,15 +240,14 @@ def _unsupported_in(space: pymunk.Space, of_body: dict[pymunk.Body, list[pymunk.
     for body in space.bodies:
         if body.body_type == pymunk.Body.DYNAMIC:
             yield from _unsupported_body(body, of_body.get(body, []))
-    for shape in space.shapes:
+    solid = [shape for shapes in of_body.values() for shape in shapes]
+    for shape in solid:
         if shape.surface_velocity != (0, 0):
             yield Unsupported.SURFACE_VELOCITY
-    yield from [Unsupported.FILTER] * _filtered([shape for shapes in of_body.values() for shape in shapes])
+    yield from [Unsupported.FILTER] * _filtered(solid)
     for handler in space._handlers.values():  # Pymunk has no public list of them
         if any((handler.begin, handler.pre_solve, handler.post_solve, handler.separate)):
             yield Unsupported.HANDLER
-    if math.isfinite(space.sleep_time_threshold):
-        yield Unsupported.SLEEPING
     if _odd(space.damping):
         yield Unsupported.DAMPING
     if space.threads > 1:
@@ -243,8 +264,6 @@ def _unsupported_body(body: pymunk.Body, solid: Sequence[pymunk.Shape]) -> Itera
         yield Unsupported.INFINITE_MOMENT
     if body.force != (0, 0) or body.torque:
         yield Unsupported.FORCE
-    if body.is_sleeping:
-        yield Unsupported.ASLEEP
     if body.velocity_func is not pymunk.Body.update_velocity:
         yield Unsupported.VELOCITY_FUNCTION
     if body.position_func is not pymunk.Body.update_position:
@@ -255,38 +274,42 @@ def _unsupported_shape(shape: pymunk.Shape) -> Unsupported | None:
     """Return why a scene cannot have a shape, or None."""
     body = _body(shape)
     circle, segment = isinstance(shape, pymunk.Circle), isinstance(shape, pymunk.Segment)
-    moves = body.body_type == pymunk.Body.DYNAMIC
+    moves = _moves(shape)
+    off_centre = circle and (shape.center_of_gravity != (0, 0) or body.center_of_gravity != (0, 0))
+    is_short = isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_LENGTH
     values = {
-        Unsupported.SENSOR: shape.sensor,
-        Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC,
+        Unsupported.KINEMATIC: body.body_type == pymunk.Body.KINEMATIC and not _rests(body),
         Unsupported.DYNAMIC_SEGMENT: moves and segment,
         Unsupported.DYNAMIC_POLYGON: moves and not circle,
-        Unsupported.STATIC_CIRCLE: circle and not moves,
-        Unsupported.OFF_CENTRE: circle and (shape.center_of_gravity != (0, 0) or body.center_of_gravity != (0, 0)),
+        Unsupported.OFF_CENTRE: off_centre and moves,
         Unsupported.ELASTICITY: not 0 <= shape.elasticity <= 1,
-        Unsupported.POINT: isinstance(shape, pymunk.Segment) and math.dist(shape.a, shape.b) < MIN_WALL_LENGTH,
+        Unsupported.POINT: (is_short or (circle and not moves)) and not shape.radius,
     }
     return next((kind for kind, is_there in values.items() if is_there), None)
 
 
 def _filtered(shapes: Iterable[pymunk.Shape]) -> int:
-    """Return the number of shapes that ignore another, which they could otherwise touch, by their filters."""
-    kinds = Counter((shape.filter, _body(shape).body_type == pymunk.Body.DYNAMIC) for shape in shapes)
+    """Return the number of balls and walls that ignore a wall or a ball by their filters."""
+    kinds = Counter((shape.filter, _moves(shape)) for shape in shapes)
     ignoring: set[tuple[pymunk.ShapeFilter, bool]] = set()
-    for kind, partner in combinations_with_replacement(kinds, 2):
+    for kind, partner in combinations(kinds, 2):
         (a, one_moves), (b, other_moves) = kind, partner
-        meet = (one_moves or other_moves) and (kind != partner or kinds[kind] > 1)
-        if meet and ((a.group and a.group == b.group) or not a.categories & b.mask or not b.categories & a.mask):
+        if one_moves != other_moves and pass_through(a, b):
             ignoring |= {kind, partner}
     return sum(kinds[kind] for kind in ignoring)
 
 
 def _walls_of(shape: pymunk.Shape) -> Iterator[WallOnBody]:
-    """Yield a static segment, or the sides of a static polygon."""
+    """Yield a static segment or circle, or the sides of a static polygon."""
     body = _body(shape)
-    assert isinstance(shape, pymunk.Segment | pymunk.Poly)
-    corners = [shape.a, shape.b] if isinstance(shape, pymunk.Segment) else shape.get_vertices()
-    if isinstance(shape, pymunk.Poly):
+    if isinstance(shape, pymunk.Segment):
+        is_short = math.dist(shape.a, shape.b) < MIN_LENGTH
+        corners = [shape.a, shape.a if is_short else shape.b]
+    elif isinstance(shape, pymunk.Circle):
+        corners = [shape.offset, shape.offset]
+    else:
+        assert isinstance(shape, pymunk.Poly)
+        corners = shape.get_vertices()
         corners.append(corners[0])
     surface = shape.elasticity, shape.friction, isinstance(shape, pymunk.Poly)
     for start, to in pairwise(map(body.local_to_world, corners)):
@@ -306,11 +329,15 @@ def _view(contents: SpaceContents, position: Floats) -> Vector:
     return width, height
 
 
-def other_moments(contents: SpaceContents) -> str:
-    """Say which moments of inertia are not those of a scene's balls, where that matters; empty if none are."""
+def other_moments(contents: SpaceContents, spin: Floats) -> str:
+    """Say which moments of inertia are not those of a scene's balls, where that matters; empty if all are.
+
+    spin: (n,) rad/s, of the circles.
+    """
     odd = []
-    for number, (circle, (mass, moment)) in enumerate(zip(contents.circles, contents.masses, strict=True)):
-        disc, turns = mass * circle.radius**2 / 2, circle.friction or _body(circle).angular_velocity
+    balls = zip(contents.kinds, contents.masses, spin.tolist(), strict=True)
+    for number, ((radius, _, friction), (mass, moment), turning) in enumerate(balls):
+        disc, turns = mass * radius**2 / 2, friction or turning
         if turns and MAX_MOMENT_ERROR * disc < abs(moment - disc) < math.inf:
             odd.append(f"ball {number} {moment:.6g} instead of {disc:.6g}")
     if not odd:
@@ -321,8 +348,10 @@ def other_moments(contents: SpaceContents) -> str:
 
 def _warnings(space: pymunk.Space, contents: SpaceContents) -> Iterator[str]:
     """Yield warnings of what makes a scene move otherwise than its Space."""
-    if odd := other_moments(contents):
+    if odd := other_moments(contents, motion_of(contents.circles).spin):
         yield odd
+    if sensors := sum(shape.sensor for shape in space.shapes):
+        yield f"left out of the scene: {sensors} sensor{'s' if sensors > 1 else ''}, which touch nothing"
     buffer = Buffer()
     get_space_arbiters(space, ArbiterFields.CONTACT_COUNT, buffer)
     if begun := np.count_nonzero(np.frombuffer(buffer.int_buf(), np.uintp)):

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Self, cast
@@ -39,11 +39,13 @@ from sandbox.scene.fields import (
     Vector,
 )
 from sandbox.scene.toml_lines import Source
+from sandbox.scene.units import PIXELS, Units
 from sandbox.scene.validation import invalid, sandbox_error
 from sandbox.state import Bodies
 from sandbox.text import printable
 
 MAX_WALLS: Final = 1_000  # each is compared with each ball
+MIN_LENGTH: Final = 1e-6  # px, of a wall that is no peg
 MAX_STEPS: Final = 10_000_000
 ARENA_WALLS: Final = ("left", "top", "right", "bottom")  # walls 0 to 3; the scene's own follow
 
@@ -71,7 +73,7 @@ class Arena(Model):
 
 
 class Wall(Model):
-    """A static wall inside the arena: a segment with round ends."""
+    """A static wall inside the arena: a segment with round ends; a peg, which is a circle, if both are one point."""
 
     start: Vector = Field(validation_alias="from", serialization_alias="from")
     """One end, px."""
@@ -89,9 +91,37 @@ class Wall(Model):
 
     @model_validator(mode="after")
     def _check_length(self) -> Self:
-        if math.dist(self.start, self.to) < 1e-6:
-            raise invalid((("to",), "is the same point as from; a wall must have a length"))
+        if self.is_peg and not self.thickness:
+            raise invalid((("thickness",), "must be greater than 0 where to is the same point as from"))
+        if self.is_peg and self.joined:
+            raise invalid((("joined",), "requires that from and to are not the same point"))
+        if not self.is_peg and math.dist(self.start, self.to) < MIN_LENGTH:
+            raise invalid((("to",), "is nearly the same point as from; only at the same point, the wall is a peg"))
         return self
+
+    @property
+    def is_peg(self) -> bool:
+        """Whether it has no length: a circle, as wide as it is thick."""
+        return self.start == self.to
+
+
+class Pegs(Model):
+    """Static circles of one size: in a scene, walls whose ends are one point, after its other walls."""
+
+    radius: NotTiny
+    """Radius of each peg, px."""
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_WALLS)]
+    """Centres, px."""
+    elasticity: Elasticity = 1
+    """Each peg's factor: the elasticity of a contact is the product of the peg's and the ball's."""
+    friction: NotNegative = 0
+    """Each peg's factor: the friction of a contact is the product of the peg's and the ball's."""
+
+    @property
+    def walls(self) -> Iterator[Wall]:
+        """The pegs as walls."""
+        for at in self.positions:
+            yield Wall(start=at, to=at, thickness=2 * self.radius, elasticity=self.elasticity, friction=self.friction)
 
 
 class PymunkSettings(Model):
@@ -109,12 +139,35 @@ class PymunkSettings(Model):
     """Number of steps for which the solution of a contact is kept."""
     damping: Annotated[Number, Field(gt=0, le=1)] | None = None
     """Share of each velocity and spin that is left after one second of flight; 1 is no damping."""
+    sleep_time_threshold: Positive | None = None
+    """Time after which bodies that hardly move fall asleep, s; by default they do not."""
+    idle_speed_threshold: NotNegative | None = None
+    """Speed below which a body hardly moves, px/s; 0 is a speed that depends on gravity."""
     walls_first: Annotated[Index, Field(le=1)] = 0
     """1 if walls are added to the Space before balls, else 0; contacts of a step are solved in another order then."""
 
 
 # Those that are attributes of a Space too; without a value it keeps Pymunk's own.
 SPACE_SETTINGS: Final = tuple(name for name, field in PymunkSettings.model_fields.items() if field.default is None)
+
+
+class Columns(Model):
+    """How balls are distributed over columns of equal width, side by side, by where their centres are."""
+
+    start: Number = Field(validation_alias="from", serialization_alias="from")
+    """Left edge of the first column, px."""
+    to: Number
+    """Right edge of the last column, px."""
+    shares: Annotated[tuple[NotNegative, ...], Field(min_length=1, max_length=1_000)]
+    """Share of the balls in each column, from the left; only ratios matter."""
+
+    @model_validator(mode="after")
+    def _check_not_empty(self) -> Self:
+        if self.start >= self.to:
+            raise invalid((("to",), f"must be greater than from, {self.start:g}, got {self.to:g}"))
+        if not any(self.shares):
+            raise invalid((("shares",), "must contain a number greater than 0"))
+        return self
 
 
 class Expect(Model):
@@ -138,6 +191,8 @@ class Expect(Model):
     """Centre of mass of all balls, px."""
     overlap: NotNegative | None = None
     """Deepest overlap of two balls, or of a ball and a wall, px."""
+    columns: Columns | None = None
+    """Shares of the balls in columns; the error is the largest of the shares up to a column (Kolmogorov, Smirnov)."""
     tolerance: Positive
     """Largest error that passes, in the unit of the expected value."""
     because: Text
@@ -146,7 +201,7 @@ class Expect(Model):
     @model_validator(mode="after")
     def _check_something_is_expected(self) -> Self:
         of_ball = any(value is not None for value in (self.position, self.velocity, self.spin))
-        keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap")
+        keys = ("energy_ratio", "momentum", "centre_of_mass", "overlap", "columns")
         of_all = [key for key in keys if getattr(self, key) is not None]
         if not of_ball and not of_all:
             raise invalid(((), f"must contain position, velocity, spin, {', '.join(keys[:-1])} or {keys[-1]}"))
@@ -200,6 +255,9 @@ class Scene(Model):
     arena: Arena
     balls: tuple[Annotated[BallGroup, WrapValidator(_check_group)], ...]
     walls: Annotated[tuple[Wall, ...], Field(max_length=MAX_WALLS)] = ()
+    pegs: tuple[Pegs, ...] = ()
+    """Pegs to add to the walls; empty once they are among them."""
+    units: Units = PIXELS
     pymunk: PymunkSettings = PymunkSettings()
     expect: tuple[Expect, ...] = ()
 
@@ -221,6 +279,8 @@ class Scene(Model):
             seed: int = ...,
             gravity: Vector = ...,
             walls: Sequence[Wall | Mapping[str, object]] = ...,
+            pegs: Sequence[Pegs | Mapping[str, object]] = ...,
+            units: Units | Mapping[str, object] = ...,
             pymunk: PymunkSettings | Mapping[str, object] = ...,
             expect: Sequence[Expect | Mapping[str, object]] = ...,
         ) -> None: ...
@@ -238,7 +298,7 @@ class Scene(Model):
     @field_validator("expect")
     @classmethod
     def _check_expected_balls(cls, expect: tuple[Expect, ...], info: ValidationInfo) -> tuple[Expect, ...]:
-        total = sum(group.ball_count for group in info.data.get("balls", ()))
+        total = sum(group.ball_count for group in info.data.get("balls", ())) if expect else 0
         problems = [
             ((index, "ball"), f"must be at most {total - 1}, got {expected.ball}")
             for index, expected in enumerate(expect)
@@ -247,6 +307,14 @@ class Scene(Model):
         if problems:
             raise invalid(*problems)
         return expect
+
+    @model_validator(mode="after")
+    def _make_pegs_walls(self) -> Self:
+        walls = (*self.walls, *(wall for group in self.pegs for wall in group.walls))
+        if len(walls) > MAX_WALLS:
+            raise invalid((("pegs",), f"and walls must be at most {MAX_WALLS} together, got {len(walls)}"))
+        self.__dict__.update(walls=walls, pegs=())
+        return self
 
     @model_validator(mode="after")
     def _check_number_of_steps(self) -> Self:
@@ -327,7 +395,9 @@ class Scene(Model):
         def each(key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
             return np.repeat([float(getattr(group, key)) for group in self.balls], sizes)
 
-        return Bodies(each("radius"), each("mass"), each("elasticity"), each("friction"))
+        filters = np.array([[*dict(group.filter).values()] for group in self.balls], np.int64)
+        constants = each("radius"), each("mass"), each("elasticity"), each("friction")
+        return Bodies(*constants, np.repeat(filters, sizes, axis=0))
 
     @property
     def surfaces(self) -> tuple[Arena | Wall, ...]:

@@ -10,22 +10,22 @@ from sandbox.quantity import count_overlaps
 from sandbox.scene.balls import DECIMAL_ROUNDING
 from sandbox.scene.model import Scene
 from sandbox.scene.walls import depths_in_wall
-from sandbox.state import Floats
+from sandbox.state import Bodies, Floats
 
 MAX_OVERLAPS: Final = 10_000  # pairs of balls
 MAX_OVERLAPS_PER_BALL: Final = 10  # besides; of discs that only touch, at most 3 (a planar graph)
 
 
-def check_overlaps(position: Floats, radius: Floats) -> int:
-    """Return how many pairs of balls overlap. position: (n, 2) px; radius: (n,) px.
+def check_overlaps(position: Floats, bodies: Bodies) -> int:
+    """Return how many pairs of balls overlap, without those that pass through each other. position: (n, 2) px.
 
     Raises SandboxError if they are more than the limit. Pymunk takes about 2 µs and 0.5 kB for each in a step.
     """
-    limit = MAX_OVERLAPS + MAX_OVERLAPS_PER_BALL * len(radius)
-    count = count_overlaps(position, radius, limit + 1)
+    limit = MAX_OVERLAPS + MAX_OVERLAPS_PER_BALL * len(bodies)
+    count = count_overlaps(position, bodies.radius, limit + 1, bodies.filters)
     if count > limit:
         raise SandboxError(
-            f"balls overlap in more than {limit:,} pairs, the limit for {len(radius):,} balls: {MAX_OVERLAPS:,}, and "
+            f"balls overlap in more than {limit:,} pairs, the limit for {len(bodies):,} balls: {MAX_OVERLAPS:,}, and "
             f"{MAX_OVERLAPS_PER_BALL} per ball; place them further apart"
         )
     return count

@@ -77,7 +77,7 @@ def _spawn(scene: Scene) -> State:
     state = State(0.0, np.array(position, float), np.array(velocity, float), spin=np.array(spin, float))
     _check_walls(scene, state)
     try:
-        check_overlaps(state.position, scene.bodies.radius)
+        check_overlaps(state.position, scene.bodies)
     except SandboxError as error:
         raise SandboxError(scene.at_key((), str(error))) from None
     return state
@@ -104,9 +104,10 @@ def _check_walls(scene: Scene, state: State) -> None:
         depth = depths_in_wall(wall, state.position, scene.bodies.radius)
         for ball in np.flatnonzero(depth > allowed + depth_rounding(scene)).tolist():
             key, reach = scene.balls[group_of[ball]].placement_key, scene.bodies.radius[ball] + wall.thickness / 2
+            of_wall = "peg's centre" if wall.is_peg else "wall's centre line"
             what = (
                 f"puts ball {ball} into wall {number}: its centre must be at least {reach - allowed:g} px from the "
-                f"wall's centre line, got {reach - depth[ball]:.6g} (or allow it with overlap in [arena])"
+                f"{of_wall}, got {reach - depth[ball]:.6g} (or allow it with overlap in [arena])"
             )
             lines.append(scene.at_key(("balls", int(group_of[ball]), key), what))
     if lines:
@@ -116,9 +117,9 @@ def _check_walls(scene: Scene, state: State) -> None:
 def warnings(scene: Scene, state: State) -> Iterator[str]:
     """Yield warnings of what its author may not have meant: overlaps, and balls that move far in a step."""
     radius = scene.bodies.radius
-    overlap, first, second = deepest_overlap(state.position, radius)
+    overlap, first, second = deepest_overlap(state.position, radius, scene.bodies.filters)
     if overlap > 0:
-        pairs = check_overlaps(state.position, radius)
+        pairs = check_overlaps(state.position, scene.bodies)
         deepest = f"balls {first} and {second} overlap by {overlap:.3g} px"
         what = deepest if pairs == 1 else f"{pairs:,} pairs of balls overlap, the deepest: {deepest}"
         yield scene.at_key((), f"warning: {what} at the start")

@@ -36,16 +36,21 @@ _MESSAGES: Final[Mapping[str, str]] = {
     "string_unicode": "must not contain half of a surrogate pair, got {got}",
     "tuple_type": "must be a list in brackets, got {got}",
     "literal_error": "must be {expected}, got {got}",
+    "enum": "must be {expected}, got {got}",
+    "union_tag_invalid": "must have {discriminator} as one of {expected_tags}, got '{tag}'",
+    "union_tag_not_found": "must have {discriminator}, got {got}",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
     "too_long": "must have at most {max_length} entries, got {actual_length}",
     "model_type": "must be a table of keys, got {got}",
 }
 
 
-def problems_of(error: ValidationError, model: type[BaseModel], within: KeyPath = ()) -> Iterator[Problem]:
+def problems_of(
+    error: ValidationError, model: type[BaseModel], within: KeyPath = (), *, is_toml: bool = True
+) -> Iterator[Problem]:
     """Yield every problem that pydantic found in a `model`, once. within: the start of all paths, which is left out."""
     seen = set()
-    for problem in _problems(error, model, len(within)):
+    for problem in _problems(error, model, len(within), is_toml):
         if problem not in seen:
             seen.add(problem)
             yield problem
@@ -53,26 +58,27 @@ def problems_of(error: ValidationError, model: type[BaseModel], within: KeyPath 
 
 def sandbox_error(error: ValidationError, model: type[BaseModel], within: KeyPath = ()) -> SandboxError:
     """Return one error with every problem of a `model` that was not read from a scene file, a line each."""
-    lines = (f"{dotted(path)} {message}".lstrip() for path, message in problems_of(error, model, within))
+    lines = (f"{dotted(path)} {message}".lstrip() for path, message in problems_of(error, model, within, is_toml=False))
     return SandboxError("\n".join(lines))
 
 
-def _problems(error: ValidationError, model: type[BaseModel], skipped: int) -> Iterator[Problem]:
+def _problems(error: ValidationError, model: type[BaseModel], skipped: int, is_toml: bool) -> Iterator[Problem]:
     for detail in error.errors(include_url=False):
-        path = tuple(key for key in detail["loc"][skipped:] if key not in KINDS)
+        keys = tuple(key for key in detail["loc"][skipped:] if key not in KINDS)
+        path = tuple(key for key in keys if key not in _tags(model))
         if detail["type"] == "problems":
             for inner, message in detail["ctx"]["problems"]:
                 yield (*path, *inner), message if isinstance(message, str) else message()
         elif detail["type"] == "extra_forbidden":
-            yield path, _unknown(str(path[-1]), _keys_at(model, path[:-1]))
+            yield path, _unknown(str(path[-1]), _keys_at(model, keys[:-1]))
         elif detail["type"] == "missing" and isinstance(path[-1], int):
             yield path[:-1], f"must be a list of two, got {shown(detail['input'])}"
         elif detail["type"] == "missing":
-            meaning = _keys_at(model, path[:-1])[str(path[-1])].get("description", "").rstrip(".")
+            meaning = _keys_at(model, keys[:-1])[str(path[-1])].get("description", "").rstrip(".")
             yield path, f"is missing ({meaning})" if meaning else "is missing"
-        elif detail["type"] == "tuple_type" and isinstance(detail["input"], dict):
+        elif is_toml and detail["type"] == "tuple_type" and isinstance(detail["input"], dict):
             yield path, f"must be a list of tables: write [[{dotted(path)}]]"
-        elif detail["type"] == "model_type" and isinstance(detail["input"], list):
+        elif is_toml and detail["type"] == "model_type" and isinstance(detail["input"], list):
             yield path, f"must be one table: write [{dotted(path)}]"
         else:
             yield path, _message(detail)
@@ -96,16 +102,32 @@ def _schema(model: type[BaseModel]) -> dict[str, Any]:
     return model.model_json_schema()
 
 
+@functools.cache
+def _tags(model: type[BaseModel]) -> frozenset[str]:
+    """Return the names of the kinds of tables between which a key decides: pydantic adds them to paths."""
+
+    def mappings(node: object) -> Iterator[str]:
+        if isinstance(node, dict):
+            yield from node.get("discriminator", {}).get("mapping", ())
+        for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
+            yield from mappings(inner)
+
+    return frozenset(mappings(_schema(model)))
+
+
 def _keys_at(model: type[BaseModel], path: KeyPath) -> dict[str, Any]:
-    """Return the keys of the table at a path, each with its JSON Schema."""
+    """Return the keys of the table at a path with the names of kinds, each key with its JSON Schema."""
     schema = _schema(model)
     node = schema
     for key in path:
+        if reference := node.get("discriminator", {}).get("mapping", {}).get(key):
+            node = schema["$defs"][reference.rsplit("/", 1)[-1]]
+            continue
         node = node["items"] if isinstance(key, int) else node["properties"][key]
         kinds = [
             kind for kind in node.get("anyOf", node.get("oneOf", [])) if kind.get("type") not in ("null", "number")
         ]
-        node = kinds[0] if kinds else node
+        node = kinds[0] if kinds and "discriminator" not in node else node
         if "$ref" in node:
             node = schema["$defs"][node["$ref"].rsplit("/", 1)[-1]]
     properties: dict[str, Any] = node["properties"]

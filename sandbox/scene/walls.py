@@ -21,7 +21,7 @@ PIECE: Final = np.dtype(
     [
         ("x", "f8"),  # start, px
         ("y", "f8"),
-        ("tx", "f8"),  # unit vector along it, of a round end outward; its normal is (-ty, tx)
+        ("tx", "f8"),  # unit vector along it, of a round end outward, of a peg 0; its normal is (-ty, tx)
         ("ty", "f8"),
         ("length", "f8"),  # px; 0 for a round end
         ("half_thickness", "f8"),  # of the wall, px
@@ -68,7 +68,8 @@ def arena_faces(scene: Scene) -> Floats:
 def nearest_on_segment(point: Floats, start: Floats, end: Floats) -> Floats:
     """Return the point of a segment nearest to each point: (..., 2) px each."""
     along = end - start
-    fraction = np.clip(dot(along, point - start) / dot(along, along), 0.0, 1.0)
+    square = dot(along, along)
+    fraction = np.clip(dot(along, point - start) / np.where(square > 0, square, 1.0), 0.0, 1.0)
     return start + along * fraction[..., None]
 
 
@@ -81,7 +82,8 @@ def segment_distance(point: Floats, start: Sequence[float], end: Sequence[float]
 def offset_to_segment(x: float, y: float, start: Floats, end: Floats) -> tuple[float, float]:
     """Return the vector from (x, y) to the nearest point of a segment, px: `nearest_on_segment` for kernels."""
     along_x, along_y = end[0] - start[0], end[1] - start[1]
-    fraction = ((x - start[0]) * along_x + (y - start[1]) * along_y) / (along_x * along_x + along_y * along_y)
+    square = along_x * along_x + along_y * along_y
+    fraction = ((x - start[0]) * along_x + (y - start[1]) * along_y) / (square if square > 0 else 1.0)
     fraction = min(max(fraction, 0.0), 1.0)
     return start[0] + fraction * along_x - x, start[1] + fraction * along_y - y
 
@@ -117,19 +119,23 @@ def separation(
 
 
 def pieces_of(scene: Scene) -> NDArray[np.void]:
-    """Return the faces of the arena if they stand (left, top, right, bottom), then a face and two ends of each wall."""
+    """Return the faces of the arena if they stand (left, top, right, bottom), then the pieces of each wall.
+
+    These are a face and two ends; of a peg, which has no face, the whole circle.
+    """
     width, height = scene.arena.size
     corners: list[Vector] = [(0, height), (0, 0), (width, 0), (width, height), (0, height)]
     arena = [_face(start, end, 0, scene.arena, wall) for wall, (start, end) in enumerate(pairwise(corners))]
-    inner = (
-        (
-            _face(wall.start, wall.to, wall.thickness / 2, wall, number),
-            _end(wall.start, wall.to, wall.thickness / 2, wall, number),
-            _end(wall.to, wall.start, wall.thickness / 2, wall, number),
-        )
-        for number, wall in enumerate(scene.walls, len(arena))
-    )
+    inner = (_pieces_of_wall(wall, number) for number, wall in enumerate(scene.walls, len(arena)))
     return np.array([*(arena if scene.arena.walls else ()), *chain.from_iterable(inner)], PIECE)
+
+
+def _pieces_of_wall(wall: Wall, number: int) -> tuple[tuple[float, ...], ...]:
+    start, end, half_thickness = wall.start, wall.to, wall.thickness / 2
+    if wall.is_peg:
+        return ((*start, 0.0, 0.0, 0.0, half_thickness, wall.elasticity, wall.friction, number),)
+    ends = (_end(start, end, half_thickness, wall, number), _end(end, start, half_thickness, wall, number))
+    return _face(start, end, half_thickness, wall, number), *ends
 
 
 def _face(start: Vector, end: Vector, half_thickness: float, of: Arena | Wall, number: int) -> tuple[float, ...]:

@@ -10,14 +10,17 @@ import numpy as np
 
 from sandbox.quantity import deepest_overlap, energy, length, momentum
 from sandbox.scene.fields import Vector
-from sandbox.scene.model import Expect, Scene
+from sandbox.scene.model import Columns, Expect, Scene
+from sandbox.scene.units import Dimension
 from sandbox.scene.walls import wall_distance
 from sandbox.state import Floats, State
 
 SAME_TIME: Final = 1e-6  # of a step; a time that is closer to a step than this is that step's
+MAX_PRECISE: Final = 2  # numbers of a vector that are written with ten digits; shares are rounded to 0.1 %
 SAME_VELOCITY: Final = 1e-6  # of the speed; a smaller change within a step is rounding, also in 32 bits
 
-T = TypeVar("T", bound=float | Vector)
+Numbers = tuple[float, ...]
+T = TypeVar("T", bound=float | Numbers)
 
 
 class ExpectedQuantity(Enum):
@@ -29,6 +32,7 @@ class ExpectedQuantity(Enum):
     MOMENTUM = "momentum"
     CENTRE_OF_MASS = "centre_of_mass"
     OVERLAP = "overlap"
+    COLUMNS = "columns"
     SPIN = "spin"
 
     @property
@@ -37,15 +41,21 @@ class ExpectedQuantity(Enum):
         return self.value.replace("_", " ")
 
     @property
-    def unit(self) -> str:
-        """The unit; empty for a ratio."""
-        units = {
-            ExpectedQuantity.VELOCITY: "px/s",
-            ExpectedQuantity.SPIN: "rad/s",
-            ExpectedQuantity.MOMENTUM: "kg px/s",
-            ExpectedQuantity.ENERGY_RATIO: "",
+    def dimension(self) -> Dimension:
+        """The dimension."""
+        dimensions = {
+            ExpectedQuantity.VELOCITY: Dimension.VELOCITY,
+            ExpectedQuantity.SPIN: Dimension.SPIN,
+            ExpectedQuantity.MOMENTUM: Dimension.MOMENTUM,
+            ExpectedQuantity.ENERGY_RATIO: Dimension.NUMBER,
+            ExpectedQuantity.COLUMNS: Dimension.NUMBER,
         }
-        return units.get(self, "px")
+        return dimensions.get(self, Dimension.LENGTH)
+
+    @property
+    def unit(self) -> str:
+        """The unit in the scene's file; empty for a ratio."""
+        return self.dimension.value
 
     @property
     def of_ball(self) -> bool:
@@ -58,12 +68,14 @@ class Deviation:
     """The expected and the actual value of one quantity, and their distance in its unit."""
 
     quantity: ExpectedQuantity
-    expected: float | Vector
-    measured: float | Vector
+    expected: float | Numbers
+    measured: float | Numbers
 
     @property
     def error(self) -> float:
-        """The distance of the two."""
+        """The distance of the two; of shares in columns, the largest of their sums up to a column."""
+        if self.quantity is ExpectedQuantity.COLUMNS:
+            return float(np.abs(np.cumsum(np.subtract(self.measured, self.expected))).max())
         error = math.dist(np.atleast_1d(self.expected), np.atleast_1d(self.measured))
         return math.inf if math.isnan(error) else error
 
@@ -130,8 +142,8 @@ class Miss:
     ball: int | None
     quantity: str
     unit: str
-    expected: float | tuple[float, float]  # not a Vector, which has the limits of a scene's numbers
-    found: float | tuple[float, float] | None
+    expected: float | Numbers
+    found: float | Numbers | None
     error: float | None
     tolerance: float
     because: str
@@ -142,8 +154,9 @@ def finite(value: T) -> T | None:
     return value if np.isfinite(np.atleast_1d(value)).all() else None
 
 
-def _words(value: float | Vector) -> str:
-    numbers = ", ".join(f"{number:.10g}" for number in np.atleast_1d(value))
+def _words(value: float | Numbers) -> str:
+    is_long = len(np.atleast_1d(value)) > MAX_PRECISE
+    numbers = ", ".join(f"{number:.3f}" if is_long else f"{number:.10g}" for number in np.atleast_1d(value))
     return f"({numbers})" if isinstance(value, tuple) else numbers
 
 
@@ -213,6 +226,10 @@ def _deviations(scene: Scene, expect: Expect, initial: State, state: State, ener
         yield Deviation(ExpectedQuantity.CENTRE_OF_MASS, expect.centre_of_mass, _vector(centre))
     if expect.overlap is not None:
         yield Deviation(ExpectedQuantity.OVERLAP, expect.overlap, overlap_in(scene, state.position))
+    if expect.columns is not None:
+        shares = np.divide(expect.columns.shares, sum(expect.columns.shares))
+        measured = shares_in(expect.columns, state.position[:, 0])
+        yield Deviation(ExpectedQuantity.COLUMNS, tuple(shares.tolist()), tuple(measured.tolist()))
 
 
 def _vector(values: Floats) -> Vector:
@@ -226,8 +243,14 @@ def _energy(scene: Scene, state: State) -> float:
 
 def overlap_in(scene: Scene, position: Floats) -> float:
     """Return the deepest overlap of two balls, or of a ball and a wall, px; 0 if nothing overlaps."""
-    radius = scene.bodies.radius
-    return max(deepest_overlap(position, radius)[0], float((radius - wall_distance(scene, position)).max()))
+    radius, filters = scene.bodies.radius, scene.bodies.filters
+    return max(deepest_overlap(position, radius, filters)[0], float((radius - wall_distance(scene, position)).max()))
+
+
+def shares_in(columns: Columns, x: Floats) -> Floats:
+    """Return which share of all balls is in each column: (columns,). x: (n,) px, of all balls."""
+    edges = np.linspace(columns.start, columns.to, len(columns.shares) + 1)
+    return np.histogram(x, edges)[0] / len(x)
 
 
 def relative_error(score: Score) -> float:

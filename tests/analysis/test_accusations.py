@@ -7,9 +7,9 @@ import pytest
 from conftest import numbers_in, scene_of
 from faults import EventDriven, IgnoresPair, PutsApart, SemiImplicitGravity, SteppedWallsTooSoft
 
-import sandbox.engines
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference
+from sandbox.engines import _BUILT_IN, ENTRY_POINTS, registry
 from sandbox.judge.causes import Cause
 from sandbox.run.edits import SetVelocity
 from sandbox.scene.files import load
@@ -153,15 +153,15 @@ def test_a_touching_row_that_is_hit_as_a_step_ends_does_not_differ(
     direction: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The ball needs 160 px at 240 px/s: 40 steps, but for rounding."""
-    entry = EntryPoint("faultless", "faults:EventDriven", sandbox.engines.ENTRY_POINTS)
-    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faultless", entry)
+    entry = EntryPoint("faultless", "faults:EventDriven", ENTRY_POINTS)
+    monkeypatch.setitem(_BUILT_IN, "faultless", entry)
     balls = [(400 + direction * x, direction * v) for x, v in ((-300, 240), (-100, 0), (-60, 0), (-20, 0))]
     run = compare(row(*balls), ["faultless", "exact"]).runs["faultless"]
     assert run.differences == ()
     assert Cause.UNREPORTED not in [entry.cause for entry in run.figures.ledger]
 
 
-@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+@pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")
 @pytest.mark.parametrize("x", [300, 302.4, 303.1])
 def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) -> None:
     """Box2D lets two that touch go on together, and gives them their velocities at the end of the step."""
@@ -171,7 +171,7 @@ def test_balls_that_are_held_before_they_overlap_are_not_pushed_apart(x: float) 
     assert one.because.startswith("Found ")
 
 
-@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+@pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")
 def test_a_ball_that_is_held_at_a_wall_loses_its_way_back() -> None:
     """At 10 steps per second it is 0.6 px deep, but some 90 px of its flight are lost: not because of these 0.6 px."""
     one = first_of(load("bouncing").changed(rate=10), "box2d")

@@ -10,9 +10,9 @@ import pytest
 from conftest import numbers_in, scene_of
 from faults import EventDriven
 
-import sandbox.engines
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Difference, pair_name
+from sandbox.engines import _BUILT_IN, ENTRY_POINTS, registry
 from sandbox.judge.causes import Cause
 from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
@@ -133,8 +133,8 @@ All = Callable[[str, Scene], tuple[Difference, ...]]
 
 def register(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Register one of the engines above as `faulty`."""
-    faulty = EntryPoint("faulty", f"{__name__}:{engine}", sandbox.engines.ENTRY_POINTS)
-    monkeypatch.setitem(sandbox.engines._BUILT_IN, "faulty", faulty)
+    faulty = EntryPoint("faulty", f"{__name__}:{engine}", ENTRY_POINTS)
+    monkeypatch.setitem(_BUILT_IN, "faulty", faulty)
 
 
 @pytest.fixture
@@ -358,7 +358,7 @@ def test_a_contact_shorter_than_a_step_is_missing() -> None:
 )
 def test_an_error_of_the_reference_is_reported_as_the_reference_s(engine: str, found: str, cause: Cause) -> None:
     """In `oblique` exact is right, so any difference from another engine is that engine's error."""
-    if engine not in sandbox.engines.registry():
+    if engine not in registry():
         pytest.skip(f"needs {engine}")
     runs = compare(load("oblique"), ["exact", engine], against=engine).runs
     one, its = (runs["exact"].figures.first_difference, runs[engine].figures.first_difference)
@@ -433,7 +433,7 @@ def test_balls_at_rest_that_are_pushed_out_of_an_overlap_at_the_start_are_not_bl
     assert one.because.startswith("Ball 0 and ball 1 overlapped by 20 px when the comparison began: ")
 
 
-@pytest.mark.skipif("box2d" not in sandbox.engines.registry(), reason="needs box2d")
+@pytest.mark.skipif("box2d" not in registry(), reason="needs box2d")
 def test_each_contact_of_an_unconverged_chain_is_reported_as_unconverged() -> None:
     """Box2D's first contact of the cradle ends with the right restitution, but the next ones take too little on."""
     one = (

@@ -7,9 +7,9 @@ import pytest
 from conftest import scene_of
 from hypothesis import given
 from hypothesis import strategies as st
+from virial import VIRIAL_COEFFICIENTS, virial_series
 
 from sandbox.analysis.gas import (
-    VIRIAL_COEFFICIENTS,
     compressibility,
     contact_value,
     enskog_rate,
@@ -21,7 +21,6 @@ from sandbox.analysis.gas import (
     speed_distance,
     speed_law,
     virial_pressure,
-    virial_series,
     wall_pressure,
     why_no_gas,
 )

@@ -6,6 +6,7 @@ from faults import FAULTS, EventDriven
 
 import sandbox
 from sandbox.analysis.verdict import verdict
+from sandbox.run.inputs import Kick, Start
 from sandbox.scene.files import load
 
 EIGHT = "count = 8\nradius = 20\nspeed = 200\ninside = [[20, 20], [380, 280]]"
@@ -35,5 +36,14 @@ def test_engines_that_report_what_they_do_are_not_accused() -> None:
         "gas-100": ["pymunk", "article", "impulse", "exact"],
         "bouncing": ["pymunk", "exact"],
     }.items():
-        runs = sandbox.compare(load(name).changed(seconds=1.0), engines).runs
+        runs = sandbox.compare(load(name).changed(seconds=0.5), engines).runs
         assert not any(run.misreport for run in runs.values())
+
+
+def test_a_kick_right_after_a_contact_is_no_part_of_what_the_contact_did() -> None:
+    """The ball is at the wall in step 6, and is kicked before step 7."""
+    scene = scene_of("radius = 20\nposition = [100, 70]\nvelocity = [0, -510]", more="seconds = 0.5")
+    start, kick = Start(scene="test", seed=0, rate=60), Kick(step=6, ball=0, velocity=(0.0, 200.0))
+    runs = sandbox.compare(scene, ["pymunk", "exact"], inputs=[start, kick]).runs
+    assert len(runs["exact"].contacts) == 1
+    assert not any(run.misreport for run in runs.values())

@@ -70,6 +70,7 @@ def here() -> dict[str, dict[str, str]]:
     return {name: start_and_ends(load(name), registry(), SHORT) for name in SCENES}
 
 
+@pytest.mark.wide
 def test_other_processes_give_the_same_bytes(here: dict[str, dict[str, str]]) -> None:
     """This one has another hash seed, runs the scenes and the engines in reverse order, and reads no contacts."""
     program = f"{IMPORT}; print(json.dumps(t.all_ends(t.SCENES[::-1], [*t.registry()][::-1])))"
@@ -80,6 +81,7 @@ def test_other_processes_give_the_same_bytes(here: dict[str, dict[str, str]]) ->
     assert json.loads(other.stdout) == here
 
 
+@pytest.mark.wide
 def test_only_the_article_depends_on_the_variant_of_the_c_library_s_pow(here: dict[str, dict[str, str]]) -> None:
     """Without FMA, glibc has another pow, and other sines, cosines and logarithms, which differ in the last bit."""
     program = f"{IMPORT}; print(json.dumps([t.pow_variant(), t.squares(), t.all_ends(t.SCENES, t.registry())]))"
@@ -114,6 +116,7 @@ def test_the_results_of_our_own_engines_have_not_changed(name: str) -> None:
     }
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("name", bundled())
 def test_a_window_shows_the_same_bytes_as_a_run_without_one(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sandbox.engines.exact.contact import HOP_TIME
@@ -346,6 +346,7 @@ def full_row_under_a_heap(count: int, heap: int, friction: float, seed: int) -> 
     return box_of(row, falling, head=f"seed = {seed}\ngravity = [0, 900]", size=(20 * count, 200))
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize(
     ("count", "heap", "friction", "seed"),
     [(2, 4, 0.0, 0), (2, 4, 0.0, 2), (5, 7, 0.0, 1), (5, 7, 0.5, 0)],
@@ -552,6 +553,7 @@ def oracle(scene: Scene, start: State, until: float) -> tuple[Floats, Floats, li
         if who is None:
             return x, v, met
         met.append(who)
+        assume(len(met) < 500)  # an unending sequence of impacts has a test of its own
         i, j = who
         if j < 0:
             axis = (0, 1, 0, 1)[~j]

@@ -475,6 +475,7 @@ def test_disc_that_turns_between_floor_and_wall(mu: float) -> None:
     assert state.position[0].tolist() == [3990, 590]
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("seed", range(40))
 def test_disc_in_a_groove_comes_to_rest(seed: int) -> None:
     """Of any slopes, frictions and elasticity, with contacts that end, and energy that never grows."""

@@ -14,7 +14,7 @@ from sandbox.engines import article, impulse, neighbours
 from sandbox.engines.contact_log import empty_log
 from sandbox.engines.neighbours import NeighbourGrid, new_grid
 from sandbox.scene.walls import OUTWARD, Walls
-from sandbox.state import Floats, States
+from sandbox.state import MEETS_ALL, Floats, States
 
 Kernel = Callable[..., Any]
 
@@ -81,7 +81,7 @@ def article_equals_brute_force(seed: int, n: int, eta: float, heaped: float, pac
 def impulse_equals_brute_force(
     seed: int, n: int, eta: float, heaped: float, pace: float, frames: int, spread: float
 ) -> None:
-    """Balls of several radii, masses, elasticities and frictions; gravity, and a wall across the box."""
+    """Balls of several radii, masses, elasticities, frictions and groups; gravity, and a wall across the box."""
     rng, position, size, far = packed_balls(seed, n, eta, heaped)
     radius, mass, elasticity = (rng.uniform(low, high, n) for low, high in ((5 * spread, 5), (0.1, 10), (0.5, 1)))
     w, h = size
@@ -91,7 +91,10 @@ def impulse_equals_brute_force(
     walls = Walls(lines[:, :2].copy(), lines[:, 2:].copy(), np.array([0, 0, 0, 0, 2.0]), *factors)
     face = np.array([0, 0, w, h])
     gravity, friction = rng.normal(0, 900, 2), rng.uniform(0, 1, n)
-    constants = impulse.Constants(radius, mass, elasticity, friction, gravity, walls, OUTWARD, face, 1 / 60, 60)
+    filters = np.tile(np.array(MEETS_ALL), (n, 1))
+    filters[:, 0] = rng.integers(0, 4, n)
+    balls = radius, mass, elasticity, friction, filters
+    constants = impulse.Constants(*balls, gravity, walls, OUTWARD, face, 1 / 60, 60)
     state = [position, rng.normal(0, 60 * min(pace, far), (n, 2))]
 
     def steps(grid: NeighbourGrid | None, start: Any, states: States, log: Any) -> Any:

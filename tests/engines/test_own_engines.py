@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 import pytest
-from conftest import Command, scene_of
+from conftest import Command, sample, scene_of
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.difference import Kind
@@ -52,6 +52,10 @@ LOOP: Final = dedent('''
 
 _STEP: Final = "a function step(position, velocity, dt, scene)"
 FACTORY: Final = f"mine: must be a class or a function of (scene, initial), or {_STEP}"
+OF_TWO: Final = (
+    "; a function of two parameters is called with (scene, initial) and must return an engine; "
+    "one that does a step has four: step(position, velocity, dt, scene)"
+)
 
 
 @pytest.fixture
@@ -284,6 +288,13 @@ def returns(position: Floats, velocity: Floats, dt: float, scene: Scene) -> tupl
     return position + velocity * dt, velocity
 
 
+def of_two(position: Floats, velocity: Floats) -> None:
+    position += velocity / 60
+
+
+def returns_nothing(first: object, second: object) -> None: ...
+
+
 def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
 
 
@@ -296,6 +307,8 @@ def of_three(position: Floats, velocity: Floats, dt: float) -> None: ...
             f"{FACTORY}; its arguments are (scene: sandbox.scene.model.Scene) -> None",
         ),
         (of_three, f"{FACTORY}; its arguments are "),
+        (of_two, f"mine: raised TypeError: unsupported operand type(s) for /: 'State' and 'int'{OF_TWO}"),
+        (returns_nothing, f"mine: has no method step; an engine has step and state{OF_TWO}"),
         (NoState, "mine: its state must be a sandbox.State, got None"),
         (
             ElsewhereAtStart,
@@ -384,6 +397,7 @@ def test_an_engine_that_fails_costs_its_column_and_exit_code_2(working_folder: P
     assert (code, out) == (2, "")  # the reference
 
 
+@pytest.mark.wide
 def test_a_sweep_loses_the_rows_of_an_engine_that_fails(working_folder: Path, command: Command) -> None:
     (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
     arguments = ("--engines", "mine.py:step,impulse", "--seconds", "0.1", "--workers", "1", "--out", "rows.csv")
@@ -400,6 +414,7 @@ def test_a_sweep_loses_the_rows_of_an_engine_that_fails(working_folder: Path, co
     assert [row.split(",")[3] for row in rows] == ["engine", "impulse"]
 
 
+@pytest.mark.wide
 def test_a_traceback_is_printed_once_for_all_rows_of_a_sweep(working_folder: Path, command: Command) -> None:
     (working_folder / "mine.py").write_text("def step(position, velocity, dt, scene):\n    1 / 0")
     arguments = ("--engines", "mine.py:step", "--seconds", "0.1", "--seeds", "0:3", "--out", "rows.csv")
@@ -591,7 +606,7 @@ class WholeSpring(Spring):
     whole = True
 
 
-@pytest.mark.parametrize("engine", [Spring, WholeSpring])
+@pytest.mark.parametrize("engine", sample([Spring, WholeSpring], 2))
 def test_a_spring_is_accused_of_nothing_however_it_reports_a_touch(engine: type[Spring]) -> None:
     """At 960 steps a touch of 20 ms keeps the energy to 1 %, though half of it is in the spring meanwhile."""
     run = silent(load("head-on").changed(rate=960), engine)

@@ -1,7 +1,7 @@
 """What the judge reads off an engine's states: overlaps at the start, momentum out of nothing, normals, passages."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -10,10 +10,12 @@ from conftest import numbers_in, scene_of
 from sandbox.analysis.comparison import compare
 from sandbox.judge.causes import Cause
 from sandbox.judge.judge import Judge
+from sandbox.judge.models import BY_NAME
 from sandbox.judge.timeline import Timeline
 from sandbox.run.inputs import Kick
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.scene.units import PIXELS
 from sandbox.state import PUSH, Floats, States
 
 DT = 1 / 60
@@ -161,3 +163,77 @@ def test_a_share_of_velocities_and_spins_that_every_step_takes_is_one_habit() ->
     )
     [found] = Timeline(judge).suffered
     assert found.because == "Every step multiplies velocities and spins by 0.99, without a contact."
+
+
+def test_a_wall_that_is_found_too_soon_is_named_with_its_distance() -> None:
+    """The ball flies on until it is 2 px before the wall, and turns there."""
+    scene = scene_of("radius = 20\nposition = [773, 300]", size="[800, 600]")
+    [error] = judged(scene, (((773.0, 300.0),), ((300.0, 0.0),)), (((778.0, 300.0),), ((-300.0, 0.0),))).errors
+    assert (error.cause, error.contact) == (Cause.EARLY, (0, -3))
+    assert numbers_in(error.because) == [2]
+
+
+@pytest.mark.parametrize("into", ["wall", "ball"])
+def test_what_is_passed_is_missed_however_gravity_is_integrated(into: str) -> None:
+    """Places are moved at the velocity before gravity, as Pymunk does; at 60 px a step the ball misses what is there.
+
+    Gravity in steps takes m g² dt² / 2 in each step, and nothing is put down to rounding.
+    """
+    other = "radius = 3\nposition = [300, 300]" if into == "ball" else "radius = 3\nposition = [600, 100]"
+    wall = "\n[[walls]]\nfrom = [0, 300]\nto = [500, 300]\nthickness = 2" if into == "wall" else ""
+    scene = scene_of("radius = 3\nposition = [300, 20]", other + wall, size="[800, 6000]", more="gravity = [0, 900]")
+    x, v = np.array([[300.0, 20.0], scene.balls[1].position]), np.array([[0.0, 3600.0], [0.0, 0.0]])
+    g, rows = np.array([0.0, 900.0]), list[Row]()
+    for _ in range(9):
+        rows.append((x.tolist(), v.tolist()))
+        x, v = x + DT * v, v + DT * g
+    timeline = judged(scene, *rows)
+    assert timeline.suffered[0].cause == Cause.MISSED
+    assert [error.cause for error in timeline.errors].count(Cause.MISSED) == 1
+    mass = float(scene.bodies.mass.sum())
+    assert timeline.sums[0, Cause.GRAVITY] == pytest.approx(8 * mass * (900 * DT) ** 2 / 2)
+    assert abs(timeline.sums[0, Cause.ROUNDING]) <= 1e-9 * mass * 3600**2
+
+
+def fall(scene: Scene, steps: int, change: Callable[[Floats], Floats]) -> list[Row]:
+    """Return steps of a scene's ball that falls exactly, but for what changes its velocity, and turns at the floor."""
+    x, v = np.array([scene.balls[0].position]), np.zeros((1, 2))
+    g, rows = np.array([0.0, 900.0]), list[Row]()
+    for _ in range(steps):
+        rows.append((x.tolist(), v.tolist()))
+        x, v = x + DT * v + g * DT**2 / 2, change(v + DT * g)
+        if x[0, 1] > 580 and v[0, 1] > 0:
+            v[0, 1] *= -1
+    return rows
+
+
+def test_no_contact_is_blamed_for_what_is_wrong_with_the_flight() -> None:
+    """Drag with the square of the speed, which is no habit that the judge knows: bounces are right but late."""
+    scene = scene_of("radius = 20\nposition = [400, 130]", size="[800, 600]", more="gravity = [0, 900]")
+    rows = fall(scene, 200, lambda v: v - 1e-4 * DT * np.hypot(*v[0]) * v)
+    assert {error.cause for error in judged(scene, *rows).errors} <= {Cause.UNREPORTED, Cause.UNKNOWN}
+
+
+def test_a_limit_of_speeds_that_balls_fall_at_is_no_damping() -> None:
+    """From 150 px/s on, each step makes 165 px/s of it, and cuts them to 150, which is 0.909 of them."""
+    scene = scene_of("radius = 20\nposition = [400, 100]", size="[800, 600]", more="gravity = [0, 900]")
+    timeline = judged(scene, *fall(scene, 180, lambda v: np.minimum(v, 150)))
+    assert {error.cause for error in timeline.errors} <= {Cause.UNREPORTED, Cause.UNKNOWN, Cause.LATE}
+    assert not any("multiplies" in error.because for error in timeline.errors)
+
+
+@pytest.mark.parametrize(
+    ("fault", "values", "said"),
+    [
+        ("turn", np.radians([-1, 2, 6]), "The normal is turned by 2° (the median; 1 to 6 in all)."),
+        ("impulse", np.array([-0.2, 0.5, 0.7]), "The impulse is 0.5 of what is due (the median; -0.2 to 0.7 in all)."),
+        (
+            "impulse",
+            np.array([-0.2, -0.3, 0.1]),
+            "The impulse pulls instead of pushing, 0.2 of what is due (the median; -0.1 to 0.3 in all).",
+        ),
+        ("offset", np.array([-1.5, -0.5, -1.0]), "Found 1 px deep (the median; 0.5 to 1.5 in all)."),
+    ],
+)
+def test_the_range_of_a_parameter_is_in_the_numbers_of_its_sentence(fault: str, values: Floats, said: str) -> None:
+    assert BY_NAME[fault].sentence_of_many(values, PIXELS) == said

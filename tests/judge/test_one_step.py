@@ -67,7 +67,7 @@ def test_a_law_is_wrong_in_what_it_says() -> None:
     assert velocities(restitution=0.0) == pytest.approx([30, 30])
     assert velocities(missed=1) == pytest.approx([120, 0])
     assert velocities(exchange=Exchange.WHOLE) == pytest.approx([0, 120])
-    assert velocities(exchange=Exchange.FIRST_ONLY) == pytest.approx([-60, 0])
+    assert velocities(second_share=0.0) == pytest.approx([-60, 0])
     assert velocities(masses=Masses.EQUAL) == pytest.approx([0, 120])
     assert velocities(masses=Masses.SWAPPED) == pytest.approx([60, 180])
     assert velocities(second_share=0.5) == pytest.approx([-60, 30])

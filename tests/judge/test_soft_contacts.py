@@ -12,7 +12,7 @@ import sandbox
 from sandbox.engines import create
 from sandbox.judge.causes import Cause
 from sandbox.judge.fit import Problem, Trial
-from sandbox.judge.groups import balls_of
+from sandbox.judge.groups import balls_of, scratch_for
 from sandbox.judge.judge import Judge
 from sandbox.judge.law import When
 from sandbox.judge.one_step import Group
@@ -36,7 +36,7 @@ def problem_of(scene: Scene, before: State, after: State) -> Problem:
     ball["spin"] = before.spin
     end = np.column_stack([after.position, after.velocity, after.spin])
     gravity = float(scene.gravity[0]), float(scene.gravity[1])
-    return Problem(Group(ball, pieces_of(scene), 1 / scene.rate), end, gravity, FLOOR)
+    return Problem(Group(ball, pieces_of(scene), 1 / scene.rate), end, gravity, FLOOR, scratch_for(len(ball)))
 
 
 def wall_bounce(**balls: Any) -> Floats:
@@ -121,6 +121,7 @@ UNKNOWN_AT_MOST: Final = {  # of the error: where few balls meet, nothing is lef
 }
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("name", UNKNOWN_AT_MOST)
 def test_the_verdict_on_box2d_leaves_little_unknown(name: str) -> None:
     suffered = judged(name)[1].suffered

@@ -21,7 +21,7 @@ from sandbox.run.edits import (
 )
 from sandbox.run.inputs import Grab, Input, Move, Release, clock_of, load_inputs, write_inputs
 from sandbox.run.lockstep import Lockstep
-from sandbox.run.trajectory import Trajectory, simulate, write_trace
+from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.clock import Clock
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
@@ -245,7 +245,7 @@ def test_a_trace_numbers_balls_in_the_order_of_their_addition(scene: Scene, tmp_
     ]  # fmt: skip
     assert run.position[6, 3] == pytest.approx([602, 500])
     assert (run.radius.tolist(), run.mass.tolist()) == ([20, 20, 10, 5], [1, 3, 1, 7])
-    write_trace(run, tmp_path / "run.csv")
+    run.save(tmp_path / "run.csv")
     rows = [line.split(",") for line in (tmp_path / "run.csv").read_text().splitlines()[1:]]
     assert [row[1] for row in rows] == [str(ball) for row in present for ball in np.flatnonzero(row)]
 

@@ -108,9 +108,9 @@ BAD_INPUTS = {
         '{"step": 9, "do": "delete-wall", "wall": 0}',
         "the scene has no walls of its own, got wall 0",
     ),
-    "a-wall-without-length": (
-        '{"step": 9, "do": "add-wall", "from": [9, 9], "to": [9, 9]}',
-        "to is the same point as from; a wall must have a length",
+    "a-wall-of-no-size": (
+        '{"step": 9, "do": "add-wall", "from": [9, 9], "to": [9, 9], "thickness": 0}',
+        "thickness must be greater than 0 where to is the same point as from",
     ),
     "a-wall-by-its-attribute": (
         '{"step": 9, "do": "add-wall", "from": [9, 9], "start": [9, 9], "to": [9, 99]}',

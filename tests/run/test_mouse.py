@@ -46,6 +46,7 @@ def test_the_pull_is_critically_damped_and_integrated_by_backward_euler(rate: in
     assert position - 400 == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.wide
 @given(rate=st.integers(1, 5000), radius=st.floats(1, 100), fraction=st.floats(0, 1), back=st.booleans())
 def test_the_pull_never_overshoots_at_any_rate(rate: int, radius: float, fraction: float, back: bool) -> None:
     group = f"radius = {radius!r}\nposition = [400, 300]"

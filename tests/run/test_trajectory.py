@@ -4,17 +4,22 @@ import csv
 import re
 import sys
 import time
+from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 from conftest import scene_of
+from hypothesis import given
+from hypothesis import strategies as st
 
 from sandbox.errors import SandboxError
 from sandbox.run.edits import AddBall, DeleteBall, SetGravity
-from sandbox.run.trajectory import Trajectory, simulate, write_trace
+from sandbox.run.trajectory import Trajectory, simulate
 from sandbox.scene.files import load
 from sandbox.state import Floats, no_contacts
 
@@ -40,7 +45,7 @@ def awkward() -> Trajectory:
 
 def read_npz(path: Path) -> list[Floats]:
     with np.load(path) as file:
-        assert set(file.files) == set(ARRAYS)
+        assert set(file.files) == {*ARRAYS, "size", "contacts"}
         return [file[name] for name in ARRAYS]
 
 
@@ -67,7 +72,7 @@ READ = {"npz": read_npz, "csv": read_csv}
 def test_a_trace_has_the_same_numbers_to_the_bit(tmp_path: Path, ending: str) -> None:
     trajectory = awkward()
     path = tmp_path / f"trace.{ending}"
-    write_trace(trajectory, path)
+    trajectory.save(path)
     written = [getattr(trajectory, name) for name in ARRAYS]
     for array, read in zip(written, READ[ending](path), strict=True):
         assert read.dtype == np.float64
@@ -75,19 +80,71 @@ def test_a_trace_has_the_same_numbers_to_the_bit(tmp_path: Path, ending: str) ->
         assert np.ascontiguousarray(read).tobytes() == array.tobytes()
 
 
+@pytest.mark.parametrize("name", ["awkward", "edited"])
+def test_what_is_saved_is_loaded_to_the_bit(name: str, tmp_path: Path) -> None:
+    inputs = [AddBall(step=3, position=(60, 60), radius=10)]
+    trajectory = awkward() if name == "awkward" else simulate(load("oblique"), "pymunk", steps=70, inputs=inputs)
+    trajectory.save(tmp_path / "run.npz")
+    loaded = Trajectory.load(tmp_path / "run.npz")
+    for field in fields(Trajectory):
+        saved, read = getattr(trajectory, field.name), getattr(loaded, field.name)
+        assert type(read) is type(saved)
+        assert np.asarray(read).tobytes() == np.asarray(saved).tobytes()
+    assert len(loaded.contacts) == (name == "edited")
+
+
+def test_a_file_that_is_no_trajectory_is_one_message(tmp_path: Path) -> None:
+    file = tmp_path / "run.npz"
+    awkward().save(file)
+    whole = file.read_bytes()
+    arrays = {name: np.zeros(3) for name in (*ARRAYS, "size", "contacts")}
+
+    def message(content: bytes | dict[str, Any]) -> str:
+        if isinstance(content, bytes):
+            file.write_bytes(content)
+        else:
+            np.savez(file, **content)
+        with pytest.raises(SandboxError) as error:
+            Trajectory.load(file)
+        return str(error.value).removeprefix(f"{file}: ")
+
+    assert message(b"") == "is not a whole .npz file: File is not a zip file"
+    assert message(whole[:-1]).startswith("is not a whole .npz file: ")
+    assert message({"time": np.zeros(3)}).startswith("has no position, no velocity, no radius")
+    assert message(arrays) == "position must be of shape (3, 3, 2), got float64 of shape (3,)"
+    assert message(arrays | {"time": np.array([None])}).startswith("is not a whole .npz file: Object arrays")
+    with pytest.raises(SandboxError, match=r"gone.npz: cannot be read: No such file or directory$"):
+        Trajectory.load(tmp_path / "gone.npz")
+    with pytest.raises(SandboxError, match=r"run.csv: a trajectory is read from .npz; a .csv lacks its contacts"):
+        Trajectory.load(tmp_path / "run.csv")
+
+
+@given(st.data())
+def test_a_damaged_file_is_refused_or_loads(data: st.DataObject) -> None:
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "run.npz"
+        awkward().save(file)
+        damaged = bytearray(file.read_bytes())
+        for _ in range(data.draw(st.integers(1, 4))):
+            damaged[data.draw(st.integers(0, len(damaged) - 1))] = data.draw(st.integers(0, 255))
+        file.write_bytes(damaged)
+        with suppress(SandboxError):
+            Trajectory.load(file)
+
+
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_same_trace_is_the_same_bytes(tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"
-    write_trace(awkward(), first)
+    awkward().save(first)
     later = time.time() + 1e6
     monkeypatch.setattr(time, "time", lambda: later)
-    write_trace(awkward(), second)
+    awkward().save(second)
     assert first.read_bytes() == second.read_bytes()
 
 
 def test_standard_output_is_csv(tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    write_trace(awkward(), "-")
-    write_trace(awkward(), tmp_path / "trace.csv")
+    awkward().save("-")
+    awkward().save(tmp_path / "trace.csv")
     out = capsysbinary.readouterr().out
     assert out == (tmp_path / "trace.csv").read_bytes()
     assert out.startswith(b"time,ball,x,y,vx,vy,radius,mass,angle,spin,energy\n0.0,0,0.1,-0.0,")
@@ -99,7 +156,7 @@ def test_another_ending_is_rejected(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     message = f"{path}: a trace must end in one of .npz, .csv"
     with pytest.raises(SandboxError, match=f"^{re.escape(message)}$"):
-        write_trace(awkward(), path)
+        awkward().save(path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -107,7 +164,7 @@ def test_a_table_has_what_the_csv_has(tmp_path: Path, monkeypatch: pytest.Monkey
     pandas = ModuleType("pandas")
     pandas.DataFrame = lambda columns: columns  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "pandas", pandas)
-    write_trace(awkward(), tmp_path / "trace.csv")
+    awkward().save(tmp_path / "trace.csv")
     written = np.genfromtxt(tmp_path / "trace.csv", delimiter=",", names=True)
     columns: dict[str, Floats] = awkward().to_dataframe()
     assert tuple(columns) == written.dtype.names

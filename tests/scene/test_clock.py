@@ -46,13 +46,6 @@ def test_a_change_of_rate_begins_at_its_step() -> None:
     assert clock.rates(np.array([0, 1, 120, 121])).tolist() == [60, 60, 60, 240]
 
 
-def test_a_long_step_counts_for_those_around_it() -> None:
-    """A contact of a long step may be found in the next one."""
-    clock = Clock.of_rates([60] * 20 + [2] + [60] * 20)
-    around = clock.lengths_around(np.array([10, 18, 21, 24, 25]), 3)
-    assert around == pytest.approx([3 / 60, 3 / 2, 3 / 2, 3 / 2, 3 / 60])
-
-
 def test_a_clock_says_how_long_its_steps_are() -> None:
     assert [str(Clock(rate)) for rate in (1, 60, 62.5)] == [
         "at 1 step per second",

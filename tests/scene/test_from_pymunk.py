@@ -11,6 +11,7 @@ import pymunk
 import pytest
 
 import sandbox
+from sandbox.engines.pymunk import PymunkEngine
 from sandbox.errors import SandboxError, SpaceWarning
 from sandbox.scene.from_pymunk import from_space
 from sandbox.scene.spawn import spawn
@@ -149,9 +150,57 @@ def test_a_static_polygon_becomes_its_joined_sides() -> None:
     assert all((side.thickness, side.joined) == (3, True) for side in sides)
 
 
+def test_static_circles_and_segments_without_length_become_pegs_off_which_pymunk_bounces_alike() -> None:
+    space = simple_space()
+    space.gravity = 0, 900
+    carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+    carrier.position, carrier.angle = (120, 100), math.pi / 2
+    circle, point = pymunk.Circle(carrier, 12, (30, 0)), pymunk.Segment(carrier, (0, 60), (0, 60), 4)
+    circle.elasticity, circle.friction = 0.7, 0.3
+    space.add(carrier, circle, point)
+    scene = from_space(space)
+    [_, peg, other] = scene.walls
+    assert peg.is_peg
+    assert peg.start == pytest.approx((120, 130))
+    assert (peg.thickness, peg.elasticity, peg.friction) == (24, 0.7, 0.3)
+    assert other.is_peg
+    assert other.start == pytest.approx((60, 100))
+    ball = next(body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC)
+    ball.position = 116, 60
+    trajectory = sandbox.simulate(from_space(space), "pymunk", seconds=SECONDS)
+    assert ~5 in trajectory.contacts["second"]
+    assert np.abs(trajectory.position[1:] - positions_after_steps(space)).max() < MAX_DISTANCE
+
+
+def test_a_kinematic_body_at_rest_carries_walls_as_a_static_one_does() -> None:
+    spaces = [simple_space(), simple_space()]
+    for space, kind in zip(spaces, (pymunk.Body.STATIC, pymunk.Body.KINEMATIC), strict=True):
+        space.gravity = 0, 900
+        carrier = pymunk.Body(body_type=kind)
+        carrier.position = 98, 150
+        space.add(carrier, pymunk.Circle(carrier, 12))
+    assert from_space(spaces[0]) == from_space(spaces[1])
+    on_static, on_kinematic = map(positions_after_steps, spaces)
+    assert np.array_equal(on_static, on_kinematic)
+
+
+def test_sensors_touch_nothing_and_are_left_out_with_a_warning() -> None:
+    space = simple_space()
+    carrier = pymunk.Body(body_type=pymunk.Body.STATIC)
+    [body] = (body for body in space.bodies if body.body_type == pymunk.Body.DYNAMIC)
+    sensors = pymunk.Segment(carrier, (0, 120), (300, 120), 3), pymunk.Circle(body, 30)
+    for sensor in sensors:
+        sensor.sensor = True
+    space.add(carrier, *sensors)
+    with pytest.warns(SpaceWarning, match="^left out of the scene: 2 sensors, which touch nothing$"):
+        scene = from_space(space)
+    assert scene == from_space(simple_space())
+
+
 def on_body(body_type: int) -> Callable[[pymunk.Space], None]:
     def add(space: pymunk.Space) -> None:
         body = pymunk.Body(1, 1, body_type=body_type)
+        body.angular_velocity = 1
         space.add(body, pymunk.Poly.create_box(body))
 
     return add
@@ -201,14 +250,12 @@ def ignore_each_other(space: pymunk.Space) -> None:
 UNSUPPORTED = {
     "1 dynamic polygon": on_body(pymunk.Body.DYNAMIC),
     "1 dynamic segment": add_dynamic(lambda body: pymunk.Segment(body, (0, 0), (9, 9), 1)),
-    "1 static circle": lambda space: space.add(pymunk.Circle(space.static_body, 5)),
-    "1 shape on a kinematic body": on_body(pymunk.Body.KINEMATIC),
-    "1 sensor": lambda space: setattr(add_segment(space), "sensor", True),
+    "1 shape on a moving kinematic body": on_body(pymunk.Body.KINEMATIC),
     "1 dynamic body with several shapes": add_second_shape,
     "1 dynamic body without a shape": add_dynamic(lambda body: None),
     "1 circle off its body's centre of gravity": add_dynamic(lambda body: pymunk.Circle(body, 5, (3, 0))),
     "1 shape with an elasticity outside 0 to 1": lambda space: setattr(add_segment(space), "elasticity", 1.5),
-    "1 segment without length": lambda space: space.add(pymunk.Segment(space.static_body, (9, 9), (9, 9), 1)),
+    "1 wall without size": lambda space: space.add(pymunk.Segment(space.static_body, (9, 9), (9, 9), 0)),
     "1 infinite moment of a circle with friction": lambda space: setattr(
         add_ball(space, friction=1), "moment", math.inf
     ),
@@ -216,9 +263,8 @@ UNSUPPORTED = {
     "1 custom velocity function": of_ball(velocity_func=lambda body, gravity, damping, dt: None),
     "1 custom position function": of_ball(position_func=lambda body, dt: None),
     "1 surface velocity": of_ball(surface_velocity=(10, 0)),
-    "2 shapes with filters that ignore others": ignore_each_other,
+    "2 shapes with filters between balls and walls": ignore_each_other,
     "1 collision handler": lambda space: space.on_collision(None, None, begin=lambda arbiter, space, data: None),
-    "1 sleep_time_threshold": of_space(sleep_time_threshold=0.5),
     "1 damping outside 0 to 1": of_space(damping=1.5),
     "2 PivotJoints": add_joint,
 }
@@ -243,10 +289,15 @@ def test_all_that_is_refused_is_in_one_message() -> None:
     add_joint(space)
     for kind in (pymunk.Body.DYNAMIC, pymunk.Body.DYNAMIC, pymunk.Body.KINEMATIC):
         on_body(kind)(space)
-    space.sleep_time_threshold = 1
+    space.damping = 2
     with pytest.raises(SandboxError, match=r"^the Space has [^;]+, which a scene cannot have; skip=True") as raised:
         from_space(space)
-    for what in ("2 dynamic polygons", "1 shape on a kinematic body", "2 PivotJoints", "1 sleep_time_threshold"):
+    for what in (
+        "2 dynamic polygons",
+        "1 shape on a moving kinematic body",
+        "2 PivotJoints",
+        "1 damping outside 0 to 1",
+    ):
         assert what in str(raised.value)
 
 
@@ -256,6 +307,40 @@ def test_filters_that_ignore_nothing_and_handlers_without_callbacks_are_accepted
         shape.filter = pymunk.ShapeFilter(group=group, categories=group)
     space.on_collision(1, 2)
     assert len(from_space(space).bodies) == 1
+
+
+def test_filters_between_balls_are_those_of_the_scene(tmp_path: Path) -> None:
+    space = simple_space()
+    filters = [(2**40, 0b1, 0b10), (5, 0xFFFFFFFF, 0xFFFFFFFF), (2**40, 0b11, 0xFFFFFFFF), (0, 0xFFFFFFFF, 0xFFFFFFF2)]
+    for k, of_ball in enumerate(filters, 2):
+        next(iter(add_ball(space, 50 * k).shapes)).filter = pymunk.ShapeFilter(*of_ball)
+    next(shape for shape in space.shapes if isinstance(shape, pymunk.Segment)).filter = pymunk.ShapeFilter(9, 0b10)
+    scene = from_space(space)
+    # A group is only a name: they are numbered in their order.
+    names = (1, 2, 1, 0)
+    assert scene.bodies.filters.tolist()[-4:] == [
+        [name, *rest] for name, (_, *rest) in zip(names, filters, strict=True)
+    ]
+    sandbox.write(scene, tmp_path / "mine.toml")
+    assert sandbox.load(tmp_path / "mine.toml").bodies.filters.tolist() == scene.bodies.filters.tolist()
+    shapes = [
+        shape.filter for shape in PymunkEngine(scene, spawn(scene)).space.shapes if isinstance(shape, pymunk.Circle)
+    ]
+    assert shapes[-4:] == [pymunk.ShapeFilter(name, *rest) for name, (_, *rest) in zip(names, filters, strict=True)]
+
+
+def test_a_body_that_sleeps_is_a_ball_at_rest() -> None:
+    space = simple_space()
+    space.gravity, space.sleep_time_threshold, space.idle_speed_threshold = (0, 900), 0.2, 20
+    ball = add_ball(space, 100)
+    ball.position, ball.velocity = (200, 187), (5, 0)
+    for _ in range(RATE):
+        space.step(1 / RATE)
+    assert ball.is_sleeping
+    assert ball.velocity.x == pytest.approx(5)  # which Pymunk keeps for when it wakes
+    scene = from_space(space)
+    assert not spawn(scene).velocity.any()
+    assert (scene.pymunk.sleep_time_threshold, scene.pymunk.idle_speed_threshold) == (0.2, 20)
 
 
 def test_other_moments_are_listed_in_a_warning_where_they_matter() -> None:

@@ -224,7 +224,7 @@ def test_all_errors_at_once_in_order_of_lines() -> None:
         'title = 3\nsedd = 1\n[arena]\nsize = [800, 600]\nbackgruond = "white"\n'
         "[[balls]]\nradius = -5\nposition = [nan, 100]\n"
         "[[balls]]\nradius = 4\nvelocty = [1, 2]\nposition = [100, 100]\nmass = 0\ncount = 1.5\n"
-        "[[walls]]\nfrom = [1, 1]\nto = [1, 1]\n[pymunk]\nsubsteps = 0\n"
+        "[[walls]]\nfrom = [1, 1]\nto = [1, 1.0000001]\n[pymunk]\nsubsteps = 0\n"
     )
     assert errors(text) == [
         "1: title must be text in quotes, got 3",
@@ -235,7 +235,7 @@ def test_all_errors_at_once_in_order_of_lines() -> None:
         f"11: balls[1].velocty {NO_KEY}; did you mean velocity?",
         "13: balls[1].mass must be greater than 0, got 0",
         "14: balls[1].count must be a whole number, got 1.5",
-        "17: walls[0].to is the same point as from; a wall must have a length",
+        "17: walls[0].to is nearly the same point as from; only at the same point, the wall is a peg",
         "19: pymunk.substeps must be at least 1, got 0",
     ]
 
@@ -244,7 +244,7 @@ ALL_KEYS = {
     "top": (
         "radius = 1\n" + balls(BALL),
         f"1: radius {NO_KEY}; known are {{}}".format(
-            "about, arena, balls, expect, gravity, pymunk, rate, seconds, seed, title, topic, walls"
+            "about, arena, balls, expect, gravity, pegs, pymunk, rate, seconds, seed, title, topic, units, walls"
         ),
     ),
     "wall": (
@@ -381,6 +381,10 @@ PLACED = {
         "radius = 5\nposition = [9, 9, 9]",
         "5: balls[0].position must have at most 2 entries, got 3",
     ),
+    "no-category": (
+        "radius = 5\nposition = [9, 9]\nfilter = { categories = 0x1_0000_0000 }",
+        "6: balls[0].filter.categories must have at most 32 bits, got 0x100000000",
+    ),
     "one-coordinate": ("radius = 5\nposition = [9]", "5: balls[0].position must be a list of two, got [9]"),
 }
 
@@ -391,11 +395,25 @@ def test_errors_in_a_group(group: str, message: str) -> None:
 
 
 EXPECTED = {
-    "nothing": ("", "[0] must contain position, velocity, spin, energy_ratio, momentum, centre_of_mass or overlap", 6),
+    "nothing": (
+        "",
+        "[0] must contain position, velocity, spin, energy_ratio, momentum, centre_of_mass, overlap or columns",
+        6,
+    ),
     "whose": ("position = [1, 1]", "[0].ball is missing; position, velocity and spin are those of one ball", 6),
     "of-all-balls": (
         "ball = 0\nenergy_ratio = 1",
         "[0].ball requires position, velocity or spin; energy_ratio is of all balls",
+        10,
+    ),
+    "no-column": (
+        "columns = { from = 9, to = 9, shares = [1] }",
+        "[0].columns.to must be greater than from, 9, got 9",
+        10,
+    ),
+    "no-share": (
+        "columns = { from = 0, to = 9, shares = [0, 0] }",
+        "[0].columns.shares must contain a number greater than 0",
         10,
     ),
     "no-such-ball": ("ball = 1\nvelocity = [1, 1]", "[0].ball must be at most 0, got 1", 10),
@@ -654,8 +672,37 @@ BROKEN: dict[str, tuple[str | bytes, str]] = {
         ':3: arena.background is not a valid colour: "#12345"; write a CSS name or #rrggbb',
     ),
     "wall-of-no-length": (
-        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\n"),
-        ":8: walls[0].to is the same point as from; a wall must have a length",
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5.0000001]\n"),
+        ":8: walls[0].to is nearly the same point as from; only at the same point, the wall is a peg",
+    ),
+    "wall-of-no-size": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\nthickness = 0\n"),
+        ":9: walls[0].thickness must be greater than 0 where to is the same point as from",
+    ),
+    "joined-peg": (
+        balls(BALL, more="[[walls]]\nfrom = [5, 5]\nto = [5, 5]\njoined = true\n"),
+        ":9: walls[0].joined requires that from and to are not the same point",
+    ),
+    "peg-without-radius": (
+        balls(BALL, more="[[pegs]]\npositions = [[5, 5]]\n"),
+        ":6: pegs[0].radius is missing (Radius of each peg, px)",
+    ),
+    "peg-without-place": (
+        balls(BALL, more="[[pegs]]\nradius = 5\npositions = []\n"),
+        ":8: pegs[0].positions must have at least 1 entries, got 0",
+    ),
+    "ball-in-a-peg": (
+        balls(BALL, more="[[pegs]]\nradius = 5\npositions = [[700, 500], [104, 100]]\n"),
+        """:5: balls[0].position puts ball 0 into wall 1: its centre must be at least 10 px from the peg's centre, \
+got 4 (or allow it with overlap in [arena])""",
+    ),
+    "walls-and-pegs": (
+        balls(
+            BALL,
+            more="[[walls]]\nfrom = [5, 5]\nto = [5, 9]\n" * 998
+            + f"[[pegs]]\nradius = 1\npositions = {[[300, 9]] * 3}\n",
+        ),
+        ":3000: pegs and walls must be at most 1000 together, got 1001",
     ),
     "deep": ("a = " + "[" * 20_000 + "]" * 20_000, ":1: is nested too deeply"),
     "walls": (

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from conftest import Command, scene_of
 
-import sandbox.engines
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.verdict import key_figures
+from sandbox.engines import _BUILT_IN, ENTRY_POINTS
 from sandbox.engines.exact import ExactEngine
 from sandbox.errors import SandboxError
 from sandbox.run.edits import SetVelocity
@@ -154,6 +154,31 @@ def test_the_deepest_overlap_is_of_two_balls_or_of_a_ball_and_a_wall(balls: str,
     assert deviation.measured == pytest.approx(deep)
 
 
+@pytest.mark.parametrize(
+    ("x", "error"),
+    [
+        ((150, 250, 250, 350), 0),
+        ((150, 150, 250, 350), 0.25),  # one too far left
+        ((150, 150, 150, 350), 0.5),
+        ((350, 250, 250, 350), 0.25),
+        ((50, 250, 250, 350), 0.25),  # one in no column, on the left or on the right
+        ((150, 250, 250, 450), 0.25),
+        ((50, 50, 450, 450), 1),
+    ],
+)
+def test_shares_in_columns_are_compared_by_their_sums_up_to_each(x: tuple[int, ...], error: float) -> None:
+    scene = scene_of(
+        f"radius = 20\npositions = {[[at, 100 * k + 50] for k, at in enumerate(x)]}\n"
+        "[[expect]]\nat = 0\ncolumns = { from = 100, to = 400, shares = [2, 4, 2] }\ntolerance = 0.2\n"
+        "because = 'a law of chance'\n",
+    )
+    assert score_of(scene).error == pytest.approx(error)
+    if error == 0.5:
+        [line] = result_of(scene).lines
+        shares = "(0.750, 0.000, 0.250) instead of (0.250, 0.500, 0.250)"
+        assert line == f"at 0 s: columns {shares}, off by 0.5 (tolerance 0.2): a law of chance"
+
+
 # Times between two steps
 
 FALLING = scene_of(
@@ -246,6 +271,7 @@ def test_compare_says_that_it_ends_before_an_expectation() -> None:
     assert run.scores[0].skipped == "the last step ends before 0.51 s"
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("rate", [60, 61, 250])
 @pytest.mark.parametrize("name", ["bouncing", "truths/bounce-half", "truths/cradle-gapped", "truths/cluster"])
 def test_compare_and_verify_score_alike(name: str, rate: int) -> None:
@@ -282,8 +308,8 @@ class Breaks(ExactEngine):
 
 @pytest.fixture
 def breaks(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("breaks", f"{__name__}:{Breaks.__name__}", sandbox.engines.ENTRY_POINTS)
-    monkeypatch.setitem(sandbox.engines._BUILT_IN, "breaks", entry)
+    entry = EntryPoint("breaks", f"{__name__}:{Breaks.__name__}", ENTRY_POINTS)
+    monkeypatch.setitem(_BUILT_IN, "breaks", entry)
 
 
 @pytest.mark.usefixtures("breaks")
@@ -322,8 +348,8 @@ class Interrupted(ExactEngine):
 
 
 def test_rows_are_printed_as_scenes_are_done(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", sandbox.engines.ENTRY_POINTS)
-    monkeypatch.setitem(sandbox.engines._BUILT_IN, "interrupted", entry)
+    entry = EntryPoint("interrupted", f"{__name__}:{Interrupted.__name__}", ENTRY_POINTS)
+    monkeypatch.setitem(_BUILT_IN, "interrupted", entry)
     code, out, _ = command("verify", "oblique", "newtons-cradle", "--engines", "interrupted")
     assert code == 130
     assert out == "scene              interrupted\noblique             2.0e-14 ok\n"

@@ -36,9 +36,10 @@ from sandbox.engines.contact_log import Log, log_contact
 from sandbox.engines.exact.contact import (
     CONTACT_TIME,
     MIN_APPROACH,
+    MIN_STREAK,
     SLOW_HOPS,
     approach_of_discs,
-    count_slow_contact,
+    count_slow_contacts,
     give,
     hop_round_end,
     lean_until,
@@ -48,7 +49,7 @@ from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.statics import columns_of, equilibrium, pushed
 from sandbox.engines.exact.support import MAX_SUPPORTS, normal_to, report_support, unit
 from sandbox.engines.exact.touching import gap_to_piece
-from sandbox.engines.exact.world import Motion, World, motion, move_to_now, release
+from sandbox.engines.exact.world import Motion, World, meet, motion, move_to_now, release
 from sandbox.engines.laws import friction_impulse
 from sandbox.state import CONTACT, Bools, Contacts, Floats, Integers
 
@@ -58,10 +59,17 @@ SWEEPS_PER_BLOCK: Final = 12  # whose impulses are compared: cycles of 1, 2, 3, 
 STEADY: Final = 1e-11  # relative, within which the impulses of all contacts fall by one ratio; far above rounding
 IMPULSE_ROUNDING: Final = 1e-14  # relative, of impulses at the speed of the fastest bodies, whose rounding all share
 ENDLESS_RATIO: Final = 1 - 1e-9  # from which on impulses do not fall: the bodies have no room
+LEVEL: Final = 1e-3  # by which the impulses of a block and the next one differ at most where they hardly fall
+# Such blocks in a row, times the least loss of an impact, from which on the bodies have no room either: what moves
+# between them has long lost its energy, and a slow wedge drives them.
+LEVEL_BLOCKS: Final = 8
 SHARE_AT_ONCE: Final = 1 - 2**-10  # of what a sequence still adds up to: not all, as the ratio is not exact
 IMPACTS_PER_CALL: Final = 200_000  # a few milliseconds, after which Ctrl-C is heard
 SLOWED: Final = 1e-3  # of the fastest approach: what is left of an unsteady sequence is solved at once
 MAX_IMPACTS: Final = 30_000_000  # of a sequence that does not become steady; then its bodies count as having no room
+# Of springs, lightest mass / s². In a full row that is out of line by 1e-5 of a radius, a disc is a wedge, and with
+# springs that are 1e4 times softer it would go on to move, and set off the next sequence.
+STOP_STIFFNESS: Final = 1e10
 FEW: Final = 64  # discs and contacts of a group, for which there is room at first; it grows
 RESIDUAL: Final = 4  # times an approach that is left: what contacts among the same bodies may make of it
 REST: Final = 1e-13  # of the group's speeds before: a slower approach counts as rest
@@ -195,8 +203,8 @@ def _sweep(member: NDArray[np.void], link: NDArray[np.void], still: float, is_ro
 
 
 @kernel
-def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> float:
-    """Return the ratio by which the impulses of all contacts fell from the block before, or -1 if they have none."""
+def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> tuple[float, bool]:
+    """Return the ratio of the impulses to those of the block before, or 0 if there was none; whether all have it."""
     total, last, largest, fastest = 0.0, 0.0, 0.0, 0.0
     for k in range(len(link)):
         total += link[k].block_impulse
@@ -204,14 +212,24 @@ def _ratio(member: NDArray[np.void], link: NDArray[np.void]) -> float:
         largest = max(largest, link[k].block_impulse)
         fastest = max(fastest, _scale(member, link[k])[0])
     if last == 0:
-        return -1.0
+        return 0.0, False
     ratio = total / last
     for k in range(len(link)):
         per_mass = _scale(member, link[k])[1]
         tolerance = STEADY * largest + IMPULSE_ROUNDING * fastest / per_mass
         if abs(link[k].block_impulse - ratio * link[k].last_impulse) > tolerance:
-            return -1.0
-    return ratio
+            return ratio, False
+    return ratio, True
+
+
+@kernel
+def _loss(link: NDArray[np.void]) -> float:
+    """Return the least share of its energy that an impact of this block loses."""
+    elasticity = 0.0
+    for k in range(len(link)):
+        if link[k].block_impulse > 0:
+            elasticity = max(elasticity, link[k].elasticity)
+    return 1 - elasticity**2
 
 
 @kernel
@@ -256,7 +274,7 @@ def _continue_geometrically(member: NDArray[np.void], link: NDArray[np.void], ra
 @entry
 def _continue(member: NDArray[np.void], link: NDArray[np.void], still: float, is_rough: bool) -> tuple[int, int]:
     """Continue a sequence of impacts. Returns its outcome, as in `Outcome`, and the number of impacts."""
-    impacts = 0
+    impacts, level = 0, 0
     while impacts < IMPACTS_PER_CALL:
         for k in range(len(link)):
             link[k].block_impulse = link[k].block_tangential = 0.0
@@ -265,13 +283,14 @@ def _continue(member: NDArray[np.void], link: NDArray[np.void], still: float, is
             impacts += more
             if more == 0:
                 return PARTED, impacts
-        ratio = _ratio(member, link)
-        if ratio >= ENDLESS_RATIO:
+        ratio, is_steady = _ratio(member, link)
+        level = level + 1 if abs(1 - ratio) < LEVEL and not is_steady else 0
+        if (is_steady and ratio >= ENDLESS_RATIO) or level * _loss(link) >= LEVEL_BLOCKS:
             return ENDLESS, impacts
-        if ratio > 0:
+        if is_steady:
             _continue_geometrically(member, link, ratio)
         for k in range(len(link)):
-            link[k].last_impulse = 0.0 if ratio > 0 else link[k].block_impulse
+            link[k].last_impulse = 0.0 if is_steady else link[k].block_impulse
     return UNFINISHED, impacts
 
 
@@ -351,7 +370,11 @@ def _gather(
                     o = motion(world, j, now)
                     gap = _gap(world, i, j, m, o)
                     closing = approach_of_discs(m, o).closing
-                    if i != j and gap <= _slack(world, i, closing, way, now) + _slack(world, j, closing, way, now):
+                    if (
+                        i != j
+                        and meet(world, i, j)
+                        and gap <= _slack(world, i, closing, way, now) + _slack(world, j, closing, way, now)
+                    ):
                         if place[j] == 0:
                             if members < len(member):
                                 _add_member(world, member, members, j, now, place)
@@ -389,8 +412,11 @@ def _set_course(world: World, m: Record, residual: float, since: float, now: flo
 
 
 @kernel
-def _note_contact(world: World, c: Record, m: Record, sign: float, now: float) -> None:
-    """Note what contact c of a group has done to one of its members. sign: 1 if it is the second, else -1."""
+def _note_contact(world: World, c: Record, m: Record, sign: float, count: int, now: float) -> None:
+    """Note what contact c of a group has done to one of its members.
+
+    sign: 1 if that is the second, else -1; count: of contacts that it stands for.
+    """
     i = np.int64(m.disc)
     if m.per_mass == 0:
         give(world, i, sign * (c.impulse * c.nx - c.tangential * c.ny), sign * (c.impulse * c.ny + c.tangential * c.nx))
@@ -401,7 +427,7 @@ def _note_contact(world: World, c: Record, m: Record, sign: float, now: float) -
     if c.hop > 0:
         lean_until(world, i, world.hop_time, now)
     if world.has_gravity:
-        count_slow_contact(world, i, 0.0, now)
+        count_slow_contacts(world, i, 0.0, now, count)
 
 
 @entry
@@ -420,15 +446,16 @@ def _write_back(
     for k in range(len(member)):
         if member[k].is_hit and member[k].per_mass > 0:
             _set_course(world, member[k], residual, since, now, log)
+    count = 1 if residual < math.inf else MIN_STREAK  # a sequence without end jams discs
     for k in range(len(link)):
         c = link[k]
         if c.impulse == 0:
             continue
         first = member[c.first]
-        _note_contact(world, c, first, -1.0, now)
+        _note_contact(world, c, first, -1.0, count, now)
         if c.second >= 0:
             second = member[c.second]
-            _note_contact(world, c, second, 1.0, now)
+            _note_contact(world, c, second, 1.0, count, now)
             partner = np.int64(world.event[second.disc].ball)
         else:
             partner = ~world.piece[~c.second].wall
@@ -539,7 +566,12 @@ class Collapses:
         return Outcome.UNFINISHED
 
     def _stop(self, member: NDArray[np.void], link: NDArray[np.void]) -> None:
-        """Solve all contacts of a group together, with restitution 0 and without friction."""
+        """Solve all contacts of a group together, with restitution 0 and without friction.
+
+        If they close so slowly that the springs' rounding would be faster, nothing is changed.
+        """
+        closing = _closings(member, link).max()
+        member_before, link_before = member.copy(), link.copy()
         moves = member["per_mass"] > 0
         number = np.where(moves, np.cumsum(moves) - 1, NONE)
         first, second = number[link["first"]], np.where(link["second"] < 0, NONE, number[np.maximum(link["second"], 0)])
@@ -551,10 +583,13 @@ class Collapses:
         mass = np.repeat(1 / member["per_mass"][moves, None], 2, axis=1)
         before = np.stack([member["vx"], member["vy"]], axis=1)[moves]
         nothing = np.zeros(len(link))
-        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0)
+        stiffness = STOP_STIFFNESS * float(mass.min())
+        _, impulse = equilibrium(columns, mass, mass * before, nothing, nothing > 0, stiffness)
         after = before + pushed(columns, impulse, len(mass)) / mass
         member["vx"][moves], member["vy"][moves] = after.T
         link["impulse"] += impulse
+        if _closings(member, link).max() > closing:
+            member[:], link[:] = member_before, link_before
 
     def _part(self, member: NDArray[np.void], link: NDArray[np.void], still: float) -> None:
         """Let bodies that still touch part at the speed of rounding, but for discs that gravity presses on walls."""

@@ -35,6 +35,7 @@ from sandbox.engines.laws import NEVER, mixed
 
 CONTACT_TIME: Final = 1e-6  # s, far below the time between contacts, far above the clock's rounding
 MIN_STREAK: Final = 64  # contacts of a disc, each within CONTACT_TIME of the last, from which on they may have no end
+MIN_STREAK_AGAIN: Final = 8  # likewise, of a disc whose last contacts without end found no room to part
 MIN_APPROACH: Final = 1e-12  # of the speeds of bodies that touch, and of a hop; a slower approach is rounding
 MIN_SPEED: Final = 1e-100  # px/s; a slower approach leads nowhere in any run
 HOP_TIME: Final = 1e-3  # s, for which discs that lean on each other are apart; less is truer and costs more
@@ -69,7 +70,8 @@ def _contact_is_recent(body: Record, now: float) -> bool:
 def collapses(world: World, i: int, now: float) -> bool:
     """Return whether disc i has had so many contacts in a row that they may have no end."""
     body = world.body[i]
-    return body.streak >= MIN_STREAK and body.streak & (body.streak - 1) == 0 and _contact_is_recent(body, now)
+    least = MIN_STREAK if body.residual < math.inf else MIN_STREAK_AGAIN
+    return body.streak >= least and body.streak & (body.streak - 1) == 0 and _contact_is_recent(body, now)
 
 
 @kernel
@@ -257,7 +259,7 @@ def collide(world: World, i: int, j: int, since: float, now: float, log: Log) ->
         else:
             _count_contact(world, k, closing, now)
             if world.has_gravity:
-                count_slow_contact(world, k, closing, now)
+                count_slow_contacts(world, k, closing, now, 1)
 
 
 @kernel
@@ -307,7 +309,7 @@ def bounce(world: World, i: int, p: int, since: float, now: float, log: Log) -> 
     if course.hop_time > 0:
         lean_until(world, i, course.hop_time, now)
     if course.hop_time > 0 or now - body.last_disc_contact < lean_time(world):
-        count_slow_contact(world, i, closing, now)
+        count_slow_contacts(world, i, closing, now, 1)
 
 
 @kernel
@@ -324,13 +326,13 @@ def _count_contact(world: World, i: int, closing: float, now: float) -> None:
 
 
 @kernel
-def count_slow_contact(world: World, i: int, closing: float, now: float) -> None:
-    """Count disc i's slow contacts and, if they are too many, have the discs examined."""
+def count_slow_contacts(world: World, i: int, closing: float, now: float, count: int) -> None:
+    """Count disc i's slow contacts and, if they are too many, have the discs examined. count: of those now."""
     body, plan = world.body[i], world.rest.plan[0]
     if closing >= SLOW_HOPS * world.hop_speed:
         return
     if now - body.slow_since > world.hop_time:
         body.slow_since, body.slow_contacts = now, 0
-    body.slow_contacts += 1
+    body.slow_contacts += count
     if body.slow_contacts >= MAX_SLOW_CONTACTS and now >= plan.jams_from:
         plan.is_due, plan.time = 1, now

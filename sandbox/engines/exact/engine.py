@@ -142,5 +142,5 @@ def _world(scene: Scene, initial: State, hop_time: float) -> World:
     is_rough = scene.is_rough or bool(initial.spin.any() or initial.angle.any())
     gravity = (float(scene.gravity[0]), float(scene.gravity[1]))
     queue, g = empty_queue(disc, event), math.hypot(*gravity)
-    arrays = disc, event, body, turn, piece, grid, queue, no_islands(n, has_gravity=g > 0)
-    return World(*arrays, gravity, g > 0, is_rough, ROUNDING * g, hop_time, g * hop_time / 2)
+    arrays = disc, event, body, turn, bodies.filters[ball], piece, grid, queue, no_islands(n, has_gravity=g > 0)
+    return World(*arrays, gravity, g > 0, is_rough, bodies.are_filtered, ROUNDING * g, hop_time, g * hop_time / 2)

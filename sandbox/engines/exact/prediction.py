@@ -16,7 +16,7 @@ from sandbox.engines.exact.contact import (
 from sandbox.engines.exact.event_queue import NO_PARTNER, rank, schedule
 from sandbox.engines.exact.grid import extent
 from sandbox.engines.exact.records import NONE, STATIC
-from sandbox.engines.exact.world import COINCIDENT, Motion, World, motion
+from sandbox.engines.exact.world import COINCIDENT, Motion, World, meet, motion
 from sandbox.engines.laws import NEVER, time_to_close, time_to_face, time_to_leave, time_to_touch
 from sandbox.scene.walls import ARENA_COUNT
 
@@ -81,7 +81,7 @@ def _predict_discs(world: World, i: int, m: Motion, now: float, corner: int, col
             j = np.int64(grid.cell[cell].first)
             while j >= 0:
                 o = motion(world, j, now)
-                time = _time_to_disc(world, i, j, m, o, now)
+                time = _time_to_disc(world, i, j, m, o, now) if meet(world, i, j) else NEVER
                 if time < now + CONTACT_TIME and i != j:
                     approach = approach_of_discs(m, o)
                     if time == now and is_rounding(world, approach):

@@ -106,16 +106,21 @@ class Search(NamedTuple):
     pushes: Bools
 
 
-def equilibrium(columns: Columns, mass: Floats, load: Floats, force: Floats, bilateral: Bools) -> tuple[Floats, Floats]:
+def equilibrium(
+    columns: Columns, mass: Floats, load: Floats, force: Floats, bilateral: Bools, stiffness: float | None = None
+) -> tuple[Floats, Floats]:
     """Return the accelerations under a load, like `load`, and the forces of the columns, like `force`.
 
     mass, load: (n, 2 or 3), by coordinate; force: (k,), from which the search starts; bilateral: (k,), whether the
-    column also pulls. Fast if the discs are sorted along a line.
+    column also pulls; stiffness: kg/s², of the springs, STIFFNESS times the mean mass by default. Fast if the discs are
+    sorted along a line.
     """
+    if stiffness is None:
+        stiffness = STIFFNESS * float(mass[:, 0].mean())
     a, f, k = np.zeros(load.size), force.copy(), len(force)
     problem = Problem(columns, bilateral, mass.ravel(), load.ravel(), load.shape[1])
     search = Search(_envelope(columns, *load.shape), np.empty(a.size), np.empty(k), np.empty(k), np.empty(k, bool))
-    _solve(problem, STIFFNESS * float(mass[:, 0].mean()), search, a, f)
+    _solve(problem, stiffness, search, a, f)
     return a.reshape(load.shape), f
 
 

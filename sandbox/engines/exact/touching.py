@@ -9,7 +9,7 @@ from sandbox.compiled import entry, kernel
 from sandbox.engines.exact.contact import is_jammed, is_slow
 from sandbox.engines.exact.records import NONE, STATIC
 from sandbox.engines.exact.support import normal_to
-from sandbox.engines.exact.world import World, motion
+from sandbox.engines.exact.world import World, meet, motion
 from sandbox.scene.walls import ARENA_COUNT
 from sandbox.state import Bools, Floats, Integers
 
@@ -122,7 +122,7 @@ def _find_touching(
                     rx, ry = o.x - m.x, o.y - m.y
                     reach = world.disc[i].radius + world.disc[j].radius
                     is_near = resting[j] and event.ball < world.event[j].ball and rx * rx + ry * ry < (reach + gap) ** 2
-                    if is_near and (rx != 0 or ry != 0) and count < len(first):
+                    if is_near and meet(world, i, j) and (rx != 0 or ry != 0) and count < len(first):
                         distance = math.sqrt(rx * rx + ry * ry)
                         first[count], second[count] = i, j
                         normal[count, 0], normal[count, 1] = rx / distance, ry / distance

@@ -10,6 +10,8 @@ from sandbox.engines.exact.event_queue import EventQueue
 from sandbox.engines.exact.grid import Grid
 from sandbox.engines.exact.records import NONE
 from sandbox.engines.laws import NEVER
+from sandbox.quantity import pass_through
+from sandbox.state import Integers
 
 COINCIDENT: Final = 1e-100  # px along x between centres that coincide, so that their normal is (1, 0)
 
@@ -26,7 +28,8 @@ class World(NamedTuple):
     """The data of the event loop. Discs are stored so that those near each other are near in memory too.
 
     disc: (n,) DISC; event: (n,) EVENT; body: (n,) BODY; turn: (n,) TURN, which is read only if something is_rough: has
-    friction or spin; piece: (m,) PIECE; rest: static islands; gravity: px/s²; has_gravity: whether it is not 0;
+    friction or spin; filters: (n, 3), as in `Bodies`, which are read only if it is_filtered; piece: (m,) PIECE; rest:
+    static islands; gravity: px/s²; has_gravity: whether it is not 0;
     min_pull: px/s², below which a pull is rounding; hop_time: s, for which discs that lean on each other are apart;
     hop_speed: px/s, at which they part.
     """
@@ -35,6 +38,7 @@ class World(NamedTuple):
     event: NDArray[np.void]
     body: NDArray[np.void]
     turn: NDArray[np.void]
+    filters: Integers
     piece: NDArray[np.void]
     grid: Grid
     queue: EventQueue
@@ -42,9 +46,16 @@ class World(NamedTuple):
     gravity: tuple[float, float]
     has_gravity: bool
     is_rough: bool
+    is_filtered: bool
     min_pull: float
     hop_time: float
     hop_speed: float
+
+
+@kernel
+def meet(world: World, i: int, j: int) -> bool:
+    """Return whether discs i and j do not pass through each other."""
+    return not (world.is_filtered and pass_through(world.filters[i], world.filters[j]))
 
 
 class Motion(NamedTuple):
