@@ -3,6 +3,7 @@
 Slow imports happen inside the commands that need them.
 """
 
+import faulthandler
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,9 +12,10 @@ from dataclasses import asdict
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
+from typer.core import TyperGroup
 
 from sandbox import __version__
 from sandbox.cli.exit import exit_codes, print_error
@@ -32,6 +34,7 @@ from sandbox.cli.options import (
     Limits,
     Parts,
     Rates,
+    ReportFile,
     RunOptions,
     SceneArgument,
     Seconds,
@@ -45,10 +48,12 @@ from sandbox.cli.options import (
     print_warnings,
     scene_and_inputs,
     settings_by_key,
+    warn_of_pygame,
 )
 from sandbox.cli.progress import (
     advise_with_bar,
     compare_with_bar,
+    converge_with_bar,
     displayed,
     frames_bar,
     show_compiling,
@@ -65,18 +70,42 @@ if TYPE_CHECKING:
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
 
+
+class _Commands(TyperGroup):
+    """The commands. A scene or a program in place of one is named with the commands that it is for."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command, as typer does. Raises SandboxError for a scene or a Python program."""
+        name = args[0]
+        if name not in self.commands and not ctx.resilient_parsing:  # as for completion
+            from sandbox.scene.files import TRUTHS, bundled
+
+            if name.endswith(".py"):
+                raise SandboxError(f"{name}: is a Python program; sandbox watch {name} runs it, if it uses Pymunk")
+            if name.endswith(".toml") or name in {**bundled(), **bundled(TRUTHS)}:
+                raise SandboxError(
+                    f"{name}: is a scene; sandbox run {name} opens it, sandbox compare {name} compares engines"
+                )
+        return super().resolve_command(ctx, args)
+
+
 app = typer.Typer(
+    cls=_Commands,
     help="Run one scene in several physics engines side by side, and see how far they drift apart.",
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
+SPACE_SECONDS: Final = 5.0  # that a Space runs without a display
+DEFAULT_RATES: Final = (60, 120, 240, 480, 960)  # of converge
 NUMBA_SETTINGS: Final = ".numba_config.yaml"  # numba reads it from the working directory
 
 
 def main() -> None:
     """Run the command line."""
+    if sys.stderr:  # as it is not after 2>&-
+        faulthandler.enable()  # prints the line that a program was at when Pymunk's C code aborts it
     os.environ["PYTHONSAFEPATH"] = "1"  # child processes must not import modules from the working directory
     with exit_codes():
         if sys.argv[1:] == ["--version"]:  # to parse an option, typer imports pydantic, which takes as long as the rest
@@ -107,14 +136,18 @@ def run(
     inputs: Inputs = None,
     save_inputs: Annotated[str | None, typer.Option(metavar="FILE", help="Save drags and edits as JSON lines.")] = None,
 ) -> None:
-    """Open a scene in the window.
+    """Open a scene in the window, or the .json file of a pymunk.Space beside the same Space in finer steps.
 
-    Without a display: compare it, and save a picture of its end.
+    Without a display: compare the engines of the scene, or run both Spaces for 5 s, and save a picture of the end.
     """
+    warn_of_pygame()
     from sandbox.run.inputs import write_run
     from sandbox.view.compiling import compiling_beside_window
     from sandbox.view.window import Window, has_display
 
+    if Path(scene).suffix == ".json":
+        _run_space(scene, {"--engines": engines, "--seed": seed, "--inputs": inputs, "--save-inputs": save_inputs})
+        return
     check_outputs({"--save-inputs": save_inputs}, [scene])
     chosen, replayed = scene_and_inputs(scene, inputs, seed=seed)
     if has_display():
@@ -136,6 +169,31 @@ def run(
             write_run(chosen, replayed, chosen.steps, save_inputs)
 
 
+def _run_space(file: str, options: Mapping[str, object]) -> None:
+    """Open a Space in the window. options: those of `run`, which are of scenes."""
+    from sandbox.space.files import read_description
+    from sandbox.view.offscreen import save_picture
+    from sandbox.view.space_window import SpaceWindow, draw_end
+    from sandbox.view.window import has_display
+
+    for option, value in options.items():
+        if value is not None:
+            raise SandboxError(f"{option} is for scenes; {file} is a Space")
+    show_compiling()
+    description = read_description(file)
+    if has_display():
+        SpaceWindow(description, Path(file).name).run()
+        return
+    print(f"No display: running {SPACE_SECONDS:g} s instead of opening the window.")
+    picture, pair = draw_end(description, SPACE_SECONDS)
+    path = f"{Path(file).stem}-{pair.steps:06}.png"
+    check_outputs({"Picture": path}, [file])
+    save_picture(picture, path)
+    pair.close()
+    print(f"{pair.names[0]} and {pair.names[1]}, after {pair.time:.4g} s: {pair.readout}")
+    print(f"Picture of the end: {path}")
+
+
 @app.command()
 @grouped
 def record(
@@ -151,6 +209,7 @@ def record(
 
     A GIF has 50 frames a second, as its delays are in 1/100 s; WebP and MP4 have 60.
     """
+    warn_of_pygame()
     from sandbox.view.offscreen import check_recording
     from sandbox.view.offscreen import record as record_scene
 
@@ -182,8 +241,7 @@ def compare(
 
     FILE may be -, for standard output. Exit code 1: a limit was exceeded; 2: an engine of your own failed.
     """
-    if files.report and files.report not in STANDARD_OUTPUT and Path(files.report).suffix != ".html":
-        raise SandboxError(f"{files.report}: a report must end in .html")
+    _check_page(files.report)
     if files.plot:
         from sandbox.report.plot import check_plot
 
@@ -204,8 +262,7 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
     """Write a comparison into a file for each option, and print it unless one of them is standard output."""
     from sandbox.analysis.advice import as_json as advice_as_json
     from sandbox.analysis.series import write_series
-    from sandbox.cli.tables import print_advice
-    from sandbox.report.tables import print_comparison
+    from sandbox.report.tables import print_advice, print_comparison
 
     if file := outputs.get("--json"):
         _write(json_text(comparison.as_json() | advice_as_json(trials)), file)
@@ -223,7 +280,14 @@ def _write_comparison(comparison: "Comparison", trials: "Sequence[Trial]", outpu
         _write(page(comparison, trials), file)
     if not _has_document(outputs.values()):
         print_comparison(comparison, console())
-        print_advice(trials)
+        if trials:
+            print()
+            print_advice(trials, console())
+
+
+def _check_page(file: str | None, kind: str = "report") -> None:
+    if file and file not in STANDARD_OUTPUT and Path(file).suffix != ".html":
+        raise SandboxError(f"{file}: a {kind} must end in .html")
 
 
 def _has_document(files: Iterable[str | None]) -> bool:
@@ -261,26 +325,35 @@ def watch(
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="Run without a window, a display or waiting.")] = False,
     json_file: JsonFile = None,
+    report: ReportFile = None,
+    save_space: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write the first Space, before its first step, as JSON.")
+    ] = None,
     limits: Limits,
 ) -> None:
     """Run a Pymunk program unchanged, and print what is wrong in its Spaces and what to change.
 
     The options come before PROGRAM. The diagnosis follows when the program ends, on Ctrl-C, or after --seconds. Spaces
-    of discs and walls are compared with the exact engine too; the limits apply to that. Exit code: that of the program;
-    1 if a limit was exceeded, 2 if it could not be checked.
+    of discs and walls are compared with the exact engine too, others with themselves in finer steps. Exit code: that of
+    the program; 1 if a limit was exceeded, 2 if it could not be checked.
     """
     from sandbox.cli.diagnoses import HEADLESS_SECONDS, Report, warn_of_misplaced_options
     from sandbox.scripting.program import Program, run_on_trial
     from sandbox.scripting.trial import Trials
+    from sandbox.space.files import StartFile
 
-    check_outputs({"--json": json_file}, [None if module else program])
+    if save_space in STANDARD_OUTPUT:
+        raise SandboxError("--save-space -: must be a file, as it is written while the program runs")
+    _check_page(report)
+    check_outputs({"--json": json_file, "--report": report, "--save-space": save_space}, [None if module else program])
     show_compiling()
     given = Program(program, arguments or (), module)
     warn_of_misplaced_options(given)
-    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds)
-    report = Report(given, trials, json_file, asdict(limits))
-    with _printed_beside([json_file]):
-        code = run_on_trial(given, trials, report.write, headless=headless)
+    start = StartFile(save_space) if save_space else None
+    trials = Trials(HEADLESS_SECONDS if headless and seconds is None else seconds, start.write if start else None)
+    diagnoses = Report(given, trials, json_file, report, asdict(limits), start)
+    with _printed_beside([json_file, report]):
+        code = run_on_trial(given, trials, diagnoses.write, headless=headless)
     raise typer.Exit(code)
 
 
@@ -294,7 +367,7 @@ def trace(
     out: Annotated[str, typer.Option(metavar="FILE", help="A .npz or .csv file; - prints CSV.")] = "-",
 ) -> None:
     """Write positions and velocities at every step."""
-    from sandbox.run.trajectory import simulate, trace_writer, write_trace
+    from sandbox.run.trajectory import simulate, trace_writer
 
     if steps is not None and options.seconds is not None:
         raise SandboxError("--steps and --seconds exclude each other")
@@ -305,7 +378,7 @@ def trace(
     print_warnings(chosen)
     with _printed_beside([out]):
         trajectory = simulate(chosen, engine, steps=steps, inputs=replayed)
-    write_trace(trajectory, out)
+    trajectory.save(out)
 
 
 @app.command()
@@ -389,6 +462,7 @@ def sweep(
     workers, scheduler = workforce.workers, workforce.scheduler
     if workers and scheduler is not None:
         raise SandboxError("--workers and --scheduler exclude each other")
+    _check_page(report)
     check_outputs({"--out": out, "--report": report}, [scene])
     if scheduler is not None:
         check_scheduler(scheduler)
@@ -413,6 +487,52 @@ def sweep(
         write(planned, rows, out)
     if failures:
         raise typer.Exit(1)
+
+
+@app.command()
+def converge(
+    scene: SceneArgument,
+    engines: Engines = None,
+    rates: Rates = None,
+    starts: Annotated[int, typer.Option(min=1, help="Starts at each rate, shifted by fractions of a step.")] = 8,
+    seed: Seed = None,
+    seconds: Seconds = None,
+    json_file: JsonFile = None,
+    plot: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Draw the errors over the rates as a .png or .svg file.")
+    ] = None,
+    report: ReportFile = None,
+) -> None:
+    """Measure how fast the errors of engines vanish as the steps become shorter.
+
+    Prints the error at each rate (default 60:960), and the order fitted to them beside that of theory.
+    """
+    from sandbox.engines import default_engines
+    from sandbox.report.tables import print_convergence
+
+    _check_page(report)
+    if plot:
+        from sandbox.report.plot import check_plot
+
+        check_plot(plot)
+    check_outputs({"--json": json_file, "--plot": plot, "--report": report}, [scene])
+    show_compiling()
+    chosen, _ = scene_and_inputs(scene, None, seed=seed, seconds=seconds)
+    print_warnings(chosen)
+    with _printed_beside([json_file, report]):
+        convergence = converge_with_bar(chosen, engines or default_engines(chosen), rates or DEFAULT_RATES, starts)
+    if json_file:
+        _write(json_text(convergence.as_json()), json_file)
+    if plot:
+        from sandbox.report.plot import save_convergence
+
+        save_convergence(convergence, plot)
+    if report:
+        from sandbox.report.sweep import convergence_page
+
+        _write(convergence_page(convergence), report)
+    if not _has_document([json_file, report]):
+        print_convergence(convergence, console())
 
 
 @app.command()
@@ -450,15 +570,52 @@ def scenes() -> None:
     """List the bundled scenes."""
     from rich.table import Table
 
-    from sandbox.scene.files import bundled, load
+    from sandbox.scene.files import scenes as bundled_scenes
 
     table = Table(box=None, pad_edge=False)
     for column in ("scene", "balls", "about"):
         table.add_column(column)
-    for name in bundled():
-        scene = load(name)
+    for name, scene in bundled_scenes().items():
         table.add_row(name, str(len(scene.bodies)), scene.about)
     console().print(table)
+
+
+@app.command()
+def worksheet(
+    scene: SceneArgument,
+    out: Annotated[str, typer.Option(metavar="FILE", help="An .html file to print.")],
+    *,
+    pupils: Annotated[int, typer.Option(min=1, max=1000, help="Sheets, each with other numbers.")] = 1,
+    seed: Seed = None,
+    answers: Annotated[bool, typer.Option(help="Add pages with the answers.")] = True,
+) -> None:
+    """Write a worksheet on a scene's first contacts, with the answers of exact.
+
+    The masses and speeds of the scene are changed at random, by --seed.
+    """
+    from sandbox.report.worksheet import worksheet as page_of
+
+    _check_page(out, "worksheet")
+    check_outputs({"--out": out}, [scene])
+    show_compiling()
+    chosen, _ = scene_and_inputs(scene, None, seed=seed)
+    _write(page_of(chosen, pupils, with_answers=answers), out)
+
+
+@app.command()
+def engines(json_file: JsonFile = None) -> None:
+    """List the engines, and what each supports: features of scenes, and traits."""
+    from sandbox.cli.tables import print_engines
+    from sandbox.engines.support import as_json
+    from sandbox.engines.support import engines as supported_engines
+
+    check_outputs({"--json": json_file})
+    show_compiling()
+    supported = supported_engines()
+    if json_file:
+        _write(json_text(as_json(supported)), json_file)
+    if json_file not in STANDARD_OUTPUT:
+        print_engines(supported)
 
 
 @app.command()
@@ -471,8 +628,8 @@ def bench(
 ) -> None:
     """Measure the speed of the sandbox, in about five minutes.
 
-    The parts are pymunk, article, exact, compare, window, memory, start and cold. A figure with a "/" is a ratio
-    of two measured alternately. Exit code 1: compared with --against, a figure became worse.
+    The parts are pymunk, recording, article, exact, compare, window, memory, start and cold. A figure with a "/" is a
+    ratio of two measured alternately. Exit code 1: compared with --against, a figure became worse.
     """
     from sandbox.bench.figure import read_figures, worse
     from sandbox.bench.parts import bench as measure
@@ -496,9 +653,10 @@ def bench(
 
 
 class Document(StrEnum):
-    """The documents with a JSON Schema: scene files, and the JSON of two commands."""
+    """The documents with a JSON Schema: scene files, files of Spaces, and the JSON of two commands."""
 
     SCENE = "scene"
+    SPACE = "space"
     COMPARE = "compare"
     VERIFY = "verify"
 
@@ -506,20 +664,28 @@ class Document(StrEnum):
 @app.command(name="schema")
 def print_schema(
     document: Annotated[
-        Document, typer.Argument(help="Scene files, or what compare or verify writes with --json.")
+        Document,
+        typer.Argument(help="Scene files, files of a pymunk.Space, or what compare or verify writes with --json."),
     ] = Document.SCENE,
 ) -> None:
-    """Print the JSON Schema of scene files, or of what compare or verify writes with --json."""
-    from sandbox.analysis.documents import comparison_schema, json_schema
-    from sandbox.scene.files import schema
-    from sandbox.scores.verify import Scores
-
+    """Print the JSON Schema of scene files, files of Spaces, or what compare or verify writes with --json."""
     match document:
         case Document.SCENE:
+            from sandbox.scene.files import schema
+
             content = schema()
+        case Document.SPACE:
+            from sandbox.space.files import schema as space_schema
+
+            content = space_schema()
         case Document.COMPARE:
+            from sandbox.analysis.documents import comparison_schema
+
             content = comparison_schema()
         case Document.VERIFY:
+            from sandbox.analysis.documents import json_schema
+            from sandbox.scores.verify import Scores
+
             content = json_schema(Scores)
     print(json_text(content), end="")
 
@@ -531,7 +697,7 @@ def _write(text: str, file: str) -> None:
 
 def _compare_and_draw(scene: "Scene", names: Sequence[str] | None, inputs: "Sequence[Input]") -> None:
     from sandbox.report.tables import print_comparison
-    from sandbox.view.picture import draw_picture, save_picture
+    from sandbox.view.offscreen import draw_picture, save_picture
 
     path = f"{scene.name}-{scene.seed}-{scene.steps:06}.png"
     check_outputs({"Picture": path})

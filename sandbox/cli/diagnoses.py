@@ -6,15 +6,18 @@ from dataclasses import dataclass, field
 from textwrap import fill
 from typing import Final, TextIO
 
-from sandbox.errors import SandboxError
 from sandbox.files import STANDARD_OUTPUT, whole_file
 from sandbox.scripting.diagnosis import Diagnosis
 from sandbox.scripting.program import End, Program
 from sandbox.scripting.trial import Trials
+from sandbox.space.files import StartFile
 from sandbox.text import console, counted, json_text, printable
 
 HEADLESS_SECONDS: Final = 20.0  # of a Space's time, as nobody closes a window
-_OPTIONS: Final = ("--headless", "--seconds", "--json", "--max-gap", "--max-drift", "--max-energy-error")
+_OPTIONS: Final = (
+    *("--headless", "--seconds", "--json", "--report", "--save-space"),
+    *("--max-gap", "--max-drift", "--max-energy-error"),
+)
 _ENDS: Final = {"time is up": "the time was up", "interrupted": "Ctrl-C", "os._exit": "os._exit"}
 
 
@@ -28,12 +31,14 @@ def warn_of_misplaced_options(program: Program) -> None:
 
 @dataclass(frozen=True)
 class Report:
-    """Where the diagnoses go, and the limits of comparisons with `exact`."""
+    """Where the diagnoses go, as text, JSON and a page, and the limits of comparisons."""
 
     program: Program
     trials: Trials
     json_file: str | None
+    page: str | None
     limits: dict[str, float | None]
+    start: StartFile | None = None  # of the first Space
     output: TextIO = field(default_factory=lambda: sys.stdout)  # while the program runs, its own may be another
 
     def write(self, end: End) -> int:
@@ -43,7 +48,7 @@ class Report:
             return self._write(end)
 
     def _write(self, end: End) -> int:
-        printed = self.json_file not in STANDARD_OUTPUT
+        printed = not {self.json_file, self.page}.intersection(STANDARD_OUTPUT)
         diagnoses = []
         for diagnosis in self.trials.diagnoses():
             diagnoses.append(diagnosis)
@@ -51,6 +56,12 @@ class Report:
                 self._print(diagnosis)
         if printed:
             self._print_end(diagnoses)
+        if self.page:
+            from sandbox.report.space import page
+
+            text = page(self.program.name, [diagnosis.played() for diagnosis in diagnoses])
+            with whole_file(self.page) as file:
+                file.write(text.encode())
         if self.json_file:
             with whole_file(self.json_file) as file:
                 file.write(json_text(self._document(end, diagnoses)).encode())
@@ -59,7 +70,9 @@ class Report:
             print(end.details, end="", file=sys.stderr)
         if end.hint:
             print(f"\n{fill(printable(end.hint), console(stderr=True).width)}", file=sys.stderr)
-        return end.code or self._limits(diagnoses)
+        if self.start and self.start.error:
+            print(printable(self.start.error), file=sys.stderr)
+        return end.code or self._limits(diagnoses) or (2 if self.start and self.start.error else 0)
 
     def _print(self, diagnosis: Diagnosis) -> None:
         print()
@@ -71,6 +84,8 @@ class Report:
             print(f"{printable(self.program.name)} stepped no pymunk.Space: there is nothing to diagnose.")
         if self.trials.others:
             print(f"\n{counted(self.trials.others, 'more Space')} of this program had no diagnosis.")
+        if self.start and self.start.is_written:
+            print(f"\n{printable(self.start.path)} has Space 1 as it was before its first step.")
 
     def _document(self, end: End, diagnoses: list[Diagnosis]) -> dict[str, object]:
         return {
@@ -87,12 +102,8 @@ class Report:
         """Check the limits, print what exceeds them, and return the exit code."""
         if all(limit is None for limit in self.limits.values()):
             return 0
-        exceeded = []
-        for diagnosis in diagnoses:
-            comparison, why_not, _ = diagnosis.against_exact
-            if not comparison:
-                raise SandboxError(f"Space {diagnosis.number}: no limit can be checked: {why_not}")
-            checks = comparison.check_limits(**self.limits)
-            exceeded += [f"Space {diagnosis.number}: {check.exceeded}" for check in checks if check.exceeded]
+        exceeded = [
+            f"Space {diagnosis.number}: {what}" for diagnosis in diagnoses for what in diagnosis.exceeded(**self.limits)
+        ]
         print("\n".join(exceeded), end="\n" if exceeded else "", file=sys.stderr)
         return 1 if exceeded else 0

@@ -12,6 +12,7 @@ import typer
 
 from sandbox.errors import SandboxError, suggestion
 from sandbox.text import printable
+from sandbox.view import check_pygame
 from sandbox.view.layers import Layer
 
 if TYPE_CHECKING:
@@ -116,10 +117,21 @@ def parse_seeds(text: str) -> range:
 
 
 def parse_rates(text: str) -> Sequence[int]:
-    """Parse "60,240"."""
-    if not re.fullmatch(r"[1-9]\d{0,8}(,[1-9]\d{0,8})*", text):
-        raise OptionError(f"{text!r}: must be whole numbers from 1 on, separated by commas, such as 60,240")
-    return [int(rate) for rate in text.split(",")]
+    """Parse "60,240", or "60:240", in which each rate is twice the one before.
+
+    >>> parse_rates("60:240")
+    [60, 120, 240]
+    """
+    if not re.fullmatch(r"[1-9]\d{0,8}((,[1-9]\d{0,8})*|:[1-9]\d{0,8})", text):
+        raise OptionError(
+            f"{text!r}: must be whole numbers from 1 on, separated by commas, such as 60,240, or 60:960 to double"
+        )
+    first, doubled, last = text.partition(":")
+    if not doubled:
+        return [int(rate) for rate in text.split(",")]
+    if int(last) < int(first):
+        raise OptionError(f"{text}: must be two rates A:B, of which the second is not the smaller one")
+    return [int(first) << k for k in range((int(last) // int(first)).bit_length())]
 
 
 def parse_setting(text: str) -> Setting:
@@ -242,7 +254,10 @@ Seeds = Annotated[
     range | None,
     typer.Option(metavar="A:B", parser=parse_seeds, help="Seeds from A up to but not including B."),
 ]
-Rates = Annotated[Sequence[int] | None, typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second.")]
+Rates = Annotated[
+    Sequence[int] | None,
+    typer.Option(metavar="R,R,...", parser=parse_rates, help="Steps per second; A:B doubles them from A to B."),
+]
 Settings = Annotated[
     list[Setting] | None,
     typer.Option(
@@ -351,4 +366,10 @@ def print_warnings(scene: "Scene") -> None:
     from sandbox.scene.spawn import spawn, warnings
 
     for warning in warnings(scene, spawn(scene)):
+        print(warning, file=sys.stderr)
+
+
+def warn_of_pygame() -> None:
+    """Print a warning if two versions of pygame are installed. Raises SandboxError if none can be used."""
+    if warning := check_pygame():
         print(warning, file=sys.stderr)

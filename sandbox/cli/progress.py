@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from sandbox.run.inputs import Input
     from sandbox.scene.model import Scene
     from sandbox.sweeps import Journal, Sweep
+    from sandbox.sweeps.convergence import Convergence
     from sandbox.view.compilation import Compilation
 
 BAR_DELAY: Final = 1.0  # s; shorter runs show no bar
@@ -92,6 +93,14 @@ def advise_with_bar(scene: "Scene", against: str, inputs: "Sequence[Input]") -> 
 
     with _comparison_bar("Trying other settings") as progress:
         return try_settings(scene, against, inputs, progress)
+
+
+def converge_with_bar(scene: "Scene", engines: Sequence[str], rates: Sequence[int], starts: int) -> "Convergence":
+    """Measure the order of engines, with a bar on a terminal if that takes long."""
+    from sandbox.sweeps.convergence import converge
+
+    with _comparison_bar(scene.title or scene.name) as progress:
+        return converge(scene, engines, rates, starts, progress)
 
 
 def sweep_with_bar(sweep: "Sweep", kept: "Journal", workers: int, scheduler: str | None) -> int:

@@ -1,40 +1,31 @@
-"""Tables of advice and benchmarks that fit the terminal."""
+"""Tables of engines and benchmarks that fit the terminal."""
 
 from collections.abc import Mapping, Sequence
-from typing import Final
 
-from rich.cells import cell_len
-from rich.padding import Padding
 from rich.table import Table
 
-from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.bench.figure import Figure, worse
+from sandbox.engines import check_name, known
+from sandbox.engines.support import Support, rows
+from sandbox.errors import SandboxError
 from sandbox.text import console, counted
 
-COLUMN_GAP: Final = 2  # columns
 
-
-def print_advice(trials: Sequence[Trial]) -> None:
-    """Print the results of other settings of Pymunk, if some were tried."""
-    if not trials:
-        return
+def print_engines(supported: Mapping[str, Support]) -> None:
+    """Print what each engine supports, and the engines that are not installed."""
+    table = Table(box=None, pad_edge=False)
+    for label in ("", *supported):
+        table.add_column(label, overflow="fold")
+    for label, values in rows(supported):
+        table.add_row(label, *("yes" if value else "no" for value in values))
     terminal = console()
-    terminal.print()
-    labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
-    widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
-    if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
-        table = Table(box=None, pad_edge=False)
-        for number, label in enumerate(labels):
-            table.add_column(label, justify="right" if number else "left")
-        for row in rows:
-            table.add_row(*row)
-        terminal.print(table)
-    else:
-        for settings, *values in rows:
-            terminal.print(f"{labels[0]} {' '.join(settings.split())}:")
-            pairs = (f"{label} {value}" for label, value in zip(labels[1:], values, strict=True))
-            terminal.print(Padding("; ".join(pairs), (0, 0, 0, 2)))
-    terminal.print(f"\n{recommend(trials)}")
+    terminal.print(table)
+    for name in known():
+        if name not in supported:
+            try:
+                check_name(name)
+            except SandboxError as error:
+                terminal.print(f"\n{error}")
 
 
 def print_figures(title: str, figures: Sequence[Figure]) -> None:

@@ -4,16 +4,18 @@ import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from sandbox.errors import SandboxError, shown, suggestion
+from sandbox.errors import SandboxError, UnknownName, shown, suggestion
 from sandbox.run.inputs import Input, Start, check_inputs, load_inputs
+from sandbox.scene.fields import Vector
 from sandbox.scene.files import load
 from sandbox.scene.model import Scene
 from sandbox.text import printable
 
+T = TypeVar("T")
 AnyScene = Scene | str | os.PathLike[str]  # a scene, the name of a bundled one, or a file
 AnyInputs = Sequence[Input | Mapping[str, object]] | str | os.PathLike[str]  # or a file of them
 
@@ -98,6 +100,15 @@ def whole_number(name: str, value: object, least: int = 0) -> int:
     return count
 
 
+def vector(name: str, value: Iterable[float]) -> Vector:
+    """Return two numbers, of a tuple, an array or a vector. Raises SandboxError for any other value."""
+    numbers = list(value) if isinstance(value, Iterable) else []
+    if len(numbers) != 2:
+        raise SandboxError(f"{name} must be two numbers, got {shown(value)}")
+    x, y = (number(name, each) for each in numbers)
+    return x, y
+
+
 def several(name: str, values: object) -> list[Any]:
     """Return one value or several as a list. Raises SandboxError if it is empty."""
     items = list(values) if isinstance(values, Iterable) and not isinstance(values, str | bytes | Scene) else [values]
@@ -115,9 +126,18 @@ def output(what: str, path: str | os.PathLike[str], endings: Iterable[str]) -> s
     return str(path)
 
 
-def known(what: str, name: object, names: Iterable[str]) -> str:
-    """Return a name that is among others. Raises SandboxError if it is not."""
-    names = list(names)
-    if name not in names:
-        raise SandboxError(f"no {what} {shown(name)} here; {suggestion(str(name), names)}")
-    return str(name)
+class ByName(dict[str, T]):
+    """What there is of each scene, engine or column. what: which of these, in the message for an unknown name.
+
+    >>> ByName("engine", {"exact": 1})["exakt"]
+    Traceback (most recent call last):
+    sandbox.errors.UnknownName: no engine "exakt" here; did you mean exact?
+    """
+
+    def __init__(self, what: str, items: Mapping[str, T]) -> None:
+        super().__init__(items)
+        self._what = what
+
+    def __missing__(self, name: object) -> T:
+        """Raise UnknownName, a SandboxError and a KeyError."""
+        raise UnknownName(f"no {self._what} {shown(name)} here; {suggestion(str(name), self)}")

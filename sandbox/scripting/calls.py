@@ -1,11 +1,12 @@
-"""The functions of a script: simulate, compare, verify, sweep. Every wrong argument raises SandboxError."""
+"""The functions of a script: simulate, compare, advise, verify, sweep. Every wrong argument raises SandboxError."""
 
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import overload
 
 from sandbox.analysis import comparison
-from sandbox.engines import Engines, Source, default_engines, named, registry
+from sandbox.analysis.advice import try_settings
+from sandbox.engines import REFERENCE, Engines, Source, default_engines, named, registry
 from sandbox.engines.specs import Value
 from sandbox.errors import SandboxError, shown
 from sandbox.run import trajectory
@@ -26,7 +27,7 @@ from sandbox.scripting.arguments import (
     whole_number,
 )
 from sandbox.scripting.comparison import Comparison
-from sandbox.scripting.results import Scores, SweepTable
+from sandbox.scripting.results import Advice, Scores, SweepTable
 from sandbox.sweeps import in_order, plan
 from sandbox.sweeps.workers import run_here, run_locally
 
@@ -100,6 +101,8 @@ def simulate(
     sources = named(engine)
     if not sources:
         raise SandboxError(f"engine must name one or several, got {shown(engine)}")
+    if seconds is not None and steps is not None:
+        raise SandboxError("seconds and steps exclude each other: a run ends after either")
     chosen, replayed = _replay(scene, inputs, seed=seed, rate=rate)
     seconds = None if seconds is None else number("seconds", seconds)
     steps = None if steps is None else whole_number("steps", steps)
@@ -116,6 +119,26 @@ def _replay(scene: AnyScene, inputs: AnyInputs, **changes: object) -> tuple[Scen
     if warning:
         warnings.warn(warning, stacklevel=3)
     return chosen, replayed
+
+
+def advise(
+    scene: AnyScene,
+    *,
+    against: str = REFERENCE,
+    seconds: float | None = None,
+    seed: int | None = None,
+    rate: int | None = None,
+    inputs: AnyInputs = (),
+    progress: Callable[[float], object] | None = None,
+) -> Advice:
+    """Try other settings of Pymunk on a scene, each measured against the reference, and return which are better.
+
+    against: the reference, which may not be "pymunk" itself; the others: as in `compare`.
+    Raises SandboxError if an argument is wrong, Refused if the reference cannot run the scene.
+    """
+    reference = reference_of(against) or REFERENCE
+    chosen, replayed = _replay(scene, inputs, seconds=seconds, seed=seed, rate=rate)
+    return Advice(try_settings(chosen, reference, replayed, progress))
 
 
 def verify(scenes: AnyScene | Iterable[AnyScene] | None = None, engines: str | Sequence[str] | None = None) -> Scores:

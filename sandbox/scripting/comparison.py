@@ -1,24 +1,31 @@
 """A comparison as a script or a notebook uses it: figures by engine, text, files, a page."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from functools import partial
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from sandbox.analysis import comparison, verdict
 from sandbox.analysis.figures import Figures
 from sandbox.analysis.verdict import key_figures
 from sandbox.files import whole_file
 from sandbox.report.tables import headline, print_comparison
-from sandbox.scripting.arguments import known, output
+from sandbox.run.trajectory import data_frame
+from sandbox.scripting.arguments import ByName, output
 from sandbox.text import DEFAULT_WIDTH, json_text, text_of
+
+if TYPE_CHECKING:
+    import pandas
 
 IN_REPR: Final = ("energy left", "RMS gap", "first difference")  # rows of the table
 
 
-class Comparison(comparison.Comparison):
+class Comparison(comparison.Comparison, Mapping[str, Figures]):
     """Several engines' runs of one scene. `comparison["article"]` has the figures of an engine's run.
+
+    It is a mapping of engines to their figures. The name of an engine that took no part raises a SandboxError that is a
+    KeyError too, here and in `runs`.
 
     >>> import sandbox
     >>> comparison = sandbox.compare("oblique", ["pymunk", "exact"])
@@ -28,16 +35,19 @@ class Comparison(comparison.Comparison):
       exact: energy left 100.0000%, RMS gap 0 px, first difference none>
     >>> comparison["pymunk"].pair_contacts
     1
+    >>> [name for name, figures in comparison.items() if figures.gap_rms > 5]
+    ['pymunk']
     """
 
     @classmethod
     def of(cls, measured: comparison.Comparison) -> Self:
         """Return what was measured, as a comparison with text, files and a page."""
-        return cls(**{field.name: getattr(measured, field.name) for field in fields(measured)})
+        values = {field.name: getattr(measured, field.name) for field in fields(measured)}
+        return cls(**values | {"runs": ByName("engine", measured.runs)})
 
     def __getitem__(self, engine: str) -> Figures:
         """Return an engine's figures, under their names in JSON. Raises SandboxError if it took no part."""
-        return self.runs[known("engine", engine, self.runs)].figures
+        return self.runs[engine].figures
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.runs)
@@ -72,6 +82,13 @@ class Comparison(comparison.Comparison):
     def to_json(self) -> str:
         """Return the text that `--json` writes; `as_json` returns it as a dictionary."""
         return json_text(self.as_json())
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """Return a pandas table with a row for each engine, and the columns of the CSV.
+
+        Raises SandboxError if pandas is not installed.
+        """
+        return data_frame(self.rows())
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write the page, as one .html file. Raises SandboxError if it cannot be written."""

@@ -2,34 +2,25 @@
 
 import math
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
-from sandbox.scripting.comparison import Comparison
+import numpy as np
+
+from sandbox.errors import SandboxError
+from sandbox.report.space import PlayedSpace
+from sandbox.scripting.exact import AgainstExact
+from sandbox.scripting.finer import AgainstFiner
+from sandbox.space.balance import Balance
+from sandbox.space.evidence import Evidence
 from sandbox.space.findings import Finding
+from sandbox.space.mechanics import Floats
 from sandbox.text import counted, printable
 
 MAX_FINDINGS: Final = 10  # in text
 INDENT: Final = "   "  # below a finding's number
-
-
-class AgainstExact(NamedTuple):
-    """A comparison with `exact`, or why there is none; and notes on what it covers."""
-
-    comparison: Comparison | None
-    why_not: str = ""
-    notes: Sequence[str] = ()
-
-    def lines(self, width: int) -> Iterator[str]:
-        """Yield the text, in so many columns."""
-        if self.comparison:
-            yield "Compared with exact, the engine of this sandbox without time steps:"
-            for paragraph in [*self.comparison.verdict.split("\n"), *self.notes]:
-                yield from textwrap.wrap(printable(paragraph), width) or [""]
-        else:
-            yield from textwrap.wrap(f"Not compared with exact: {printable(self.why_not)}.", width)
 
 
 @dataclass(frozen=True)
@@ -37,7 +28,7 @@ class Diagnosis:
     """What a Space did while it was recorded, and what is wrong with it.
 
     number: of the Space, from 1; line: of the program, that stepped it first; seconds: of its time; bodies, shapes,
-    joints: the most at one time; compare: compares it with `exact`, which may take a minute.
+    joints: the most at one time; energy, evidence: None without a recording. Comparing it may take a minute.
     """
 
     number: int
@@ -48,26 +39,45 @@ class Diagnosis:
     shapes: int
     joints: int
     findings: tuple[Finding, ...]
-    compare: Callable[[], AgainstExact]
+    energy: Balance | None
+    evidence: Evidence | None
+    against_exact: AgainstExact
 
     @cached_property
-    def against_exact(self) -> AgainstExact:
-        """The comparison with `exact`, computed when it is first asked for."""
-        return self.compare()
+    def against_finer(self) -> AgainstFiner | None:
+        """The comparison with finer steps, of a Space that `exact` does not run; computed when first asked for."""
+        return None if self.evidence is None or self.against_exact.comparison else AgainstFiner.of(self.evidence)
 
-    def lines(self, width: int) -> Iterator[str]:
-        """Yield the text, in so many columns; the findings come before anything is compared."""
+    @property
+    def heading(self) -> str:
+        """Which Space it is, and what was recorded, in a line."""
         stepped = f", stepped in {printable(self.line)}" if self.line else ""
         counts = [
             f"{self.bodies:,} {'body' if self.bodies == 1 else 'bodies'}",
             counted(self.shapes, "shape"),
             counted(self.joints, "joint"),
         ]
-        head = f"Space {self.number}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
-        yield from textwrap.wrap(head, width, subsequent_indent="  ")
+        return f"Space {self.number}{stepped}: {counted(self.steps, 'step')}, {self.seconds:.4g} s; {', '.join(counts)}"
+
+    def played(self) -> PlayedSpace:
+        """Return it as the page of a report has it."""
+        against = self.against_finer
+        return PlayedSpace(
+            heading=self.heading,
+            findings=self.findings,
+            balance=self.energy,
+            paragraphs=[*self.against_exact.paragraphs(), *(against.paragraphs() if against else ())],
+            recording=self.evidence.recording if self.evidence else None,
+            finer=against.finer if against else None,
+            reference=against.reference if against and against.finer else "",
+        )
+
+    def lines(self, width: int) -> Iterator[str]:
+        """Yield the text, in so many columns; the findings come before anything is compared."""
+        yield from textwrap.wrap(self.heading, width, subsequent_indent="  ")
         yield ""
         if not self.findings:
-            yield "No faults found in how it is set up."
+            yield f"No faults found in how it is set up{' and in its steps' if self.energy else ''}."
             yield ""
         for number, finding in enumerate(self.findings[:MAX_FINDINGS], 1):
             yield from _finding(number, finding, width)
@@ -75,11 +85,41 @@ class Diagnosis:
         if len(self.findings) > MAX_FINDINGS:
             yield f"and {counted(len(self.findings) - MAX_FINDINGS, 'further finding')}; --json has all of them"
             yield ""
-        yield from self.against_exact.lines(width)
+        if self.energy:
+            yield from self.energy.lines()
+            yield ""
+        for paragraph in self.against_exact.paragraphs():
+            yield from textwrap.wrap(printable(paragraph), width) or [""]
+        for paragraph in self.against_finer.paragraphs() if self.against_finer else ():
+            yield ""
+            yield from textwrap.wrap(printable(paragraph), width)
+
+    def exceeded(self, max_gap: float | None, max_drift: float | None, max_energy_error: float | None) -> Iterator[str]:
+        """Yield which limits are exceeded, by how much and since when. Raises SandboxError if one cannot be checked."""
+        comparison, why_not = self.against_exact.comparison, self.against_exact.why_not
+        if comparison:
+            yield from (
+                check.exceeded
+                for check in comparison.check_limits(max_gap, max_drift, max_energy_error)
+                if check.exceeded
+            )
+            return
+        if max_energy_error is not None:
+            raise SandboxError(f"Space {self.number}: the energy error needs a comparison with exact: {why_not}")
+        if max_gap is not None:
+            finer = self.against_finer
+            if finer is None or finer.finer is None:
+                why_not += f"; with finer steps: {finer.why_not}" if finer else ""
+                raise SandboxError(f"Space {self.number}: no gap can be checked: {why_not}")
+            yield from _over(max_gap, "gap", " px", finer.finer.largest_so_far)
+        if max_drift is not None:
+            if self.energy is None:
+                raise SandboxError(f"Space {self.number}: no drift can be checked: {why_not}")
+            yield from _over(max_drift, "drift", "", self.energy.drift_so_far)
 
     def as_json(self) -> dict[str, Any]:
         """Return it as a JSON document has it."""
-        comparison, why_not, notes = self.against_exact
+        against, comparison = self.against_exact, self.against_exact.comparison
         return {
             "space": self.number,
             "stepped_in": self.line,
@@ -89,10 +129,21 @@ class Diagnosis:
             "shapes": self.shapes,
             "joints": self.joints,
             "findings": [_as_json(finding) for finding in self.findings],
+            "energy": self.energy.as_json() if self.energy else None,
             "comparison": comparison.as_json() if comparison else None,
-            "not_compared_because": why_not or None,
-            "notes": list(notes),
+            "not_compared_because": against.why_not or None,
+            "notes": against.sentences,
+            "finer": self.against_finer.as_json() if self.against_finer else None,
+            "no_finer_because": (self.against_finer.why_not or None) if self.against_finer else None,
         }
+
+
+def _over(limit: float, what: str, unit: str, values: tuple[Floats, Floats]) -> Iterator[str]:
+    """Yield that values exceed a limit, if they do. values: times, s, and the largest value until each."""
+    times, largest = values
+    if len(over := np.flatnonzero(largest > limit)):
+        since = f"first at {times[over[0]]:.3f} s"
+        yield f"{what} {largest[-1]:.6g}{unit} exceeds the limit of {limit:g}{unit}, {since}"
 
 
 def _finding(number: int, finding: Finding, width: int) -> Iterator[str]:

@@ -94,7 +94,11 @@ def _end_of(program: Program, trials: Trials) -> End:
         if error.code is None or isinstance(error.code, int):
             return End("exit", (error.code or 0) & 0xFF)
         return End("exit", 1, f"{error.code}\n")
-    except (Terminated, SandboxError):
+    except Terminated as error:
+        if error.number not in (signal.SIGTERM, getattr(signal, "SIGHUP", None)):  # nothing can be written any more
+            raise
+        return End("terminated", 128 + error.number)
+    except SandboxError:
         raise
     except BaseException as error:
         return End("exception", 1, _traceback_of(error), hint(error))

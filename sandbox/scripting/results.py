@@ -1,28 +1,30 @@
 """Scores of engines, and the rows of a sweep, as a script or a notebook uses them."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import overload
 
 import numpy as np
 
+from sandbox.analysis.advice import Trial, advised, recommend
+from sandbox.analysis.advice import as_json as advice_as_json
 from sandbox.files import whole_file
-from sandbox.report.tables import print_scores, tally_lines
+from sandbox.report.tables import print_advice, print_scores, tally_lines
 from sandbox.scores.verify import Board, SceneResults, all_passed, as_json, as_junit
-from sandbox.scripting.arguments import known, output
+from sandbox.scripting.arguments import ByName, output
 from sandbox.state import Floats
 from sandbox.sweeps import Outcome, Row, Sweep, as_csv
 from sandbox.text import DEFAULT_WIDTH, counted, json_text, text_of
 
 
 @dataclass(frozen=True, repr=False)
-class Scores:
+class Scores(Mapping[str, SceneResults]):
     """How engines met the expectations of scenes.
 
     `scores["oblique"]["exact"]` is the result of an engine in a scene: its `outcome`, its `scores`, and the `lines`
-    that say what was missed. board: by scene, then by engine.
+    that say what was missed. board: by scene, then by engine. It is a mapping of scenes to their results.
 
     >>> import sandbox
     >>> scores = sandbox.verify("oblique", ["exact", "article"])
@@ -37,7 +39,7 @@ class Scores:
 
     def __getitem__(self, scene: str) -> SceneResults:
         """Return the results of a scene by engine. Raises SandboxError if the scene was not scored."""
-        return self.board[known("scene", scene, self.board)]
+        return ByName("engine", ByName("scene", self.board)[scene])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.board)
@@ -50,8 +52,10 @@ class Scores:
 
     def passed(self, *engines: str) -> bool:
         """Return whether engines, by default all, met every expectation that they did not refuse."""
-        ran = list(next(iter(self.board.values())))
-        return all_passed(self.board, [known("engine", name, ran) for name in engines] or ran)
+        ran = self[next(iter(self))]
+        for name in engines:
+            ran[name]  # raises SandboxError if it took no part
+        return all_passed(self.board, list(engines or ran))
 
     def table(self, width: int = DEFAULT_WIDTH) -> str:
         """Return the text that the command line prints, in so many columns."""
@@ -112,8 +116,8 @@ class SweepTable(Sequence[Row]):
 
     def column(self, name: str) -> Floats:
         """Return a column of numbers, NaN in rows without it: (rows,). Raises SandboxError if the name is unknown."""
-        known("column", name, dict.fromkeys(key for row in self.rows for key in row))
-        return np.array([row.get(name, np.nan) for row in self.rows])
+        columns = ByName("column", dict.fromkeys((key for row in self.rows for key in row), np.nan))
+        return np.array([row.get(name, columns[name]) for row in self.rows])
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the table as .csv, or charts as one .html page, by the path's ending.
@@ -129,3 +133,51 @@ class SweepTable(Sequence[Row]):
             text = page(self.sweep, self.rows)
         with whole_file(file_name) as file:
             file.write(text.encode())
+
+
+@dataclass(frozen=True, repr=False)
+class Advice(Sequence[Trial]):
+    """Other settings of Pymunk that were tried on a scene, and which of them to use.
+
+    trials: each with its `changes` and its figures; the first is the scene's own settings.
+
+    >>> import sandbox
+    >>> advice = sandbox.advise("oblique")
+    >>> advice
+    <Advice: 7 trials, best substeps=4>
+    >>> advice.best.changes, advice[0].gap_rms > advice.best.gap_rms
+    ({'substeps': 4}, True)
+    """
+
+    trials: list[Trial]
+
+    @overload
+    def __getitem__(self, index: int) -> Trial: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Trial]: ...
+    def __getitem__(self, index: int | slice) -> Trial | list[Trial]:
+        return self.trials[index]
+
+    def __len__(self) -> int:
+        return len(self.trials)
+
+    def __repr__(self) -> str:
+        return f"<Advice: {counted(len(self), 'trial')}, best {self.best.settings}>"
+
+    @property
+    def best(self) -> Trial:
+        """The trial to use; it is the first if no other is better."""
+        return advised(self.trials)
+
+    @property
+    def recommendation(self) -> str:
+        """A paragraph: what to change, what that gains, and what becomes worse."""
+        return recommend(self.trials)
+
+    def table(self, width: int = DEFAULT_WIDTH) -> str:
+        """Return the text that `compare --advise` prints, in so many columns."""
+        return text_of(partial(print_advice, self.trials), width)
+
+    def to_json(self) -> str:
+        """Return what `compare --advise --json` writes about the trials."""
+        return json_text(advice_as_json(self.trials))

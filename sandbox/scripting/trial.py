@@ -1,79 +1,98 @@
-"""Spaces on trial: every Space that a program steps is looked at and recorded, until its diagnosis."""
+"""Spaces on trial: each one that a program steps is looked at and recorded, until its diagnosis."""
 
 import math
 import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, Final, Self
-from warnings import catch_warnings, simplefilter
 from weakref import WeakSet
 
 import numpy as np
 import pymunk
-from pymunk.batch import ArbiterFields, BodyFields, Buffer, get_space_arbiters, get_space_bodies
 
 from sandbox.errors import SandboxError
-from sandbox.scripting.diagnosis import AgainstExact, Diagnosis
-from sandbox.scripting.watch import Watched
+from sandbox.scripting.diagnosis import Diagnosis
+from sandbox.scripting.exact import AgainstExact
+from sandbox.space.balance import Balance
 from sandbox.space.contents import Contents, StepLengths, is_static
+from sandbox.space.evidence import Evidence
+from sandbox.space.findings import Fault, worst_first
 from sandbox.space.lint import Linter
+from sandbox.space.mechanics import Rows
 from sandbox.space.origins import Origins, program_line
-from sandbox.space.rules import MAX_MASS_RATIO, RULE_OF, mass_ratio, moved_static, not_finite, passing_speeds, too_fast
+from sandbox.space.recording import Recording
+from sandbox.space.rules import (
+    MAX_MASS_RATIO,
+    RULE_OF,
+    mass_ratio,
+    may_change_contacts,
+    moved_static,
+    not_finite,
+    passing_speeds,
+    set_by_handler,
+    too_fast,
+)
 
 MAX_SPACES: Final = 10  # that are diagnosed
 MAX_LOOKED_AT: Final = 500_000  # shapes in all looks of the linter, which take some 10 µs each
-MAX_BALL_STEPS: Final = 500_000  # recorded for the comparison with `exact`: some 50 MB, and a minute of comparing
 STEPS_PER_SAMPLE: Final = 10  # between looks at what touches, and at static bodies
 MAX_RAISED: Final = 100  # times that a program may catch the end of its run
 TIME_ROUNDING: Final = 1e-9  # s
 
-_MOTION: Final = BodyFields.BODY_ID | BodyFields.POSITION | BodyFields.VELOCITY
+_GIVEN_BY_SHAPES: Final = ["shape_a", "shape_b", "elasticity", "friction", "surface_velocity"]  # of contacts
 _original_step: Final = pymunk.Space.step
 
 
 class Trial:
-    """One Space: its linter, what its steps show, and its recording for the comparison with `exact`."""
+    """One Space: its linter, and the recording of its steps. step: the Space's own."""
 
-    def __init__(self, space: pymunk.Space, origins: Origins) -> None:
+    def __init__(self, space: pymunk.Space, origins: Origins, step: Callable[[float], None]) -> None:
         self.space, self.time = space, 0.0
+        self.recording = _recording_of(space)
         self.changed = True  # something was added since the last step, or steps are of another length
-        self._step = partial(_original_step, space)
-        self._line = program_line()
+        self._step, self._line = step, ""
         self._linter = Linter(space, origins, StepLengths())
         self._contents: Contents | None = None
         self._looked_at = self._steps = 0
         self._most = [0, 0, 0]  # bodies, shapes and joints at one time
-        self._watched = Watched(space, self._step)
-        self._recording = True  # by `_watched`
-        self._note = ""
-        self._buffer = Buffer()
         self._ids = np.empty(0, np.uintp)
         self._bodies: dict[int, pymunk.Body] = {}
         self._numbers, self._masses = np.empty(0, np.uintp), np.empty(0)  # ids of bodies, sorted, and their masses
         self._passing: dict[int, float] = {}  # px/s, by id
         self._thresholds = np.empty(0)  # px/s, of each body
         self._fast = np.empty(0, bool)  # those that were faster after the last step
+        self._noticed: dict[str, list[Fault]] = {}  # by rules of steps
+        self._contacts: set[Any] = set()  # pairs of shapes, with elasticity and friction, that were looked at
         self._statics: dict[pymunk.Body, tuple[pymunk.Vec2d, float]] = {}
-        self._reported: set[tuple[str, int]] = set()  # rules and ids of bodies
+        self._reported: set[tuple[str, *tuple[int, ...]]] = set()  # rules and ids of bodies, or addresses of shapes
 
     def step(self, dt: float) -> None:
         """Look at the Space, do a step, record it, and look at what it did."""
+        if not self._steps:
+            self._line = program_line()
         self._before(dt)
-        if self._recording:
-            self._watched.step(dt)
-            self._recording = self._goes_on(self._watched)
-        else:
+        if self.recording is None:
             self._step(dt)
+        else:
+            self.recording.record(self._step, dt)
         self._after()
         self._steps += 1
         self.time += dt if math.isfinite(dt) else 0.0
 
-    def diagnosis(self, number: int) -> Diagnosis:
+    def diagnosis(self, number: int, against_exact: AgainstExact) -> Diagnosis:
         """Return the diagnosis of what was recorded."""
         bodies, shapes, joints = self._most
+        findings = self._linter.findings()
+        energy = evidence = None
+        if self.recording:
+            evidence = Evidence(
+                self.recording, Contents(self.space, self._linter.origins, self._linter.steps), self._noticed
+            )
+            findings = sorted([*findings, *evidence.findings()], key=worst_first)
+            energy = Balance(evidence.ledger)
         return Diagnosis(
             number=number,
             line=self._line,
@@ -82,8 +101,10 @@ class Trial:
             bodies=bodies,
             shapes=shapes,
             joints=joints,
-            findings=tuple(self._linter.findings()),
-            compare=self._compare,
+            findings=tuple(findings),
+            energy=energy,
+            evidence=evidence,
+            against_exact=against_exact,
         )
 
     def _before(self, dt: float) -> None:
@@ -103,34 +124,28 @@ class Trial:
                 if shape.body and is_static(shape.body):
                     self._statics.setdefault(shape.body, (shape.body.position, shape.body.angle))
 
-    def _goes_on(self, watched: Watched) -> bool:
-        if watched.unsupported:
-            return False
-        if watched.ball_steps > MAX_BALL_STEPS:
-            self._note = f"The comparison with exact covers the first {self.time:.4g} s: recording ended there."
-            return False
-        return True
-
     def _after(self) -> None:
-        self._buffer.clear()
-        get_space_bodies(self.space, _MOTION, self._buffer)
-        ids = np.frombuffer(self._buffer.int_buf(), np.uintp)
-        motion = np.frombuffer(self._buffer.float_buf()).reshape(-1, 4)
+        if not self.recording:
+            return
+        bodies = self.recording.steps[-1].after.bodies
+        ids = bodies["id"]
         if not np.array_equal(ids, self._ids):
             self._ids = ids.copy()
             self._fast = np.zeros(len(ids), bool)
             self._thresholds = np.array([self._passing.get(body, math.inf) for body in ids.tolist()])
         with np.errstate(invalid="ignore", over="ignore"):
-            speed = np.hypot(motion[:, 2], motion[:, 3])
-            fast = speed > self._thresholds
+            fast = np.hypot(*bodies["velocity"].T) > self._thresholds
+            is_finite = np.isfinite(bodies["position"].sum(axis=1) + bodies["velocity"].sum(axis=1))
         sampled = self._steps % STEPS_PER_SAMPLE == 0
         for row in np.flatnonzero(fast & (sampled | ~self._fast)).tolist():
             self._too_fast(int(ids[row]))
         self._fast = fast
-        for row in np.flatnonzero(~np.isfinite(motion).all(axis=1)).tolist():
+        for row in np.flatnonzero(~is_finite).tolist():
             self._not_finite(int(ids[row]))
+        if self.space._handlers and may_change_contacts(self.space):
+            self._set_by_handler()
         if sampled:
-            self._sample_touching()
+            self._sample_touching(self.recording.steps[-1].after.contacts)
             self._sample_statics()
             self._linter.confirm()
 
@@ -147,14 +162,27 @@ class Trial:
                 self._reported.add(("tunnelling", number))
                 self._linter.add(RULE_OF["tunnelling"], fault, self.time)
 
+    def _set_by_handler(self) -> None:
+        """Look at contacts, each pair of shapes once with the same elasticity, friction and surface velocity."""
+        if not self.recording or not len(self.recording) or not self._contents:
+            return
+        step = self.recording.steps[-1]
+        contacts = step.after.contacts
+        for row, (*first, belt) in enumerate(contacts[_GIVEN_BY_SHAPES].tolist()):
+            key = (*first, *belt.tolist())
+            if key not in self._contacts:
+                self._contacts.add(key)
+                pair = ("set-by-handler", *key[:2])
+                if pair not in self._reported and (fault := set_by_handler(self._contents, contacts[row], step.end)):
+                    self._reported.add(pair)
+                    self._noticed.setdefault("set-by-handler", []).append(fault)
+
     def _not_finite(self, number: int) -> None:
         if self._contents and self._new("not-finite", number):
             self._linter.add(RULE_OF["not-finite"], not_finite(self._contents, self._bodies[number]), self.time)
 
-    def _sample_touching(self) -> None:
-        buffer = Buffer()
-        get_space_arbiters(self.space, ArbiterFields.BODY_A_ID | ArbiterFields.BODY_B_ID, buffer)
-        pairs = np.frombuffer(buffer.int_buf(), np.uintp).reshape(-1, 2)
+    def _sample_touching(self, contacts: Rows) -> None:
+        pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
         if not len(self._masses) or not len(pairs):
             return
         rows = np.searchsorted(self._numbers, pairs).clip(max=len(self._numbers) - 1)
@@ -174,30 +202,26 @@ class Trial:
                 self._reported.add(("static-moved", body.id))
                 self._linter.add(RULE_OF["static-moved"], moved_static(self._contents, body, off), self.time)
 
-    def _compare(self) -> AgainstExact:
-        if self.time == 0:
-            return AgainstExact(None, "no step had a dt above 0")
-        with catch_warnings(record=True) as caught:
-            simplefilter("always")
-            try:
-                comparison = self._watched.comparison
-            except SandboxError as error:
-                return AgainstExact(None, str(error).removeprefix("there is nothing to compare: "))
-        notes = [_sentence(str(warning.message)) for warning in caught]
-        return AgainstExact(comparison, notes=[*notes, *filter(None, [self._note])])
 
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
+def _recording_of(space: pymunk.Space) -> Recording | None:
+    """Return a recording to begin, or None if this Pymunk's memory is laid out in another way."""
+    try:
+        return Recording(space)
+    except SandboxError:
+        return None
 
 
 class Trials:
     """All Spaces that a program steps, from the first step of each; a context that replaces `Space.step`.
 
-    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does.
+    seconds: of a Space's time, after which KeyboardInterrupt ends the program, as Ctrl-C does. keep_start: is called
+    with the first Space and the length of its first step, s, before that step.
     """
 
-    def __init__(self, seconds: float | None = None) -> None:
+    def __init__(
+        self, seconds: float | None = None, keep_start: Callable[[pymunk.Space, float], object] | None = None
+    ) -> None:
+        self._keep_start = keep_start
         self._seconds = math.inf if seconds is None else seconds
         self._origins = Origins()
         self._trials: dict[int, Trial] = {}
@@ -249,6 +273,9 @@ class Trials:
         self._waited = 0.0
         if self.out_of_time:
             self._stop()
+        if self._keep_start and 0 < dt < math.inf:
+            self._keep_start(space, float(dt))
+            self._keep_start = None
         trial.step(float(dt))
         if trial.time >= self._seconds - TIME_ROUNDING:
             self.out_of_time = True
@@ -264,7 +291,7 @@ class Trials:
     def diagnoses(self) -> Iterator[Diagnosis]:
         """Yield the diagnosis of each Space."""
         for number, trial in enumerate(self._trials.values(), 1):
-            yield trial.diagnosis(number)
+            yield trial.diagnosis(number, AgainstExact(trial.recording))
 
     @property
     def others(self) -> int:
@@ -274,7 +301,7 @@ class Trials:
     def _trial(self, space: pymunk.Space) -> Trial | None:
         trial = self._trials.get(id(space))
         if trial is None and len(self._trials) < MAX_SPACES:
-            trial = self._trials[id(space)] = Trial(space, self._origins)
+            trial = self._trials[id(space)] = Trial(space, self._origins, partial(_original_step, space))
         elif trial is None:
             self._others += space not in self._counted
             self._counted.add(space)

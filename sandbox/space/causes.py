@@ -37,12 +37,6 @@ class Cause(StrEnum):
     REMOVED = "removed"
 
 
-BY_PROGRAM: Final = frozenset(
-    {
-        *(Cause.FORCES, Cause.VELOCITY_SET, Cause.POSITION_SET, Cause.MASS_SET, Cause.GRAVITY_SET, Cause.SPRINGS_SET),
-        *(Cause.ADDED, Cause.REMOVED, Cause.VELOCITY_FUNCTIONS, Cause.POSITION_FUNCTIONS, Cause.CALLBACKS),
-    }
-)
 NUMBER: Final = {cause: number for number, cause in enumerate(Cause)}
 
 

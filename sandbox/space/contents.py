@@ -11,6 +11,7 @@ import numpy as np
 import pymunk
 
 from sandbox.space.findings import BodyReport
+from sandbox.space.memory import shape_address
 from sandbox.space.origins import Origins
 
 DEFAULT_DT: Final = 1 / 60  # s, if no step has been done
@@ -53,7 +54,7 @@ class Contents:
     space: pymunk.Space
     origins: Origins
     steps: StepLengths
-    seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes and bodies that rules have looked at
+    seen: WeakSet[Any] = field(default_factory=WeakSet)  # shapes, bodies and joints that rules have looked at
 
     @cached_property
     def bodies(self) -> list[pymunk.Body]:
@@ -69,6 +70,11 @@ class Contents:
     def solid(self) -> list[pymunk.Shape]:
         """The shapes that collide."""
         return [shape for shape in self.shapes if not shape.sensor]
+
+    @cached_property
+    def shape_at(self) -> dict[int, pymunk.Shape]:
+        """The shapes by the address that contacts have for them."""
+        return {int(shape_address(shape)): shape for shape in self.shapes}
 
     @cached_property
     def new_bodies(self) -> list[pymunk.Body]:
@@ -170,6 +176,17 @@ def half_width(shape: pymunk.Shape) -> float:
     normals = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
     across = corners @ normals.T
     return float((across.max(axis=0) - across.min(axis=0)).min()) / 2 + shape.radius if len(sides) else shape.radius
+
+
+def half_length(shape: pymunk.Shape) -> float:
+    """Return half the largest width of a shape, px."""
+    if isinstance(shape, pymunk.Circle):
+        return shape.radius
+    if isinstance(shape, pymunk.Segment):
+        return (shape.b - shape.a).length / 2 + shape.radius
+    assert isinstance(shape, pymunk.Poly)
+    corners = shape.get_vertices()
+    return max((a - b).length for a in corners for b in corners) / 2 + shape.radius
 
 
 def shape_words(shape: pymunk.Shape) -> str:

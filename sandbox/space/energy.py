@@ -10,6 +10,7 @@ set of impulses J that changes the relative velocity at these points from v to u
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from sandbox.space.mechanics import BodyIndex, Floats, elastic_energy, kinetic_e
 from sandbox.space.memory import Snapshot
 from sandbox.space.recording import Step
 from sandbox.space.step_work import ContactHistory, StepWork, add_membership, change_by_mass
+
+LARGEST: Final = 1e120  # px, px/s, rad or rad/s: beyond that, energies overflow
 
 
 @dataclass(frozen=True)
@@ -81,22 +84,22 @@ def ledger_of(steps: Iterable[Step]) -> Ledger:
     first = steps[0]
     energies = [(*_energies(first.before), elastic_energy(first.after, first.before))]
     for number, step in enumerate(steps):
-        if not _is_finite(step.after):
+        if not is_finite(step.after):
             work = work[:number]
             break
         if number:
             _add_program(work[number], steps[number - 1], step)
         StepWork(step, history).add_to(work[number], of_joints)
         energies.append((*_energies(step.after), elastic_energy(step.after, step.after)))
-    time = np.array([first.time, *(step.time + step.dt for step in steps[: len(work)])])
+    time = np.array([first.time, *(step.end for step in steps[: len(work)])])
     kinetic, potential, elastic = np.array(energies).T
     return Ledger(time, kinetic, potential, elastic, work, of_joints)
 
 
-def _is_finite(state: Snapshot) -> bool:
-    """Return whether all places and velocities are finite."""
+def is_finite(state: Snapshot) -> bool:
+    """Return whether all places and velocities are numbers whose squares are finite."""
     bodies = state.bodies
-    return all(np.isfinite(bodies[key]).all() for key in ("position", "velocity", "angle", "spin"))
+    return all((np.abs(bodies[key]) < LARGEST).all() for key in ("position", "velocity", "angle", "spin"))
 
 
 def _energies(state: Snapshot) -> tuple[float, float]:

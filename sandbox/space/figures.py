@@ -1,49 +1,142 @@
 """Figures of a recorded run of a Space: overlaps, joints, contacts, momentum, rest, and bodies that leave."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+import pymunk
 from numpy.typing import NDArray
 
 from sandbox.space.mechanics import BodyIndex, Floats, Rows, dot, turned, with_static
-from sandbox.space.memory import JointKind, Snapshot
+from sandbox.space.memory import CONTACT, JOINT, JointKind, Snapshot
 from sandbox.space.recording import Step
 
 IN_ANGLE: Final = (JointKind.ROTARY_LIMIT, JointKind.RATCHET, JointKind.GEAR)
 LAWLESS: Final = (JointKind.SPRING, JointKind.ROTARY_SPRING, JointKind.MOTOR)  # no place or angle is a wrong one
+HOLDING: Final = (JointKind.PIN, JointKind.SLIDE, JointKind.PIVOT)  # anchors
+ROUNDING: Final = 1e-6  # relative, of impulses at the limit of friction
+MIN_RESTING: Final = 30  # steps
 RESTING_SPEED: Final = 2.0  # in units of what gravity adds in a step: slower bodies count as at rest
 
 
 @dataclass(frozen=True)
 class Overlap:
-    """The deepest overlap of a pair of shapes: bodies by id, s, px."""
+    """The overlaps of a pair of bodies, by id: in n steps, of which `step` is the number in the recording.
+
+    steps: (n,) numbers from 0; depths: (n,) px, of the deepest point.
+    """
 
     body_a: int
     body_b: int
-    time: float
-    depth: float
+    steps: NDArray[np.intp]
+    depths: Floats
+
+    @property
+    def depth(self) -> float:
+        """The deepest, px."""
+        return float(self.depths.max())
 
 
 def deepest_overlap(steps: Iterable[Step]) -> tuple[Floats, Floats]:
     """Return the time after each step, s, and the deepest overlap that the step found, px: (n,), 0 if there is none."""
-    depths = [(step.time + step.dt, max(0.0, -step.after.contacts["distance"].min(initial=0.0))) for step in steps]
+    depths = [(step.end, max(0.0, -step.after.contacts["distance"].min(initial=0.0))) for step in steps]
     time, depth = np.array(depths, float).reshape(-1, 2).T
     return time, depth
 
 
 def overlaps(steps: Iterable[Step]) -> list[Overlap]:
-    """Return the deepest overlap of each pair of bodies, the deepest first."""
-    worst: dict[tuple[int, int], Overlap] = {}
-    for step in steps:
-        contacts = step.after.contacts
-        for row in contacts[contacts["distance"] < 0]:
-            a, b = int(row["body_a"]), int(row["body_b"])
-            pair, depth = (min(a, b), max(a, b)), -float(row["distance"])
-            if pair not in worst or depth > worst[pair].depth:
-                worst[pair] = Overlap(a, b, step.time + step.dt, depth)
-    return sorted(worst.values(), key=lambda overlap: -overlap.depth)
+    """Return the overlaps of each pair of bodies, the deepest first."""
+    contacts, number = _listed((step.after.contacts for step in steps), CONTACT)
+    deep = contacts["distance"] < 0
+    contacts, number = contacts[deep], number[deep]
+    found = []
+    for rows, at, first in _by_pair(contacts, number, "body"):
+        a, b = sorted((int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])))
+        found.append(Overlap(a, b, at, np.maximum.reduceat(-contacts["distance"][rows], first)))
+    return sorted(found, key=lambda overlap: -overlap.depth)
+
+
+def _listed(of_step: Iterable[Rows], kind: np.dtype[Any]) -> tuple[Rows, NDArray[np.intp]]:
+    """Return the contacts or joints of all steps, and the number of the step of each."""
+    listed = list(of_step)
+    return np.concatenate([np.empty(0, kind), *listed]), np.repeat(np.arange(len(listed)), [*map(len, listed)])
+
+
+def _by_pair(
+    contacts: Rows, number: NDArray[np.intp], of: str
+) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]]:
+    """Yield the rows of each pair of bodies or shapes by step, the numbers of these steps, and where each begins."""
+    ends = np.sort(np.stack([contacts[f"{of}_a"], contacts[f"{of}_b"]], axis=1), axis=1)
+    pair = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
+    order = np.lexsort((number, pair))
+    for rows in np.split(order, np.bincount(pair).cumsum()[:-1]) if len(order) else ():
+        at, first = np.unique(number[rows], return_index=True)
+        yield rows, at, first
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the solver left undone at the contact of two shapes, which lasted: bodies by id, in n steps.
+
+    steps: (n,) numbers from 0; approach: (n,) px/s, at which the bodies still approach after the solver's last pass,
+    beyond what is due; slip: (n,) px/s along the contact, where friction is below its limit, so that none is due.
+    """
+
+    body_a: int
+    body_b: int
+    steps: NDArray[np.intp]
+    approach: Floats
+    slip: Floats
+
+
+def residuals(steps: Sequence[Step]) -> list[Residual]:
+    """Return the residuals of the equations of all contacts that were there in the step before too.
+
+    Chipmunk's solver looks for normal impulses j >= 0 that end each approach at minus the contact's `bounce`, and for
+    tangential ones of at most friction times j that end its slip.
+    """
+    lasting = [step.after.contacts[step.after.contacts["is_first"] == 0] for step in steps]
+    contacts, number = _listed(lasting, CONTACT)
+    velocity = _velocities(lasting, steps)
+    approach = -dot(velocity, contacts["normal"]) - contacts["bounce"]
+    holds = np.abs(contacts["tangential"]) < (1 - ROUNDING) * contacts["friction"] * contacts["impulse"]
+    slip = np.where(holds, dot(velocity + contacts["surface_velocity"], turned(contacts["normal"])), 0.0)
+    found = []
+    for rows, at, first in _by_pair(contacts, number, "shape"):
+        ends = int(contacts["body_a"][rows[0]]), int(contacts["body_b"][rows[0]])
+        holding = np.maximum(1, np.add.reduceat(holds[rows], first, dtype=int))
+        slips = np.add.reduceat(slip[rows], first) / holding
+        found.append(Residual(*ends, at, np.maximum.reduceat(approach[rows], first), slips))
+    return found
+
+
+def joint_residuals(steps: Sequence[Step], joint_of: Callable[[int], pymunk.Constraint]) -> dict[int, Residual]:
+    """Return the residuals of the equations of all joints that hold anchors with any force, by their keys.
+
+    Of PinJoint, SlideJoint and PivotJoint, Chipmunk's solver looks for impulses after which the error e of a joint
+    shrinks by its part 1 - error_bias^dt in a step, but by max_bias dt at most: `approach` is how much faster it grows.
+    joint_of: returns the joint of a key.
+    """
+    holding = [step.after.joints[np.isin(step.after.joints["kind"], HOLDING)] for step in steps]
+    holding = [rows[np.isinf(rows["max_force"])] for rows in holding]
+    joints, number = _listed(holding, JOINT)
+    keys, of_key = np.unique(joints["key"], return_inverse=True)
+    named = [joint_of(key) for key in keys.tolist()]
+    error_bias, max_bias = (np.array([getattr(joint, name) for joint in named]) for name in ("error_bias", "max_bias"))
+    error = _errors_of(joints)
+    apart = joints["place_b"] + joints["arm_b"] - joints["place_a"] - joints["arm_a"]
+    size = np.abs(error)
+    outwards = np.sign(error)[:, None] * apart / np.where(size > 0, np.linalg.norm(apart, axis=1), 1.0)[:, None]
+    lengths = np.array([step.dt for step in steps])[number]
+    due = np.minimum((1 - error_bias[of_key] ** lengths) * size / lengths, max_bias[of_key])
+    approach = np.where(size > 0, dot(_velocities(holding, steps), outwards) + due, 0.0)
+    found = {}
+    for position, key in enumerate(keys.tolist()):
+        rows = np.flatnonzero(of_key == position)
+        ends = int(joints["body_a"][rows[0]]), int(joints["body_b"][rows[0]])
+        found[key] = Residual(*ends, number[rows], approach[rows], np.zeros(len(rows)))
+    return found
 
 
 @dataclass(frozen=True)
@@ -70,12 +163,14 @@ def joint_errors(state: Snapshot) -> Floats:
     distance of the anchors, of the anchor from the groove; RotaryLimitJoint and RatchetJoint: the angle outside of the
     limits; GearJoint: the angle off.
     """
-    joints, bodies = state.joints, state.bodies
-    index = BodyIndex(bodies)
-    a, b = index.rows(joints["body_a"]), index.rows(joints["body_b"])
-    place, angle = with_static(bodies["position"]), with_static(bodies["angle"])
-    distance = np.linalg.norm(place[b] + joints["arm_b"] - place[a] - joints["arm_a"], axis=1)
-    between, first, second = angle[b] - angle[a], joints["setting"][:, 0], joints["setting"][:, 1]
+    return _errors_of(state.joints)
+
+
+def _errors_of(joints: Rows) -> Floats:
+    ends = [joints[f"place_{side}"] + joints[f"arm_{side}"] for side in ("a", "b")]
+    distance = np.linalg.norm(ends[1] - ends[0], axis=1)
+    angle_a, angle_b = joints["angle_a"], joints["angle_b"]
+    between, first, second = angle_b - angle_a, joints["setting"][:, 0], joints["setting"][:, 1]
     ratchet = first - between
     errors = {
         JointKind.PIN: distance - first,
@@ -84,7 +179,7 @@ def joint_errors(state: Snapshot) -> Floats:
         JointKind.GROOVE: distance,
         JointKind.ROTARY_LIMIT: np.maximum(0, between - second) - np.maximum(0, first - between),
         JointKind.RATCHET: np.where(ratchet * second > 0, ratchet, 0.0),
-        JointKind.GEAR: angle[b] * second - angle[a] - first,
+        JointKind.GEAR: angle_b * second - angle_a - first,
     }
     kinds = joints["kind"]
     return np.select([kinds == kind for kind in errors], list(errors.values()), 0.0)
@@ -102,7 +197,7 @@ def stretches(steps: Iterable[Step]) -> list[Stretch]:
             if row["kind"] not in LAWLESS and (key not in worst or abs(error) > abs(worst[key].error)):
                 kind = JointKind(row["kind"])
                 ends = int(row["body_a"]), int(row["body_b"])
-                worst[key] = Stretch(key, kind, *ends, step.time + step.dt, error)
+                worst[key] = Stretch(key, kind, *ends, step.end, error)
     return sorted(worst.values(), key=lambda stretch: (stretch.is_angle, -abs(stretch.error)))
 
 
@@ -126,12 +221,13 @@ class Bounce:
 def wrong_bounces(steps: Iterable[Step], tolerance: float = 0.05) -> list[Bounce]:
     """Return the points of first contacts whose restitution differs from their elasticity by more than a tolerance.
 
-    Only approaches count that are faster than what gravity adds in four steps.
+    Only approaches count that are faster than what gravity adds in four steps, of bodies that nothing else touches or
+    holds in that step: then the solver has one equation, which it solves exactly.
     """
     bounces = []
     for step in steps:
         contacts = step.after.contacts
-        contacts = contacts[contacts["is_first"] == 1]
+        contacts = contacts[(contacts["is_first"] == 1) & _are_alone(contacts, step.after)]
         if not len(contacts):
             continue
         approach = -_normal_velocity(contacts, step.before)
@@ -140,12 +236,34 @@ def wrong_bounces(steps: Iterable[Step], tolerance: float = 0.05) -> list[Bounce
         for row, v, u in zip(contacts, approach.tolist(), separation.tolist(), strict=True):
             if v > least and abs(u / v - row["elasticity"]) > tolerance:
                 ends = int(row["body_a"]), int(row["body_b"])
-                bounces.append(Bounce(*ends, step.time + step.dt, float(row["elasticity"]), v, u))
+                bounces.append(Bounce(*ends, step.end, float(row["elasticity"]), v, u))
     return bounces
+
+
+def _are_alone(contacts: Rows, state: Snapshot) -> NDArray[np.bool_]:
+    """Return which points are the only ones of their bodies of finite mass, which have no joints either."""
+    bodies, joints = state.bodies, state.joints
+    light = bodies["id"][np.isfinite(bodies["mass"])]
+    ends = [rows[side] for rows in (contacts, joints) for side in ("body_a", "body_b")]
+    ids, counts = np.unique(np.concatenate(ends), return_counts=True)
+    busy = np.intersect1d(ids[counts > 1], light)
+    return ~(np.isin(contacts["body_a"], busy) | np.isin(contacts["body_b"], busy))
 
 
 def _normal_velocity(contacts: Rows, state: Snapshot) -> Floats:
     """Return the velocity at which the bodies of contacts part."""
+    return dot(_velocity(contacts, state), contacts["normal"])
+
+
+def _velocities(of_step: Iterable[Rows], steps: Sequence[Step]) -> Floats:
+    """Return the velocities at contacts or joints of each step, after it, in one list."""
+    return np.concatenate(
+        [np.empty((0, 2)), *(_velocity(rows, step.after) for rows, step in zip(of_step, steps, strict=True))]
+    )
+
+
+def _velocity(contacts: Rows, state: Snapshot) -> Floats:
+    """Return the velocity of body B at each contact or joint, relative to body A."""
     bodies = state.bodies
     index = BodyIndex(bodies)
     velocity, spin = with_static(bodies["velocity"]), with_static(bodies["spin"])
@@ -153,12 +271,12 @@ def _normal_velocity(contacts: Rows, state: Snapshot) -> Floats:
     for side in ("a", "b"):
         rows = index.rows(contacts[f"body_{side}"])
         at.append(velocity[rows] + spin[rows][:, None] * turned(contacts[f"arm_{side}"]))
-    return dot(at[1] - at[0], contacts["normal"])
+    return at[1] - at[0]
 
 
 def momentum(steps: Iterable[Step]) -> tuple[Floats, Floats]:
     """Return the time, s, and the momentum of all bodies of finite mass, kg px/s: (n,) and (n, 2), after each step."""
-    rows = [(step.time + step.dt, *_momentum(step.after.bodies)) for step in steps]
+    rows = [(step.end, *_momentum(step.after.bodies)) for step in steps]
     values = np.array(rows, float).reshape(-1, 3)
     return values[:, 0], values[:, 1:]
 
@@ -171,7 +289,8 @@ def _momentum(bodies: Rows) -> Floats:
 def jitter(steps: Iterable[Step]) -> dict[int, float]:
     """Return how often bodies at rest reverse their velocity, as a share of the steps, by their id.
 
-    A body is at rest while it is slower than what gravity adds in two steps.
+    A body is at rest while it is slower than what gravity adds in two steps. Reversals count from a tenth of that on,
+    of bodies that were at rest for MIN_RESTING steps.
     """
     last: dict[int, NDArray[Any]] = {}
     reversals: dict[int, int] = {}
@@ -184,10 +303,10 @@ def jitter(steps: Iterable[Step]) -> dict[int, float]:
         for row in bodies[(speed > 0) & (speed < limit)]:
             body = int(row["id"])
             resting[body] = resting.get(body, 0) + 1
-            if body in last and last[body] @ row["velocity"] < 0:
+            if body in last and last[body] @ row["velocity"] < -((limit / 10) ** 2):
                 reversals[body] = reversals.get(body, 0) + 1
             last[body] = row["velocity"]
-    return {body: reversals.get(body, 0) / count for body, count in resting.items()}
+    return {body: reversals.get(body, 0) / count for body, count in resting.items() if count >= MIN_RESTING}
 
 
 @dataclass(frozen=True)
@@ -223,5 +342,5 @@ def escapes(steps: Iterable[Step], margin: float = 10.0) -> list[Escape]:
         inside = ((after["position"] > low - size) & (after["position"] < high + size)).all(axis=1)
         for row in np.flatnonzero(~(is_finite & inside)).tolist():
             body = int(after["id"][row])
-            left.setdefault(body, Escape(body, step.time + step.dt, bool(is_finite[row])))
+            left.setdefault(body, Escape(body, step.end, bool(is_finite[row])))
     return list(left.values())

@@ -1,8 +1,9 @@
 """Findings: what is wrong with a Space, since when, with which bodies, why, and what to change."""
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Final, Generic, NamedTuple, TypeVar
 
 from sandbox.text import printable
 
@@ -67,6 +68,42 @@ class Finding:
         if len(self.bodies) > MAX_BODIES_SHOWN:
             lines.append(f"  and {len(self.bodies) - MAX_BODIES_SHOWN} more")
         return [*lines, f"  Cause: {self.cause}", f"  Cure: {self.cure}"]
+
+
+class Fault(NamedTuple):
+    """One case of a fault.
+
+    size: to show the worst first; report: the body; detail: of the Space, for `{}`; lasts: returns whether it is still
+    there, of a fault that only counts if it stays; since: s of the Space's time, None if it was so before any step.
+    """
+
+    size: float
+    report: BodyReport | None
+    detail: str = ""
+    lasts: Callable[[], bool] | None = None
+    since: float | None = None
+
+
+Source = TypeVar("Source")  # what a rule reads
+
+
+class Rule(NamedTuple, Generic[Source]):
+    """A fault that a Space may have: its texts, in which `{}` is the detail of the worst case, and how to find it."""
+
+    key: str
+    weight: float
+    certainty: Certainty
+    symptom: str
+    cause: str
+    cure: str
+    find: Callable[[Source], Iterator[Fault]]
+
+    def finding(self, faults: Sequence[Fault], since: float | None) -> Finding:
+        """Return the finding of all cases, of which there is at least one."""
+        faults = sorted(faults, key=lambda fault: -fault.size)
+        bodies = tuple(dict.fromkeys(fault.report for fault in faults if fault.report))
+        symptom = self.symptom.format(faults[0].detail)
+        return Finding(self.key, symptom, since, bodies, self.cause, self.cure, self.certainty, self.weight)
 
 
 def worst_first(finding: Finding) -> tuple[float, float]:

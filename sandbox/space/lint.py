@@ -9,9 +9,9 @@ import pymunk
 
 from sandbox.errors import SandboxError
 from sandbox.space.contents import Contents, StepLengths
-from sandbox.space.findings import Finding, worst_first
+from sandbox.space.findings import Fault, Finding, Rule, worst_first
 from sandbox.space.origins import Origins
-from sandbox.space.rules import RULES, Fault, Rule
+from sandbox.space.rules import RULES
 
 MAX_FAULTS: Final = 1_000  # kept of a rule; further ones are not looked at
 
@@ -59,9 +59,10 @@ class Linter:
                 self.add(rule, fault, since)
         self._seen.update(contents.shapes)
         self._seen.update(contents.bodies)
+        self._seen.update(contents.space.constraints)
         return contents
 
-    def add(self, rule: Rule, fault: Fault, since: float | None) -> None:
+    def add(self, rule: Rule[Contents], fault: Fault, since: float | None) -> None:
         """Add a fault; of the Space itself, only the last counts."""
         faults = self._faults[rule.key]
         self._since.setdefault(rule.key, since)
@@ -77,13 +78,5 @@ class Linter:
 
     def findings(self) -> list[Finding]:
         """Return one finding for each rule with faults, worst first."""
-        findings = []
-        for rule in RULES:
-            if faults := sorted(self._faults.get(rule.key, ()), key=lambda fault: -fault.size):
-                bodies = tuple(fault.report for fault in faults if fault.report)
-                symptom = rule.symptom.format(faults[0].detail)
-                since = self._since[rule.key]
-                findings.append(
-                    Finding(rule.key, symptom, since, bodies, rule.cause, rule.cure, rule.certainty, rule.weight)
-                )
-        return sorted(findings, key=worst_first)
+        found = [(rule, faults) for rule in RULES if (faults := self._faults.get(rule.key))]
+        return sorted((rule.finding(faults, self._since[rule.key]) for rule, faults in found), key=worst_first)

@@ -63,7 +63,7 @@ BODY: Final = _packed(
     ("asleep", "u8"),  # not 0: asleep
 )
 BODY_WORDS: Final = (0, 1, 2, 4, 8, 9, 10, 11, 12, 13, 14, 15, 16, 23, 31)  # of cpBody, in the order of BODY
-_BODY_ID, _BODY_POSITION, _BODY_ROOT, _BODY_NEXT = 23, 8, 31, 32
+_BODY_ID, _BODY_POSITION, _BODY_ANGLE, _BODY_SHAPES, _BODY_NEXT = 23, 8, 14, 28, 32
 
 CONTACT: Final = _packed(  # a point of an arbiter; the normal points from body A to body B
     ("body_a", "u8"),
@@ -97,6 +97,10 @@ JOINT: Final = _packed(
     ("normal", "f8", 2),
     ("impulse", "f8", 2),  # accumulated, on B: a vector, or along the normal, or an angular impulse
     ("setting", "f8", 3),  # as SETTINGS names them
+    ("place_a", "f8", 2),  # of the centres of gravity of its bodies, which need not be in the Space
+    ("place_b", "f8", 2),
+    ("angle_a", "f8"),
+    ("angle_b", "f8"),
 )
 SETTINGS: Final = {
     JointKind.PIN: ("distance",),
@@ -126,10 +130,28 @@ _JOINT_WORDS: Final = np.array(
     ]
 )
 
-SETTING: Final = _packed(("gravity", "f8", 2), ("damping", "f8"), ("slop", "f8"), ("persistence", "u8"), ("dt", "f8"))
+SETTING: Final = _packed(
+    ("gravity", "f8", 2),
+    ("damping", "f8"),
+    ("slop", "f8"),
+    ("persistence", "u8"),
+    ("dt", "f8"),
+    ("fingerprint", "u8"),  # of what there is, apart from how dynamic bodies move and how joints are set
+)
 _SETTING_WORDS: Final = (1, 2, 3, 6, 8, 11)  # of cpSpace, in the order of SETTING
+_FINGERPRINT: Final = 6  # in the words of SETTING
+_SETTINGS_IN_FINGERPRINT: Final = (0, 1, 2, 3, 5, 6, 7, 8)  # of cpSpace, from iterations to persistence
+_BODY_CONSTANTS: Final = (0, 1, 2, 4, 6, 7)  # of cpBody: functions, mass, moment, centre of gravity
+_BODY_MOTION: Final = (10, 11, 15)
+_BODY_POSE: Final = (8, 9, 14)
+_SHAPE_WORDS: Final = (3, 4, 5, 6, 7, 13, 14, 15, 16, 19, 20, 24)  # of cpShape, to the filter; a polygon's radius
+_SHAPE_BODY, _SHAPE_SENSOR, _SHAPE_NEXT = 2, 12, 21
+_SHAPE_BOX: Final = (8, 9, 10, 11)
+_BODY_IDLE: Final = 33  # the time for which a body was idle, s; infinite if it is static
 _DYNAMIC, _STATIC, _SLEEPING, _CONSTRAINTS, _ARBITERS = 12, 13, 15, 19, 20
+_original_step: Final = pymunk.Space.step  # another one may take its place
 _LOW: Final = 0xFFFFFFFF  # the lower half of a word
+_ODD: Final = 0x9E3779B97F4A7C15  # spreads the bits of a word: 2^64 over the golden ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +183,16 @@ class Snapshot:
 
     @property
     def settings(self) -> NDArray[Any]:
-        """() SETTING: gravity px/s², damping per second, slop px, persistence in steps, dt s of the last step."""
+        """() SETTING: gravity px/s², damping per second, slop px, persistence in steps, dt s of the last step.
+
+        The fingerprint is another number after any change other than the motion of bodies and the settings of joints.
+        """
         return cast("NDArray[Any]", np.frombuffer(self.setting_bytes, SETTING)[0])
+
+    @property
+    def fingerprint(self) -> int:
+        """That of the settings."""
+        return int(self.settings["fingerprint"])
 
     @property
     def bytes(self) -> int:
@@ -179,7 +209,7 @@ class SpaceMemory:
         self._space = space  # keeps its structures in memory
         self._address = _address(space._space)
         self._rows = [_rows(kind.itemsize // 8, 64) for kind in (BODY, CONTACT, JOINT)]
-        self._settings = np.empty(len(_SETTING_WORDS), np.uint64)
+        self._settings = np.empty(SETTING.itemsize // 8, np.uint64)
         self._classes = joint_classes()
 
     def snapshot(self) -> Snapshot:
@@ -203,6 +233,11 @@ def _rows(words: int, count: int) -> Words:
 def joint_key(joint: pymunk.Constraint) -> int:
     """Return the `key` of a constraint in snapshots."""
     return int(_address(lib.cpConstraintGetUserData(joint._constraint)))
+
+
+def shape_address(shape: pymunk.Shape) -> np.uint64:
+    """Return the address of a shape, by which contacts know it."""
+    return _address(shape._shape)
 
 
 def _address(pointer: object) -> np.uint64:
@@ -252,7 +287,43 @@ def _word(address: Any, index: int) -> Any:
 
 
 @kernel
-def _read_body(body: Any, bodies: Any, count: int) -> int:
+def _mixed(number: Any, word: Any) -> Any:
+    product = (number ^ word) * np.uint64(_ODD)
+    return product ^ (product >> np.uint64(29))
+
+
+@kernel
+def _fingerprint(body: Any) -> Any:
+    """Return a number for a body and its shapes, and for where it is if it is static, or kinematic at rest."""
+    number = body
+    for index in _BODY_CONSTANTS:
+        number = _mixed(number, _word(body, index))
+    if np.isinf(_as_number(_word(body, 2))):
+        is_moving = False
+        for index in _BODY_MOTION:
+            is_moving |= _as_number(_word(body, index)) != 0
+        for index in _BODY_POSE:
+            number = _mixed(number, np.uint64(1) if is_moving else _word(body, index))
+    total = number
+    shape = _word(body, _BODY_SHAPES)
+    while shape:
+        total += _shape_fingerprint(shape)
+        shape = _word(shape, _SHAPE_NEXT)
+    return total
+
+
+@kernel
+def _shape_fingerprint(shape: Any) -> Any:
+    """Return a number for a shape: what it is, but for where its body is."""
+    number = _mixed(shape, _word(shape, _SHAPE_SENSOR) & np.uint64(0xFF))
+    for index in _SHAPE_WORDS:
+        number = _mixed(number, _word(shape, index))
+    return number
+
+
+@kernel
+def _read_body(body: Any, bodies: Any, settings: Any, count: int) -> int:
+    settings[_FINGERPRINT] += _fingerprint(body)
     if count < len(bodies):
         for k, index in enumerate(BODY_WORDS):
             bodies[count, k] = _word(body, index)
@@ -260,17 +331,17 @@ def _read_body(body: Any, bodies: Any, count: int) -> int:
 
 
 @kernel
-def _read_bodies(space: Any, bodies: Any) -> int:
+def _read_bodies(space: Any, bodies: Any, settings: Any) -> int:
     count = 0
     for kind in (_DYNAMIC, _STATIC):
         array = _word(space, kind)
         for k in range(_word(array, 0) & np.uint64(_LOW)):
-            count = _read_body(_word(_word(array, 1), k), bodies, count)
+            count = _read_body(_word(_word(array, 1), k), bodies, settings, count)
     array = _word(space, _SLEEPING)
     for k in range(_word(array, 0) & np.uint64(_LOW)):
         body = _word(_word(array, 1), k)
         while body:
-            count = _read_body(body, bodies, count)
+            count = _read_body(body, bodies, settings, count)
             body = _word(body, _BODY_NEXT)
     return count
 
@@ -297,27 +368,34 @@ def _read_contacts(space: Any, contacts: Any) -> int:
                 for index in range(3):
                     row[16 + index] = _word(contact, 6 + index)
                 distance = 0.0
-                for axis in range(2):
-                    to_a = _as_number(_word(a, _BODY_POSITION + axis)) + _as_number(_word(contact, axis))
-                    to_b = _as_number(_word(b, _BODY_POSITION + axis)) + _as_number(_word(contact, 2 + axis))
-                    distance += (to_b - to_a) * _as_number(row[10 + axis])
+                for axis in range(2):  # as cpArbiterGetDepth rounds it
+                    arms = _as_number(_word(contact, 2 + axis)) - _as_number(_word(contact, axis))
+                    place = _BODY_POSITION + axis
+                    distance += (arms + (_as_number(_word(b, place)) - _as_number(_word(a, place)))) * _as_number(
+                        row[10 + axis]
+                    )
                 row[19] = _as_word(distance)
             count += 1
     return count
 
 
 @kernel
-def _read_joints(space: Any, joints: Any, classes: Any) -> int:
+def _read_joints(space: Any, joints: Any, settings: Any, classes: Any) -> int:
     count = 0
     array = _word(space, _CONSTRAINTS)
     for k in range(_word(array, 0) & np.uint64(_LOW)):
+        settings[_FINGERPRINT] += _mixed(np.uint64(0), _word(_word(array, 1), k))
         if count < len(joints):
             joint, row, kind = _word(_word(array, 1), k), joints[count], 0
             while kind < len(classes) - 1 and classes[kind] != _word(joint, 0):
                 kind += 1
             row[0], row[1] = _word(joint, 12), np.uint64(kind)
-            row[2] = _word(_word(joint, 2), _BODY_ID)
-            row[3] = _word(_word(joint, 3), _BODY_ID)
+            for end in range(2):
+                body = _word(joint, 2 + end)
+                row[2 + end] = _word(body, _BODY_ID)
+                row[17 + 2 * end] = _word(body, _BODY_POSITION)
+                row[18 + 2 * end] = _word(body, _BODY_POSITION + 1)
+                row[21 + end] = _word(body, _BODY_ANGLE)
             row[5] = _word(joint, 6)
             for target, index in enumerate((4, 6, 8, 10, 12, 13, 14, 15, 16)):
                 place = _JOINT_WORDS[kind, target]
@@ -328,6 +406,26 @@ def _read_joints(space: Any, joints: Any, classes: Any) -> int:
     return count
 
 
+def shape_fingerprints(addresses: Words) -> Words:
+    """Return a number for each shape, by its address: another one after a change of what it is, or of where it is.
+
+    The latter only of shapes on static bodies, and if their place was indexed anew. (n,).
+    """
+    numbers = np.empty_like(addresses)
+    _read_shapes(addresses, numbers)
+    return numbers
+
+
+@entry
+def _read_shapes(addresses: Words, numbers: Words) -> None:
+    for k, shape in enumerate(addresses):
+        numbers[k] = _shape_fingerprint(shape)
+        body = _word(shape, _SHAPE_BODY)
+        if body and np.isinf(_as_number(_word(body, _BODY_IDLE))):
+            for index in _SHAPE_BOX:
+                numbers[k] = _mixed(numbers[k], _word(shape, index))
+
+
 @entry
 def _read(
     space: Any, bodies: Words, contacts: Words, joints: Words, settings: Words, classes: Words
@@ -336,7 +434,15 @@ def _read(
     for k, index in enumerate(_SETTING_WORDS):
         settings[k] = _word(space, index)
     settings[4] &= np.uint64(_LOW)
-    return _read_bodies(space, bodies), _read_contacts(space, contacts), _read_joints(space, joints, classes)
+    settings[_FINGERPRINT] = 0
+    for index in _SETTINGS_IN_FINGERPRINT:
+        word = _word(space, index)
+        settings[_FINGERPRINT] = _mixed(settings[_FINGERPRINT], word & np.uint64(_LOW) if index in (0, 8) else word)
+    return (
+        _read_bodies(space, bodies, settings),
+        _read_contacts(space, contacts),
+        _read_joints(space, joints, settings, classes),
+    )
 
 
 def _probe() -> tuple[pymunk.Space, list[pymunk.Constraint]]:
@@ -348,10 +454,10 @@ def _probe() -> tuple[pymunk.Space, list[pymunk.Constraint]]:
     for k, body in enumerate(bodies):
         body.position, body.velocity = (7.25 * k, 30.5 + k), (k - 2.75, 4.5)
         body.angle, body.angular_velocity = 0.125 * k, 0.5 - k
-    box = pymunk.Poly.create_box(pymunk.Body(3.25, 41.5), (10, 8))
-    assert box.body
-    box.body.position, box.friction, floor.friction, box.elasticity, floor.elasticity = (0, -14.75), 0.5, 0.5, 0.5, 0.25
-    space.add(*bodies, box.body, box, floor)
+    lying = pymunk.Body(3.25, 41.5)  # a shape does not keep its body alive
+    box = pymunk.Poly.create_box(lying, (10, 8))
+    lying.position, box.friction, floor.friction, box.elasticity, floor.elasticity = (0, -14.75), 0.5, 0.5, 0.5, 0.25
+    space.add(*bodies, lying, box, floor)
     a, b, _ = bodies
     joints: list[pymunk.Constraint] = [
         pymunk.PinJoint(a, b, (1, 2), (3, 4.5)),
@@ -367,7 +473,7 @@ def _probe() -> tuple[pymunk.Space, list[pymunk.Constraint]]:
     ]
     space.add(*joints)
     for _ in range(2):
-        space.step(1 / 64)
+        _original_step(space, 1 / 64)
     bodies[2].force, bodies[2].torque = (1.5, -2.25), 3.125
     return space, joints
 

@@ -3,6 +3,7 @@
 Handlers and callbacks stay as they are. Bodies and constraints may come and go between steps, and within them.
 """
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,10 +11,12 @@ from typing import Final
 
 import pymunk
 
-from sandbox.space.memory import Snapshot, SpaceMemory, joint_key
+from sandbox.space.memory import Snapshot, SpaceMemory
+from sandbox.space.roster import Roster
 
 MAX_BYTES: Final = 1_000_000_000  # of snapshots, by default
 MAX_SECONDS: Final = 600.0  # of the Space's time, by default
+OPENING: Final = 0.1  # of `max_bytes`: room for the first steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,28 +29,43 @@ class Step:
     before: Snapshot
     after: Snapshot
 
+    @property
+    def end(self) -> float:
+        """When it ends, s."""
+        return self.time + self.dt
+
 
 class Recording:
-    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow.
+    """The last steps of a Space, as many as `max_bytes` and `max_seconds` (of its time) allow, and its first ones.
 
-    Bodies are known by `pymunk.Body.id`, constraints by `joint_key`. All that were seen are kept alive, because Pymunk
-    would give their ids to others.
+    Bodies are known by `pymunk.Body.id`, constraints by `joint_key`; the roster has them, and what they are. invalid:
+    dt of steps, s, that mean nothing, by the number of the step that came next.
     """
 
     def __init__(self, space: pymunk.Space, *, max_bytes: float = MAX_BYTES, max_seconds: float = MAX_SECONDS) -> None:
         self._space, self._memory = space, SpaceMemory(space)
         self._max_bytes, self._max_seconds = max_bytes, max_seconds
         self._steps: deque[Step] = deque()
+        self._opening: list[Step] = []
         self._bytes = self._count = 0
         self._time = 0.0
-        self._bodies: dict[int, tuple[int, pymunk.Body]] = {}  # kept, so that no other body gets their id
-        self._joints: dict[int, tuple[int, pymunk.Constraint]] = {}
-        self._listed: tuple[list[pymunk.Body], list[pymunk.Constraint]] = [], []
+        self.invalid: dict[int, float] = {}
+        self.roster = Roster(space)
 
     @property
     def steps(self) -> "deque[Step]":
         """The steps that are kept, in the order of time."""
         return self._steps
+
+    @property
+    def from_start(self) -> list[Step]:
+        """The steps from the first one on, without a gap: all, or if some are no longer kept, those of the opening."""
+        return self._opening if self.dropped else list(self._steps)
+
+    @property
+    def count(self) -> int:
+        """The number of steps that were recorded."""
+        return self._count
 
     @property
     def dropped(self) -> int:
@@ -62,13 +80,15 @@ class Recording:
     def record(self, step: Callable[[float], None], dt: float) -> None:
         """Call a Space's own `step`, and record what it does. dt: s; a step of 0 s does nothing and is not recorded.
 
-        If a callback of the program raises in the step, the step is not recorded.
+        If dt is below 0 or not finite, or if a callback of the program raises in the step, it is not recorded either.
         """
-        if dt == 0:
+        if not 0 < dt < math.inf:
+            if dt:
+                self.invalid[self._count] = dt
             step(dt)
             return
-        self._name_new()
         before = self._memory.snapshot()
+        self.roster.look(self._count, before.fingerprint)
         step(dt)
         after = self._memory.snapshot()
         if self._steps and before == self._steps[-1].after:
@@ -79,26 +99,19 @@ class Recording:
         self._steps.append(Step(self._count, self._time, dt, before, after))
         self._count += 1
         self._time += dt
+        if not self.dropped and self._bytes <= OPENING * self._max_bytes:
+            self._opening.append(self._steps[-1])
         while len(self._steps) > 1 and not self._fits():
             self._drop()
 
     def body(self, body_id: int) -> pymunk.Body | None:
         """Return a body by its `id`; None for a static body of the Space's own."""
-        return self._bodies[body_id][1] if body_id in self._bodies else None
-
-    def body_number(self, body_id: int) -> int | None:
-        """Return the number of a body, in the order in which the bodies were first seen, from 0."""
-        return self._bodies[body_id][0] if body_id in self._bodies else None
+        return self.roster.by_id.get(body_id)
 
     def joint(self, key: int) -> pymunk.Constraint:
         """Return a constraint by its `key`."""
-        self._name_new()
-        return self._joints[key][1]
-
-    def joint_number(self, key: int) -> int:
-        """Return the number of a constraint, in the order in which they were first seen, from 0."""
-        self._name_new()
-        return self._joints[key][0]
+        self.roster.look(self._count, self._memory.snapshot().fingerprint)
+        return self.roster.by_key[key]
 
     def __len__(self) -> int:
         return len(self._steps)
@@ -114,13 +127,3 @@ class Recording:
         self._bytes -= first.before.bytes
         if self._steps[0].before is not first.after:
             self._bytes -= first.after.bytes
-
-    def _name_new(self) -> None:
-        listed = list(self._space.bodies), list(self._space.constraints)
-        if listed == self._listed:
-            return
-        self._listed = listed
-        for body in listed[0]:
-            self._bodies.setdefault(body.id, (len(self._bodies), body))
-        for joint in listed[1]:
-            self._joints.setdefault(joint_key(joint), (len(self._joints), joint))

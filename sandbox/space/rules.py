@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import combinations
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import pymunk
 
+from sandbox.space.changes import NAMES
 from sandbox.space.contents import (
     Contents,
     body_of,
@@ -19,7 +20,7 @@ from sandbox.space.contents import (
     may_collide,
     shape_words,
 )
-from sandbox.space.findings import BodyReport, Certainty
+from sandbox.space.findings import Certainty, Fault, Rule
 
 MAX_MOMENT_RATIO: Final = 2.2  # a ring, or a hollow square, has twice the moment of a full one of its mass
 MIN_MOMENT_RATIO: Final = 1 / 1.5  # of what is denser in its middle
@@ -32,39 +33,14 @@ MAX_SLOP: Final = 0.2  # of a half width
 MAX_DT: Final = 1 / 30  # s
 DT_VARIES: Final = 1e-6  # relative, above rounding
 PER_STEP_DAMPING: Final = 0.97  # from which on damping is hardly to be seen, if it is per second
+SAME: Final = 1e-9  # relative, or of 1: above rounding
 MOVED: Final = 1e-6  # of the extent of a static shape, or of 1 px
+_SPRINGS: Final = (pymunk.DampedSpring, pymunk.DampedRotarySpring)
 DRIVES: Final = (pymunk.SimpleMotor, pymunk.DampedSpring, pymunk.DampedRotarySpring)  # joints that move bodies
 LOOK_AHEAD: Final = 1.0  # s, of the straight path of a body
 ON_SHAPES: Final = ("elasticity", "friction", "filter", "collision_type", "sensor", "surface_velocity")
-OF_OLD_SHAPES: Final = {  # before Pymunk 5
-    "group": "shape.filter = pymunk.ShapeFilter(group=...)",
-    "layers": "shape.filter = pymunk.ShapeFilter(categories=..., mask=...)",
-}
-
-
-class Fault(NamedTuple):
-    """One case of a fault.
-
-    size: to show the worst first; report: the body; detail: of the Space, for `{}`; lasts: returns whether it is still
-    there, of a fault that only counts if it stays.
-    """
-
-    size: float
-    report: BodyReport | None
-    detail: str = ""
-    lasts: Callable[[], bool] | None = None
-
-
-class Rule(NamedTuple):
-    """A fault that a Space may have: its texts, in which `{}` is the detail of the worst case, and how to find it."""
-
-    key: str
-    weight: float
-    certainty: Certainty
-    symptom: str
-    cause: str
-    cure: str
-    find: Callable[[Contents], Iterator[Fault]]
+OF_OLD_SHAPES: Final = ("group", "layers")  # before Pymunk 5
+OF_OLD_BODIES: Final = ("velocity_limit", "angular_velocity_limit")
 
 
 def _massless(contents: Contents) -> Iterator[Fault]:
@@ -97,13 +73,19 @@ def _no_mass_of_its_own(contents: Contents) -> Iterator[Fault]:
 
 
 def _moments(contents: Contents) -> Iterator[tuple[pymunk.Body, float, float]]:
-    """Yield bodies, their moment and that of their shapes, where these do not fit."""
+    """Yield bodies, their moment and that of their shapes, where these do not fit.
+
+    If the centre of gravity is off the shapes, a moment about their middle fits too: it is the centre that is wrong.
+    """
     for body in contents.new_bodies:
         shapes = contents.solid_of.get(id(body), [])
         if shapes and 0 < body.mass < math.inf and 0 < body.moment < math.inf:
-            expected = body.mass * _radius_of_gyration_squared(shapes, body.center_of_gravity)
-            if expected and not MIN_MOMENT_RATIO <= body.moment / expected <= MAX_MOMENT_RATIO:
-                yield body, body.moment, expected
+            centres = body.center_of_gravity, _missed_middle(shapes, body) or body.center_of_gravity
+            of_shapes = [body.mass * _radius_of_gyration_squared(shapes, centre) for centre in centres]
+            if all(of_shapes) and not any(
+                MIN_MOMENT_RATIO <= body.moment / moment <= MAX_MOMENT_RATIO for moment in of_shapes
+            ):
+                yield body, body.moment, of_shapes[1]
 
 
 def _moment(contents: Contents) -> Iterator[Fault]:
@@ -154,16 +136,21 @@ def _shape_gyration(shape: pymunk.Shape, centre: pymunk.Vec2d) -> float:
     return pymunk.moment_for_poly(1, shape.get_vertices(), -centre, shape.radius)
 
 
+def _missed_middle(shapes: list[pymunk.Shape], body: pymunk.Body) -> pymunk.Vec2d | None:
+    """Return the middle of a body's shapes if the centre of gravity should be there, but is not."""
+    areas = np.array([_area(shape) for shape in shapes])
+    if areas.sum() <= 0 or math.isinf(body.moment) or _turns_about_a_joint(body):
+        return None
+    middle = pymunk.Vec2d(*(areas @ np.array([shape.center_of_gravity for shape in shapes]) / areas.sum()).tolist())
+    off = math.dist(middle, body.center_of_gravity)
+    return middle if off > MAX_OFF_CENTRE * math.sqrt(areas.sum()) else None
+
+
 def _off_centre(contents: Contents) -> Iterator[Fault]:
     for body in contents.new_bodies:
-        shapes = contents.solid_of.get(id(body), [])
-        areas = np.array([_area(shape) for shape in shapes])
-        if areas.sum() <= 0 or math.isinf(body.moment) or _turns_about_a_joint(body):
-            continue
-        x, y = areas @ np.array([shape.center_of_gravity for shape in shapes]) / areas.sum()
-        off = math.dist((x, y), body.center_of_gravity)
-        if off > MAX_OFF_CENTRE * math.sqrt(areas.sum()):
-            gx, gy = body.center_of_gravity
+        if middle := _missed_middle(contents.solid_of.get(id(body), []), body):
+            (x, y), (gx, gy) = middle, body.center_of_gravity
+            off = math.dist(middle, body.center_of_gravity)
             detail = f"centre of gravity at ({gx:.4g}, {gy:.4g}), middle of its shapes at ({x:.4g}, {y:.4g})"
             yield Fault(off, contents.report(body, f"{detail}: {off:.4g} px off"))
 
@@ -230,13 +217,14 @@ def _could_meet(a: pymunk.Shape, b: pymunk.Shape) -> bool:
 
 def _ignored_attributes(contents: Contents) -> Iterator[Fault]:
     for shape in filter(contents.is_new, contents.shapes):
-        for name, cure in OF_OLD_SHAPES.items():
-            if name in vars(shape):
-                yield Fault(1, contents.report(body_of(shape), f"shape.{name} was set; write {cure}", shape))
+        for name in filter(vars(shape).__contains__, OF_OLD_SHAPES):
+            cure = NAMES[f"Shape.{name}"].plain
+            yield Fault(1, contents.report(body_of(shape), f"shape.{name} was set; write {cure}", shape))
     for body in contents.new_bodies:
-        for name in ON_SHAPES:
+        cures = {name: NAMES[f"Body.{name}"].plain for name in OF_OLD_BODIES}
+        for name, cure in (cures | {name: f"shape.{name}" for name in ON_SHAPES}).items():
             if name in vars(body):
-                yield Fault(1, contents.report(body, f"body.{name} was set; write shape.{name}"))
+                yield Fault(1, contents.report(body, f"body.{name} was set; write {cure}"))
 
 
 def _overlaps(*, joined: bool) -> Callable[[Contents], Iterator[Fault]]:
@@ -331,7 +319,7 @@ def _too_fast(contents: Contents) -> Iterator[Fault]:
 def too_fast(contents: Contents, body: pymunk.Body) -> Fault | None:
     """Return the fault of a body that will meet a wall so fast that a step can carry it through."""
     shape = max(contents.solid_of[id(body)], key=half_width)
-    half, speed, start = half_width(shape), body.velocity.length, body.position
+    half, speed, start = half_width(shape), math.hypot(*body.velocity), body.position
     for hit in contents.space.segment_query(start, start + body.velocity * LOOK_AHEAD, half, pymunk.ShapeFilter()):
         wall = hit.shape
         passing = (half + half_width(wall)) / contents.steps.dt
@@ -342,6 +330,39 @@ def too_fast(contents: Contents, body: pymunk.Body) -> Fault | None:
             )
             return Fault(speed / passing if passing else math.inf, contents.report(body, detail))
     return None
+
+
+def set_by_handler(contents: Contents, contact: Any, time: float) -> Fault | None:
+    """Return the fault of a contact, of the step just done until `time`, of which a handler set what shapes give."""
+    a, b = (contents.shape_at.get(int(contact[key])) for key in ("shape_a", "shape_b"))
+    if a is None or b is None or a.body is None or b.body is None:
+        return None
+    normal = pymunk.Vec2d(*contact["normal"].tolist())
+    belt = b.surface_velocity - a.surface_velocity
+    due = (a.elasticity * b.elasticity, a.friction * b.friction, *(belt - normal * belt.dot(normal)))
+    values = (*contact[["elasticity", "friction"]].item(), *contact["surface_velocity"].tolist())
+    off = [abs(value - expected) for value, expected in zip(values, due, strict=True)]
+    size, at = max(zip(off, range(len(off)), strict=True))
+    if size <= SAME * max(1.0, abs(values[at]), abs(due[at])):
+        return None
+    name = ("elasticity", "friction", "surface velocity", "surface velocity")[at]
+    shape, partner = (a, b) if is_dynamic(a.body) else (b, a)
+    detail = f"{name} {values[at]:.3g} with a {shape_words(partner)}; their shapes give {due[at]:.3g}"
+    return Fault(size, contents.report(body_of(shape), detail, shape), since=time)
+
+
+def may_change_contacts(space: pymunk.Space) -> bool:
+    """Return whether a Space has a handler that is called before contacts are solved."""
+    return any(handler.begin or handler.pre_solve for handler in space._handlers.values())
+
+
+def may_be_ignored(space: pymunk.Space, a: pymunk.Shape, b: pymunk.Shape) -> bool:
+    """Return whether a callback of the program may say that a contact of two shapes is not to be processed."""
+    types = {a.collision_type, b.collision_type}
+    return any(
+        (handler.begin or handler.pre_solve) and types >= {kind for kind in kinds if kind is not None}
+        for kinds, handler in space._handlers.items()
+    )
 
 
 def _mass_ratio(contents: Contents) -> Iterator[Fault]:
@@ -365,6 +386,48 @@ def mass_ratio(contents: Contents, a: pymunk.Body, b: pymunk.Body) -> Fault | No
     return Fault(ratio, contents.report(heavy, detail))
 
 
+def _stiff_springs(contents: Contents) -> Iterator[Fault]:
+    """Springs whose bodies swing wider in each step.
+
+    In a step, x += v dt and then v = d (v - k x dt / m), with d = exp(-damping dt / m), m the mass or moment that the
+    spring moves. The eigenvalues are within the unit circle if k dt² / m < 2 (1 + 1/d).
+    """
+    dt = contents.steps.dt
+    for joint in contents.space.constraints:
+        if (
+            joint not in contents.seen
+            and math.isinf(joint.max_force)
+            and isinstance(joint, _SPRINGS)
+            and _is_own(joint)
+        ):
+            mobility = _mobility(joint)
+            limit = 2 * (1 + math.exp(min(joint.damping * dt * mobility, 700.0)))
+            ratio = joint.stiffness * dt**2 * mobility / limit
+            if ratio > 1:
+                largest = f"steps of {dt:.4g} s bear {joint.stiffness / ratio:.3g}"
+                what = f"its {type(joint).__name__} has the stiffness {joint.stiffness:.4g}; {largest}"
+                yield Fault(ratio, contents.report(joint.a if is_dynamic(joint.a) else joint.b, what))
+
+
+def _is_own(spring: pymunk.DampedSpring | pymunk.DampedRotarySpring) -> bool:
+    """Return whether a spring has Pymunk's own law."""
+    if isinstance(spring, pymunk.DampedSpring):
+        return spring.force_func == pymunk.DampedSpring.spring_force
+    return spring.torque_func == pymunk.DampedRotarySpring.spring_torque
+
+
+def _mobility(spring: pymunk.DampedSpring | pymunk.DampedRotarySpring) -> float:
+    """Return by what velocity, px/s or rad/s, an impulse of 1 along a spring changes that of its ends."""
+    bodies = [body for body in (spring.a, spring.b) if is_dynamic(body)]
+    if isinstance(spring, pymunk.DampedRotarySpring):
+        return sum(1 / body.moment for body in bodies if body.moment)
+    ends = {spring.a: spring.a.local_to_world(spring.anchor_a), spring.b: spring.b.local_to_world(spring.anchor_b)}
+    direction = (ends[spring.b] - ends[spring.a]).normalized()
+    arms = [(ends[body] - body.local_to_world(body.center_of_gravity)).cross(direction) for body in bodies]
+    masses = zip(bodies, arms, strict=True)
+    return sum(1 / body.mass + arm**2 / body.moment for body, arm in masses if body.mass and body.moment)
+
+
 def _sinks_in(contents: Contents) -> Iterator[Fault]:
     slop = contents.space.collision_slop
     for body in contents.new_bodies:
@@ -377,7 +440,7 @@ def _sinks_in(contents: Contents) -> Iterator[Fault]:
 
 def _moved_static(contents: Contents) -> Iterator[Fault]:
     for shape in contents.shapes:
-        if is_static(body_of(shape)) and contents.is_new(shape) and (off := _off_its_place(shape)):
+        if is_static(body_of(shape)) and contents.is_new(shape) and (off := off_its_place(shape)):
             yield moved_static(contents, body_of(shape), off, shape)
 
 
@@ -386,7 +449,7 @@ def moved_static(contents: Contents, body: pymunk.Body, off: float, shape: pymun
     return Fault(off, contents.report(body, f"moved by {off:.4g} px after it was added", shape))
 
 
-def _off_its_place(shape: pymunk.Shape) -> float:
+def off_its_place(shape: pymunk.Shape) -> float:
     """Return how far the bounding box of a static shape is from where its body now has it, px; 0 if it is there."""
     body = body_of(shape)
     if isinstance(shape, pymunk.Circle):
@@ -439,7 +502,7 @@ def _invalid_steps(contents: Contents) -> Iterator[Fault]:
 
 
 _MULTIPLIES: Final = "Pymunk multiplies the {0} of two shapes, and a new shape has {0} 0."
-RULES: Final = (
+RULES: Final[tuple[Rule[Contents], ...]] = (
     Rule(
         "mass",
         1.0,
@@ -468,6 +531,16 @@ RULES: Final = (
         "dt must be above 0; a difference of two clock readings can be negative or not a number.",
         "Call space.step(1 / 60), a constant number of times per frame.",
         _invalid_steps,
+    ),
+    Rule(
+        "spring-stiff",
+        0.93,
+        Certainty.LIKELY,
+        "Springs explode: they are too stiff for the steps",
+        "A step applies the force with which it begins, all the time. If that carries the bodies past rest and further "
+        "out on the other side, they swing wider in each step.",
+        "Shorter steps (several space.step(dt / n) in a frame), a lower stiffness, or heavier bodies.",
+        _stiff_springs,
     ),
     Rule(
         "shape-not-added",

@@ -11,7 +11,7 @@ from sandbox.run.inputs import End, Grab, Input, Release, Start, load_inputs, wr
 from sandbox.run.trajectory import simulate
 from sandbox.scene.files import bundled, load
 
-COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "schema", "bench")
+COMMANDS = ("run", "record", "compare", "trace", "verify", "sweep", "check", "scenes", "engines", "schema", "bench")
 
 
 pytestmark = pytest.mark.usefixtures("working_folder")
@@ -103,7 +103,10 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (("compare", "article", "--seconds", "-1"), "seconds must be greater than 0, got -1"),
         (("compare", "article", "--seconds", "0.001"), "seconds must be at least one step, 0.0166667 s, got 0.001"),
         (("compare", "article", "--rate", "0"), "rate must be at least 1, got 0"),
-        (("compare", "oblique", "--engines", "pymunk", "--advise"), "--advise cannot measure pymunk against itself"),
+        (
+            ("compare", "oblique", "--engines", "pymunk", "--advise"),
+            "advice on pymunk cannot be measured against pymunk",
+        ),
         (("compare", "bouncing", "--engines", "article"), "article: gravity and elasticity below 1 are not part of"),
         (("trace", "article", "--engine", "article", "--out", "t.txt"), "t.txt: a trace must end in one of .npz, .csv"),
         (
@@ -113,6 +116,13 @@ def test_scenes_are_listed_with_what_to_watch_for(command: Command, monkeypatch:
         (
             ("trace", "article", "--engine", "article", "--steps", "2", "--seconds", "1"),
             "--steps and --seconds exclude",
+        ),
+        (("article",), "article: is a scene; sandbox run article opens it, sandbox compare article compares engines"),
+        (("my.toml",), "my.toml: is a scene; sandbox run my.toml opens it"),
+        (("game.py",), "game.py: is a Python program; sandbox watch game.py runs it, if it uses Pymunk"),
+        (
+            ("compare", "game.py"),
+            "game.py: is a Python program, not a scene; sandbox watch game.py runs a Pymunk program, and --engines",
         ),
         (("verify", "article"), "nothing to score: no [[expect]] in article"),
         (("run", "article", "--inputs", "none.jsonl"), "none.jsonl: cannot be read: No such file or directory"),

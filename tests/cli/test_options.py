@@ -29,6 +29,7 @@ from sandbox.view.layers import Layer
 def test_options_are_parsed() -> None:
     assert parse_seeds("0:200") == range(200)
     assert parse_rates("60,240") == [60, 240]
+    assert parse_rates("60:500") == [60, 120, 240, 480]
     assert str(parse_size("640x360")) == "640x360"
     assert (parse_layers(""), parse_layers("charts, trails")) == ([], [Layer.CHARTS, Layer.TRAILS])
     settings = [parse_setting("substeps=1,4"), parse_setting("collision_bias=0.5")]

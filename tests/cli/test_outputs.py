@@ -26,14 +26,14 @@ from sandbox.errors import SandboxError
 from sandbox.files import check_outputs, is_replaceable, whole_file
 from sandbox.report.comparison import page
 from sandbox.run.inputs import Grab, Release, write_inputs
-from sandbox.run.trajectory import simulate, write_trace
+from sandbox.run.trajectory import simulate
 from sandbox.scene.files import load
 from sandbox.scene.files import write as write_scene
 from sandbox.scene.spawn import spawn
 from sandbox.sweeps import in_order, open_journal, plan, write
 from sandbox.sweeps.jobs import run_job
 from sandbox.sweeps.journal import journal_path
-from sandbox.view.picture import save_picture
+from sandbox.view.offscreen import save_picture
 from sandbox.view.video import VIDEO_FORMATS, Video
 
 KILLS_PER_WRITER = sizes(8, slow=833)
@@ -66,7 +66,7 @@ def writers() -> Mapping[str, Write]:
     comparison = compare(scene, ["article"])
     videos = [ending for ending in VIDEO_FORMATS if ending != ".mp4" or find_spec("av")]
     return (
-        {f"trace{ending}": partial(write_trace, run, f"trace{ending}") for ending in (".npz", ".csv")}
+        {f"trace{ending}": partial(run.save, f"trace{ending}") for ending in (".npz", ".csv")}
         | {f"video{ending}": partial(write_video, f"video{ending}") for ending in videos}
         | {
             "end.png": partial(save_picture, surface, "end.png"),
@@ -114,6 +114,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Made]:
         return found
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("kills", KILLS_PER_WRITER)
 def test_a_kill_during_a_write_leaves_the_old_file_or_the_new_one(made: dict[str, Made], kills: int) -> None:
     """A temporary file that is left behind does not hinder the next write."""

@@ -11,6 +11,7 @@ from hostile import SCENE
 pytestmark = pytest.mark.usefixtures("working_folder")
 
 
+@pytest.mark.wide
 def test_no_module_of_the_current_folder_is_run(tmp_path: Path) -> None:
     """Worker processes of Python would search it first."""
     program = tmp_path / "elsewhere" / "program.py"

@@ -175,6 +175,7 @@ def test_workers_end_when_their_sweep_is_killed(sweeping: subprocess.Popen[str])
     sweeping.communicate(timeout=60)
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_processes_that_compile(number: signal.Signals, monkeypatch: pytest.MonkeyPatch) -> None:
     if not Path("/proc/self/stat").exists():

@@ -3,8 +3,10 @@
 import csv
 import json
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from conftest import Command, scene_of
 
 import sandbox
 from sandbox.run.inputs import INPUT_KINDS, Grab, Input, Release, Start, write_inputs
+from sandbox.state import CONTACT
 
 FREE = "radius = 5\nposition = [400, 300]\nvelocity = [60, -30]"
 DRAG: list[Input] = [Grab(step=2, ball=0, at=(100, 100)), Release(step=20)]
@@ -83,6 +86,7 @@ NAN = float("nan")
 ANY: Any = sandbox  # so that mypy accepts wrong arguments
 KINDS = ", ".join(INPUT_KINDS)
 SCENE = "a scene must be the name of a bundled scene or a file, got"
+NO_SCENE = "no scene 'articel': neither a file nor a bundled scene; did you mean article?"
 NAMES = "must be the name of one or a list of names, got"
 SOURCES = "must be names, classes or functions, got"
 WRONG: dict[str, tuple[Callable[[], object], str]] = {
@@ -90,7 +94,7 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "scene is none": (lambda: ANY.simulate(None, "exact"), f"{SCENE} null"),
     "no such scene": (
         lambda: ANY.compare("articel"),
-        "no scene 'articel': neither a file nor a bundled scene; did you mean article?",
+        NO_SCENE,
     ),
     "load a list": (lambda: ANY.load(["article"]), f'{SCENE} ["article"]'),
     "engines are numbers": (lambda: ANY.compare("oblique", [1, 2]), f"engines {SOURCES} 1"),
@@ -118,6 +122,19 @@ WRONG: dict[str, tuple[Callable[[], object], str]] = {
     "steps are a fraction": (
         lambda: ANY.simulate("oblique", "exact", steps=2.5),
         "steps must be a whole number, got 2.5",
+    ),
+    "steps and seconds": (
+        lambda: ANY.simulate("oblique", "exact", seconds=1, steps=60),
+        "seconds and steps exclude each other: a run ends after either",
+    ),
+    "no such scene to step": (lambda: ANY.to_space("articel"), NO_SCENE),
+    "advice against Pymunk": (
+        lambda: ANY.advise("oblique", against="pymunk"),
+        "advice on pymunk cannot be measured against pymunk itself; use another reference, such as exact",
+    ),
+    "no such table": (
+        lambda: ANY.to_dataframe({"a": 1}),
+        'only contacts, a ledger, a trajectory or a comparison can be a table, got {"a": 1}',
     ),
     "negative steps": (lambda: ANY.simulate("oblique", "exact", steps=-1), "steps must be at least 0, got -1"),
     "seed -1": (lambda: ANY.compare("oblique", seed=-1), "seed must be at least 0, got -1"),
@@ -197,6 +214,7 @@ def test_a_narrow_table_breaks_the_name_of_an_engine_before_its_settings() -> No
     assert ["pymunk", "pymunk(substeps=4)", "exact"] in [line.split() for line in tuned.table(100).splitlines()]
 
 
+@pytest.mark.wide
 def test_the_files_are_those_of_the_command(
     oblique: sandbox.Comparison, working_folder: Path, command: Command
 ) -> None:
@@ -221,6 +239,7 @@ def test_scores_and_their_files_are_those_of_the_command(working_folder: Path, c
     assert not scores["oblique"]["article"].scores[0].passed
 
 
+@pytest.mark.wide
 def test_rows_of_a_sweep_are_those_of_the_command(working_folder: Path, command: Command) -> None:
     options = ["--seeds", "0:2", "--engines", "pymunk,exact", "--set", "substeps=1,2", "--seconds", "0.5"]
     command("sweep", "article", *options, "--out", "a.csv", "--workers", 1)
@@ -271,3 +290,85 @@ def test_a_run_that_fails_loses_its_row_only(monkeypatch: pytest.MonkeyPatch) ->
     assert [row["seed"] for row in table] == [0, 2]
     assert [(failed.job.seed, failed.failure) for failed in table.failures] == [(1, "RuntimeError: broken")]
     assert repr(table) == "<SweepTable: article, 2 rows against exact: 3 seeds, 1 rate, 1 engine; 1 failed>"
+
+
+def test_a_comparison_is_a_mapping_with_one_error_for_an_unknown_name(oblique: sandbox.Comparison) -> None:
+    assert [*oblique.items()] == [(name, run.figures) for name, run in oblique.runs.items()]
+    assert oblique.get("article") is None
+    assert "pymunk" in oblique
+    assert "article" not in oblique
+    scores = sandbox.verify("oblique", "exact")
+    unknown: list[Callable[[], object]] = [
+        lambda: oblique["exakt"],
+        lambda: oblique.runs["exakt"],
+        lambda: scores["oblique"]["exakt"],
+        lambda: scores.passed("exakt"),
+        lambda: scores["obliqe"],
+    ]
+    for look_up in unknown:
+        for kind in (KeyError, sandbox.SandboxError):
+            with pytest.raises(kind) as error:
+                look_up()
+            assert re.fullmatch(r'no (engine|scene) "\w+" here; did you mean (exact|oblique)\?', str(error.value))
+
+
+def test_tables_have_a_row_for_each_contact_line_and_engine(
+    oblique: sandbox.Comparison, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pandas = ModuleType("pandas")
+    pandas.DataFrame = lambda data: data  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "pandas", pandas)
+    run = oblique.runs["pymunk"]
+    contacts: Any = sandbox.to_dataframe(run.contacts)
+    assert contacts["impulse"].tolist() == run.contacts["impulse"].tolist()
+    assert (contacts["normal_y"] == run.contacts["normal"][:, 1]).all()
+    assert list(contacts) == ["time", "first", "second", *CONTACT.names[4:], "normal_x", "normal_y"]  # type: ignore[index]
+    ledger: Any = sandbox.to_dataframe(run.figures.ledger)
+    assert [row["cause"] for row in ledger] == [entry.cause.key for entry in run.figures.ledger]
+    assert sum(row["energy"] for row in ledger) == pytest.approx(run.energy[-1] - run.energy[0], abs=1e-6)
+    for engines in (oblique.to_dataframe(), sandbox.to_dataframe(oblique)):
+        rows: Any = engines
+        assert [(row["engine"], row["gap_rms"]) for row in rows] == [(name, oblique[name].gap_rms) for name in oblique]
+        assert list(rows[0]) == next(csv.reader(oblique.as_csv().splitlines()))
+    trajectory = sandbox.simulate("oblique", "exact", steps=2)
+    assert len(list(sandbox.to_dataframe(trajectory)["x"])) == 6
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(sandbox.SandboxError, match=r"^to_dataframe needs pandas, which is not installed"):
+        sandbox.to_dataframe(run.contacts)
+
+
+@pytest.mark.parametrize("name", ["break-shot", "marble-run"])
+def test_the_space_of_a_scene_moves_as_the_engine_does(name: str) -> None:
+    scene = sandbox.load(name)
+    space, seconds = sandbox.to_space(name), 1
+    for _ in range(seconds * scene.rate * scene.pymunk.substeps):
+        space.step(1 / scene.rate / scene.pymunk.substeps)
+    balls = [body for body in space.bodies if body.body_type == body.DYNAMIC]
+    position = np.array([body.position for body in balls])
+    assert position.tobytes() == sandbox.simulate(scene, "pymunk", seconds=seconds).position[-1].tobytes()
+    assert [body.mass for body in balls] == scene.bodies.mass.tolist()
+
+
+@pytest.mark.wide
+def test_advice_is_that_of_the_command(command: Command) -> None:
+    _, out, _ = command("compare", "head-on", "--engines", "pymunk,exact", "--advise", "--json", "-")
+    document = json.loads(out)
+    advice = sandbox.advise("head-on")
+    assert json.loads(advice.to_json()) == {key: document[key] for key in ("advice", "recommendation")}
+    assert [trial.changes for trial in advice] == [trial["changes"] for trial in document["advice"]]
+    assert advice.best is next(trial for trial, row in zip(advice, document["advice"], strict=True) if row["advised"])
+    assert " ".join(advice.recommendation.split()) in " ".join(advice.table().split())
+
+
+def test_the_bundled_scenes_are_those_of_the_command(command: Command) -> None:
+    _, out, _ = command("scenes")
+    listed = [line.split()[0] for line in out.splitlines()[1:] if not line.startswith(" ")]
+    assert list(sandbox.scenes()) == listed
+    assert sandbox.scenes()["oblique"] == sandbox.load("oblique")
+
+
+def test_load_and_dump_are_a_pair(tmp_path: Path) -> None:
+    scene = sandbox.load("marble-run")
+    sandbox.dump(scene, tmp_path / "mine.toml")
+    assert sandbox.load(tmp_path / "mine.toml") == scene
+    assert sandbox.write is sandbox.dump

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -9,12 +10,16 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pymunk
+import pymunk.pygame_util
 import pytest
 from conftest import Command
 
 from sandbox.scripting.headless import Clock
 from sandbox.scripting.hints import hint
+from sandbox.space.changes import CALLS, NAMES
+from sandbox.space.files import load_space
 
 SPACE = """
 import sys, pymunk
@@ -30,6 +35,7 @@ def make_space(moment=10):
 space = make_space()
 """
 ADDED = 10  # the line of `space.add`
+WALL = "wall = pymunk.Segment(space.static_body, (0, 300), (200, 300), 5)\nspace.add(wall)\n"
 STEPS = "for _ in range(30):\n    space.step(1 / 60)\n"
 
 
@@ -141,10 +147,35 @@ def test_a_traceback_has_no_line_of_the_sandbox(working_folder: Path, command: C
     assert [Path(file).name for file in files] == ["game.py", "space.py"]
 
 
+def test_a_ball_without_mass_is_named_and_pymunk_says_so_too(working_folder: Path, command: Command) -> None:
+    write(working_folder, "light = pymunk.Body()\nspace.add(light, pymunk.Circle(light, 5))\nspace.step(1 / 60)\n")
+    code, out, err = command("watch", "game.py")
+    assert (
+        code,
+        "its mass is 0" in out.replace("\n     ", " "),
+        err.rpartition("\n  ")[2].count("AssertionError"),
+    ) == (1, True, 1)
+
+
+@pytest.mark.parametrize("message", ["x11 not available", "video system not initialized"])
+def test_a_missing_display_is_named(message: str) -> None:
+    pygame = pytest.importorskip("pygame")
+    assert "sandbox watch --headless" in hint(pygame.error(message))
+
+
+def test_a_body_that_a_handler_removes_is_one_of_the_energy_s_lines(working_folder: Path, command: Command) -> None:
+    remove = "def remove(arbiter, space, _):\n    ball = min(arbiter.shapes, key=lambda s: s.body.mass)\n"
+    remove += "    space.remove(ball, ball.body)\n"
+    write(working_folder, f"{WALL}{remove}space.on_collision(0, 0, post_solve=remove)\n{STEPS * 2}")
+    (space,) = diagnoses(command, "game.py")["spaces"]
+    assert space["steps"] == 60
+    assert space["energy"]["lines"]["removed"] > 0  # it was below y = 0, where its potential energy is negative
+
+
 def test_steps_of_no_length_are_named(working_folder: Path, command: Command) -> None:
     write(working_folder, "space.step(0)\n")
     space = diagnoses(command, "game.py")["spaces"][0]
-    assert (space["steps"], space["not_compared_because"]) == (1, "no step had a dt above 0")
+    assert (space["steps"], space["not_compared_because"]) == (1, "no step with a dt above 0 was done")
 
 
 def test_a_diagnosis_comes_before_os_exit(working_folder: Path) -> None:
@@ -162,6 +193,7 @@ def test_the_time_of_a_space_ends_a_program(working_folder: Path, command: Comma
     assert document["spaces"][0]["steps"] == 120
 
 
+@pytest.mark.wide
 def test_the_time_ends_a_space_in_a_thread(working_folder: Path) -> None:
     write(
         working_folder,
@@ -174,19 +206,25 @@ def test_the_time_ends_a_space_in_a_thread(working_folder: Path) -> None:
     assert (document["ended_by"], document["spaces"][0]["steps"], ran.stderr) == ("time is up", 60, "")
 
 
-def test_ctrl_c_gives_the_diagnosis(working_folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [(signal.SIGINT, 0), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.wide)],
+    ids=["Ctrl-C", "kill"],
+)
+def test_a_signal_gives_the_diagnosis(working_folder: Path, number: int, code: int) -> None:
     write(
         working_folder,
-        "import time\nprint('go', flush=True)\nwhile True:\n    space.step(1 / 60)\n    time.sleep(0.01)\n",
+        "import time\nspace.step(1 / 60)\nprint('go', flush=True)\n"
+        "while True:\n    space.step(1 / 60)\n    time.sleep(0.01)\n",
     )
     program = [sys.executable, "-m", "sandbox", "watch", "game.py"]
     with subprocess.Popen(program, cwd=working_folder, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         assert process.stdout.readline() == "go\n"
         time.sleep(0.2)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         out = process.stdout.read()
-    assert process.returncode == 0
+    assert process.returncode == code
     assert "moment 10, 20 times" in out
 
 
@@ -222,10 +260,43 @@ def test_a_space_of_discs_and_walls_is_compared_with_exact(working_folder: Path,
 
 
 def test_a_limit_that_cannot_be_checked_is_an_error(working_folder: Path, command: Command) -> None:
-    write(working_folder, STEPS)
+    write(working_folder, "space = pymunk.Space()\n" + STEPS)
     code, _, err = command("watch", "--max-gap", "1", "game.py")
     assert code == 2
-    assert "no limit can be checked" in err
+    assert "Space 1: no gap can be checked: before step 1, there were no circles; with finer steps: no body" in err
+
+
+PENDULUM = """
+bob = pymunk.Body()
+bob.position = 100, 0
+shape = pymunk.Poly.create_box(bob, (20, 20))
+shape.mass, space.gravity = 1, (0, 900)
+space.add(bob, shape, pymunk.PinJoint(space.static_body, bob))
+for _ in range(30):
+    space.step(1 / 30)
+"""
+
+
+@pytest.mark.parametrize(
+    ("limit", "code", "says"),
+    [
+        (("--max-gap", "1"), 1, "Space 1: gap "),
+        (("--max-gap", "100"), 0, ""),
+        (("--max-drift", "0.001"), 1, "Space 1: drift "),
+        (("--max-drift", "0.5"), 0, ""),
+        (
+            ("--max-energy-error", "0.1"),
+            2,
+            "the energy error needs a comparison with exact: before step 1, the Space had",
+        ),
+    ],
+)
+def test_limits_apply_to_the_finer_run_where_exact_has_none(
+    working_folder: Path, command: Command, limit: tuple[str, str], code: int, says: str
+) -> None:
+    write(working_folder, PENDULUM)
+    exit_code, _, err = command("watch", *limit, "game.py")
+    assert (exit_code, says in err) == (code, True)
 
 
 def test_no_space_is_one_clear_message(working_folder: Path, command: Command) -> None:
@@ -234,7 +305,6 @@ def test_no_space_is_one_clear_message(working_folder: Path, command: Command) -
     assert (code, out, err) == (0, "game.py stepped no pymunk.Space: there is nothing to diagnose.\n", "")
 
 
-WALL = "wall = pymunk.Segment(space.static_body, (0, 300), (200, 300), 5)\nspace.add(wall)\n"
 SHOWN_BY_STEPS = {
     "dt-varies": "for dt in (0.016, 0.017, 0):\n    space.step(dt)\n",
     "dt-long": "for _ in range(3):\n    space.step(0.05)\n",
@@ -289,31 +359,142 @@ def test_the_clock_without_waiting_keeps_time() -> None:
     assert sum(waited) == pytest.approx(1)
 
 
-@pytest.mark.parametrize(
-    ("line", "replacement"),
-    [
-        ("space.add_collision_handler(0, 1).begin = None", "space.on_collision("),
-        ("space.add_default_collision_handler()", "space.on_collision("),
-        ("pymunk.Vec2d(1, 2).rotate(1)", "v.rotated(angle)"),
-        ("pymunk.Vec2d(1, 2).get_length()", "v.length"),
-        ("pymunk.Vec2d((1, 2))", "Vec2d(*pair)"),
-        ("pymunk.Body(pymunk.inf, 1)", "float('inf')"),
-        ("from pymunk import inf", "float('inf')"),
-        ("import pymunk.constraint", "pymunk.constraints"),
-        ("space.shapes[0]", "list(space.shapes)"),
-        ("[space.remove(s) for s in space.shapes]", "list(space.shapes)"),
-        ("space.add([pymunk.Body(1, 1)])", "space.add(*objects)"),
-        ("import pymunk.pygame_util as u; u.draw(None, space)", "space.debug_draw("),
-        ("next(iter(space.bodies)).apply_impulse((1, 0))", "apply_impulse_at_local_point"),
-        ("next(iter(space.bodies)).position.x = 3", "body.velocity = (x, y)"),
-    ],
-)
-def test_calls_of_older_versions_are_named_with_what_replaces_them(line: str, replacement: str) -> None:
-    names: dict[str, Any] = {}
-    exec(SPACE, names)
+OLD_CALLS = {
+    "space.shapes[0], space.bodies.append(body)": ("space.shapes[0]", "space.bodies.append(body)", "body.shapes.pop()"),
+    "for shape in space.shapes: space.remove(shape)": ("for shape in space.shapes: space.remove(shape)",),
+    "pymunk.PinJoint(static, static)": (
+        "pymunk.PinJoint(space.static_body, pymunk.Body(body_type=pymunk.Body.STATIC))",
+    ),
+    "pymunk.Body(), dynamic and without mass or moment": (
+        "space.add(pymunk.Body()); space.step(1 / 60)",
+        "body.mass = 0",
+    ),
+    "Vec2d(pair)": ("Vec2d((1, 2))",),
+    "Vec2d()": ("Vec2d()",),
+    "vector.x = 1, vector[0] = 1, box.left = 1": (
+        "body.position.x += 3",
+        "body.position[0] = 3",
+        "body.velocity.length = 3",
+        "shape.bb.left = 3",
+    ),
+    "vector * vector, vector + 1, vector ** 2, ~vector": (
+        *("body.position * body.position", "body.position + 1", "body.position**2", "~body.position"),
+        *("1 / body.position", "body.position % 2"),
+    ),
+    "body.position = numpy_array": ("body.position = np.array([1.0, 2.0])",),
+    "space.add([body, shape])": ("space.add([pymunk.Body(1, 1)])", "space.remove((shape,))"),
+    "space.add(shape), before its body": ("space.add(pymunk.Circle(pymunk.Body(1, 1), 5))",),
+    "pymunk.ShapeFilter.ALL_MASKS ^ 1": ("pymunk.ShapeFilter.ALL_MASKS ^ 1", "pymunk.ShapeFilter.ALL_CATEGORIES & 4"),
+    "march_soft(..., segment_func, sample_func)": (
+        "pymunk.autogeometry.march_soft(pymunk.BB(0, 0, 1, 1), 2, 2, 0.5, print, abs)",
+        "pymunk.autogeometry.march_hard(pymunk.BB(0, 0, 1, 1), 2, 2, 0.5, print, abs)",
+    ),
+    "body.apply_impulse_at_world_point(impulse)": ("body.apply_impulse_at_world_point((1, 2))",),
+    "space.point_query(point)": ("space.point_query((1, 2))", "space.point_query_nearest((1, 2))"),
+    "space.segment_query(start, end)": (
+        "space.segment_query((1, 2), (3, 4))",
+        "space.segment_query_first((1, 2), (3, 4))",
+    ),
+    "pymunk.Poly(body, vertices, offset=(x, y))": ("pymunk.Poly(body, [(0, 0), (1, 0), (0, 1)], offset=(1, 1))",),
+    "pymunk.moment_for_box(mass, width, height)": ("pymunk.moment_for_box(1, 20, 30)",),
+}
+
+
+def raised_by(line: str) -> BaseException:
+    """Return what a line of a program raises."""
+    names: dict[str, Any] = {"np": np, "Vec2d": pymunk.Vec2d}
+    exec(f"{SPACE}import pymunk.autogeometry\n[body], [shape] = space.bodies, space.shapes\n", names)
     with pytest.raises(Exception) as raised:  # noqa: PT011  (whatever Pymunk raises)
         exec(line, names)
-    assert replacement in hint(raised.value)
+    return raised.value
+
+
+def test_every_old_call_is_named_with_what_replaces_it() -> None:
+    assert OLD_CALLS.keys() == CALLS.keys()
+    for call, lines in OLD_CALLS.items():
+        for line in lines:
+            assert f": {call}. Instead: {CALLS[call].plain}." in hint(raised_by(line)), line
+
+
+OBJECTS = {
+    "Space": "space",
+    "Body": "body",
+    "Vec2d": "body.position",
+    "Shape": "shape",
+    "Poly": "pymunk.Poly(body, [(0, 0), (1, 0), (0, 1)])",
+    "Segment": "pymunk.Segment(body, (0, 0), (1, 1), 1)",
+    "SegmentQueryInfo": "shape.segment_query((0, 100), (200, 100))",
+    "Constraint": "pymunk.PinJoint(body, space.static_body)",
+    "Arbiter": "pymunk.Arbiter",
+}
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if "pyglet" not in name])
+def test_every_name_that_pymunk_dropped_is_missing_and_has_its_replacement(name: str) -> None:
+    owner, _, missing = name.rpartition(".")
+    lines = (
+        [f"{OBJECTS[owner]}.{missing}"] if owner in OBJECTS else [f"from {owner} import {missing}", f"import {name}"]
+    )
+    if not owner:
+        lines = [f"import {name}"]
+    for line in lines:
+        error = raised_by(line)
+        if "is not a package" not in str(error):
+            assert hint(error).startswith(f"Pymunk has had no {name} since version {NAMES[name].since}. Instead: ")
+
+
+def test_every_name_in_a_replacement_exists() -> None:
+    names: dict[str, Any] = {}
+    exec(f"{SPACE}import pymunk.constraints, pymunk.pygame_util\n[body], [shape] = space.bodies, space.shapes\n", names)
+    for change in (*NAMES.values(), *CALLS.values()):
+        for owner, name in re.findall(r"\b(space|body|shape|pymunk)\.(?!pyglet)(\w+)", change.instead):
+            assert hasattr(names[owner], name), change
+    for vector in re.findall(r"\bv\.(\w+)", " ".join(change.instead for change in NAMES.values())):
+        assert hasattr(pymunk.Vec2d, vector)
+
+
+def test_what_changed_without_an_error_is_as_documented() -> None:
+    """The second table of docs/your-program.md."""
+    space, body = pymunk.Space(), pymunk.Body(1, 1)
+    shape = pymunk.Circle(body, 5)
+    shapes = space.shapes
+    space.add(body, shape)
+    assert list(shapes) == [shape]
+    shape.sensor = True
+    nearest = space.point_query_nearest((0, 0), 0, pymunk.ShapeFilter())
+    assert nearest
+    assert nearest.shape is shape
+    assert shape.segment_query((0, 9), (9, 9)) is None
+    assert not pymunk.Vec2d(0, 0)
+    assert isinstance(shape.point_query((0, 0)), pymunk.PointQueryInfo)
+    assert abs(pymunk.Vec2d(3, 4)) == 5
+    pair: object = [1, 2]
+    assert pymunk.Vec2d(1, 2) != pair
+    assert pymunk.Vec2d(1, 2) == (1, 2)
+    assert not pymunk.pygame_util.positive_y_is_up
+    shape.sensor = False
+    wall = pymunk.Segment(space.static_body, (-9, 8), (9, 8), 4)
+    space.add(wall)
+    body.velocity = 0, 100
+    space.on_collision(None, None, begin=lambda *_: False)  # type: ignore[arg-type]
+    for _ in range(60):
+        space.step(1 / 60)
+    assert body.position.y < 8
+    space.on_collision(None, None, begin=lambda arbiter, *_: setattr(arbiter, "process_collision", False))
+    body.position, body.velocity = (0, -50), (0, 100)
+    for _ in range(60):
+        space.step(1 / 60)
+    assert body.position.y > 8
+
+
+@pytest.mark.wide
+def test_a_program_that_pymunk_aborts_is_shown_with_its_line(working_folder: Path) -> None:
+    write(working_folder, "body = pymunk.Body(float('inf'), 1)\n")
+    command = [sys.executable, "-m", "sandbox", "watch", "game.py"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode < 0
+    assert "Mass must be positive and finite." in ended.stderr
+    assert f'game.py", line {ADDED + 3} in <module>' in ended.stderr
 
 
 def test_other_errors_have_no_hint() -> None:
@@ -326,7 +507,7 @@ def test_the_hint_comes_after_the_traceback(working_folder: Path, command: Comma
     code, out, err = command("watch", "game.py")
     assert code == 1
     assert "stepped no pymunk.Space" in out
-    assert err.index("AttributeError: ") < err.index("has no Space.add_collision_handler, which older versions had.")
+    assert err.index("AttributeError: ") < err.index("Pymunk has had no Space.add_collision_handler since version 7.")
 
 
 @pytest.mark.parametrize(
@@ -347,3 +528,52 @@ def test_options_after_the_program_are_its_own(working_folder: Path, command: Co
     write(working_folder, "")
     _, _, err = command("watch", "game.py", "--headless")
     assert err == "--headless goes to game.py; options of watch come before the program\n"
+
+
+def test_the_first_space_is_saved_as_it_was_before_its_first_step(working_folder: Path, command: Command) -> None:
+    game = write(working_folder, "other = make_space()\nspace.step(0)\n" + STEPS + "other.step(1 / 30)\n")
+    code, out, _err = command("watch", "--save-space", "level.json", game)
+    assert (code, out.splitlines()[-1]) == (0, "level.json has Space 1 as it was before its first step.")
+    space = load_space("level.json")
+    (body,) = space.bodies
+    assert (body.position, body.velocity, space.current_time_step) == ((100, 100), (0, 0), 1 / 60)
+    (shape,) = space.shapes
+    assert (shape.friction, tuple(space.gravity)) == (0.5, (0, 900))
+
+
+def test_a_space_that_cannot_be_saved_is_an_error_beside_its_diagnosis(working_folder: Path, command: Command) -> None:
+    game = write(working_folder, "body = next(iter(space.bodies))\nbody.torque = float('nan')\nspace.step(1 / 60)\n")
+    code, out, err = command("watch", "--save-space", "level.json", game)
+    assert (code, err) == (
+        2,
+        "level.json: cannot have the Space: bodies[0].torque must be a finite number, got nan\n",
+    )
+    assert "1 step" in out
+    assert not Path("level.json").exists()
+    code, _out, err = command("watch", "--save-space", "-", game)
+    assert (code, err) == (2, "--save-space -: must be a file, as it is written while the program runs\n")
+
+
+def test_what_exact_does_not_run_is_compared_with_finer_steps(working_folder: Path, command: Command) -> None:
+    rest = """
+(body,) = space.bodies
+space.add(pymunk.PinJoint(space.static_body, body, (0, 100), (0, 0)))
+for _ in range(60):
+    space.step(1 / 60)
+"""
+    write(working_folder, rest)
+    (space,) = diagnoses(command, "--report", "page.html", "game.py")["spaces"]
+    compared = space["finer"]
+    assert space["comparison"] is None
+    assert compared["error"] > 10 * compared["error_bar"] > 0
+    assert compared["body"]["index"] == 0
+    removed = {(each["setting"], each["value"]): each["removed"] for each in compared["tried"]}
+    assert removed["substeps", 4] == pytest.approx(0.75, abs=0.02)  # errors fall with the length of steps
+    assert (working_folder / "page.html").read_text().startswith("<!doctype html>")
+
+
+def test_a_report_that_is_not_a_page_is_refused_before_the_program_runs(working_folder: Path, command: Command) -> None:
+    write(working_folder, "print('ran')\n" + STEPS)
+    code, out, err = command("watch", "--report", "page.txt", "game.py")
+    assert (code, out) == (2, "")
+    assert "must end in .html" in err

@@ -1,5 +1,6 @@
 """Watching a live Space: what is recorded is what it did, and what its program did to it is booked to the program."""
 
+import json
 import math
 import re
 import runpy
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pymunk
 import pytest
+from conftest import sample
 
 import sandbox
 from sandbox.analysis.verdict import verdict
@@ -404,7 +406,7 @@ def test_a_step_back_in_time_ends_the_recording() -> None:
     with watch(space) as watched:
         for step in range(30):
             space.step(-0.01 if step == 20 else 1 / RATE)
-    match = r"^before step 21, dt was -0\.01 s, which must be from 1e-06 to 1 s; .*, steps 1 to 20 of 30$"
+    match = r"^before step 21, dt was -0\.01 s, which must be from 1e-06 to 1 s; .*, steps 1 to 20 of 29$"
     with pytest.warns(SpaceWarning, match=match):
         assert len(watched.comparison.time) == 21
 
@@ -421,9 +423,35 @@ def test_the_recorded_steps_are_not_for_engines_that_take_equal_ones() -> None:
     assert len(sandbox.compare(scene.changed(rate=60), ["pymunk", "exact"]).runs) == 2
 
 
+def test_the_trajectory_is_what_the_space_did() -> None:
+    space = box(gravity=900)
+    body = add_ball(space, 60, 150, 300, mass=2)
+    body.angle, body.angular_velocity = 0.5, 3.0
+    seen = []
+    with watch(space) as watched:
+        for step in range(60):
+            if step == 20:
+                body.position = 200, 150  # begins a part
+            space.step(1 / RATE)
+            seen.append((*body.position, *body.velocity, body.angle, body.angular_velocity))
+    with pytest.warns(SpaceWarning, match=r"the trajectory covers the longest part .*, steps 21 to 60 of 60$"):
+        trajectory = watched.trajectory
+    position, velocity = trajectory.position[1:, 0], trajectory.velocity[1:, 0]
+    turning = trajectory.angle[1:, 0], trajectory.spin[1:, 0]
+    assert np.column_stack([position, velocity, *turning]).tolist() == [list(row) for row in seen[20:]]
+    assert trajectory.position[0].tolist() == [[200, 150]]
+    assert trajectory.time.tolist() == pytest.approx([step / RATE for step in range(20, 61)], abs=1e-12)
+    assert trajectory.contacts["time"].min() > 20 / RATE
+    kinetic = 2 * (np.array(seen)[20:, 2:4] ** 2).sum(axis=1) / 2 + 2 * 10**2 / 2 * 3.0**2 / 2
+    potential = -2 * 900 * position[:, 1]  # from where it counts is a convention
+    assert np.ptp(trajectory.energy[1:] - kinetic - potential) < 1e-6
+    with pytest.raises(SandboxError, match=r"^there is nothing to return: no step with a dt above 0 was done$"):
+        watch(space).trajectory  # noqa: B018
+
+
 def test_nothing_to_compare_is_one_error() -> None:
     space = box()
-    with pytest.raises(SandboxError, match=r"^there is nothing to compare: no step was done$"):
+    with pytest.raises(SandboxError, match=r"^there is nothing to compare: no step with a dt above 0 was done$"):
         watch(space).comparison  # noqa: B018
     watched = watch(space)
     watched.step(1 / RATE)
@@ -436,17 +464,63 @@ def test_nothing_to_compare_is_one_error() -> None:
         watched.comparison  # noqa: B018
 
 
-def test_a_space_with_what_a_scene_cannot_have_is_refused_at_once() -> None:
+def jointed() -> pymunk.Space:
+    """Return a box that falls, and a rope of ten links that hold it."""
+    space = box(gravity=900)
+    last = space.static_body
+    for k in range(10):
+        link = pymunk.Body()
+        link.position = 20 * k + 120, 100
+        shape = pymunk.Poly.create_box(link, (10, 4)) if k == 9 else pymunk.Circle(link, 2)
+        shape.mass, shape.filter = 1, pymunk.ShapeFilter(group=1)
+        space.add(link, shape, pymunk.PinJoint(last, link, (100, 100) if k == 0 else (0, 0)))
+        last = link
+    return space
+
+
+def test_a_space_that_exact_cannot_run_is_diagnosed_with_its_energy_and_finer_steps(tmp_path: Path) -> None:
+    space = jointed()
+    with watch(space) as watched:
+        for _ in range(RATE):
+            space.step(1 / RATE)
+    had = "before step 1, the Space had 10 PinJoints, 1 dynamic polygon"
+    with pytest.raises(SandboxError, match=f"^there is nothing to compare: {had}, which a scene cannot have$"):
+        watched.comparison  # noqa: B018
+    assert "joint-stretched" in [finding.rule for finding in watched.findings]
+    document = json.loads(watched.to_json())
+    assert document["finer"]["error"] > 10 * document["finer"]["error_bar"]
+    energy = document["energy"]
+    assert sum(energy["lines"].values()) == pytest.approx(energy["end"] - energy["start"], rel=1e-9)
+    watched.report(tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text("utf-8")
+    text = watched.table(100)
+    assert "Joints do not hold" in page
+    assert "Joints do not hold" in text
+    assert "\nCompared with itself in finer steps, pymunk in " in text
+
+
+def test_what_is_added_while_a_space_is_watched_has_the_line_that_added_it() -> None:
     space = box()
-    body = pymunk.Body(1, math.inf)
-    space.add(body, pymunk.Poly.create_box(body))
-    with pytest.raises(SandboxError, match=r"^the Space has 1 dynamic polygon, which a scene cannot have$"):
-        watch(space)
+    with watch(space) as watched:
+        body = pymunk.Body(1, 10)
+        shape = pymunk.Circle(body, 20)
+        shape.friction = 0.5
+        body.position = 100, 100
+        space.add(body, shape)
+        space.step(1 / RATE)
+    assert "add" not in vars(space)
+    finding = next(finding for finding in watched.findings if finding.rule.startswith("moment"))
+    assert re.fullmatch(r".*test_watch\.py:\d+", finding.bodies[0].line)
+
+
+def test_other_moments_than_those_of_discs_are_not_compared() -> None:
     space = box()
     next(iter(add_ball(space, 60, 150).shapes)).friction = 0.5
     first(space).moment = 20
+    watched = watch(space)
+    watched.step(1 / RATE)
     with pytest.raises(SandboxError, match=r"moments m r²/2; in this Space, ball 0 20 instead of 50$"):
-        watch(space)
+        watched.comparison  # noqa: B018
 
 
 @pytest.mark.parametrize(
@@ -461,7 +535,30 @@ def test_what_a_scene_cannot_have_is_refused_at_once(arguments: dict[str, Any], 
         watch(space, **arguments)
 
 
-@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_bodies_that_sleep_and_wake_are_read_as_themselves_and_rest_as_in_exact() -> None:
+    space = box(gravity=900)
+    space.sleep_time_threshold = 0.3
+    balls = [add_ball(space, x, 286 - height) for x, height in ((60, 80), (160, 200), (260, 0))]
+    for ball in balls:
+        next(iter(ball.shapes)).elasticity = 0
+    asleep, places = list[list[bool]](), list[Any]()
+    with watch(space) as watched:
+        for step in range(4 * RATE):
+            if step == 3 * RATE:
+                balls[1].velocity = 0, -300
+            space.step(1 / RATE)
+            asleep.append([ball.is_sleeping for ball in balls])
+            places.append([ball.position for ball in balls])
+    assert [*map(any, zip(*asleep, strict=True))] == [True] * 3
+    assert asleep[3 * RATE - 1] == [True] * 3
+    assert asleep[3 * RATE] == [True, False, True]
+    assert watched.trajectory.position[1:].tolist() == np.array(places).tolist()
+    assert watched.trajectory.velocity[3 * RATE].tolist() == [[0, 0]] * 3
+    assert Cause.UNKNOWN not in ledger(watched)
+    assert Cause.UNREPORTED not in ledger(watched)
+
+
+@pytest.mark.parametrize("file", sample(EXAMPLES, 3), ids=lambda file: file.stem)
 def test_the_examples_become_scenes_and_are_watched(file: Path, tmp_path: Path) -> None:
     program = runpy.run_path(str(file))
     space = program["make_space"]()

@@ -70,6 +70,13 @@ def moment_of_a_smooth_disc(space: pymunk.Space) -> None:
     disc(space, 200, moment=10).friction = 0
 
 
+def stiff_spring(space: pymunk.Space) -> None:
+    """Between its middle and a fixed point, k dt² / m may be 4."""
+    shape = box(space, mass=2)
+    assert shape.body
+    space.add(pymunk.DampedSpring(space.static_body, shape.body, (300, 0), (0, 0), 100, 40_000, 0))
+
+
 def wall_without_elasticity(space: pymunk.Space) -> None:
     next(iter(space.shapes)).elasticity = 0
 
@@ -195,6 +202,10 @@ def group_of_old(space: pymunk.Space) -> None:
     vars(disc(space, 200))["group"] = 1
 
 
+def speed_limit_of_old(space: pymunk.Space) -> None:
+    vars(body_of(disc(space, 200)))["velocity_limit"] = 100
+
+
 def not_a_number(space: pymunk.Space) -> None:
     body_of(disc(space, 200)).velocity = math.nan, 0
 
@@ -203,6 +214,7 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     small_moment: ("moment", "moment 10, 20 times too small: its shapes have 200"),
     large_moment_of_a_box: ("moment", "moment 1333, 5 times too large: its shapes have 266.7"),
     moment_of_a_smooth_disc: ("moment-unused", "moment 10, 20 times too small: its shapes have 200"),
+    stiff_spring: ("spring-stiff", "stiffness 4e+04; steps of 0.01667 s bear 2.88e+04"),
     wall_without_elasticity: ("elasticity-zero", "elasticity 0.5, but a segment of length 600 has elasticity 0"),
     wall_without_friction: ("friction-zero", "friction 0.5, but a segment of length 600 has friction 0"),
     bare_floor_alone_with_discs_of_one_group: ("elasticity-unused", "elasticity 0.5, but a segment"),
@@ -224,7 +236,8 @@ FAULTS: dict[Callable[[pymunk.Space], None], tuple[str, str]] = {
     damping_per_step: ("damping-per-step", ""),
     damping_above_1: ("damping-range", ""),
     elasticity_of_a_body: ("attribute", "body.elasticity was set; write shape.elasticity"),
-    group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=...)"),
+    group_of_old: ("attribute", "shape.group was set; write shape.filter = pymunk.ShapeFilter(group=..."),
+    speed_limit_of_old: ("attribute", "body.velocity_limit was set; write a velocity_func that scales body.velocity"),
     not_a_number: ("not-finite", "position (200, 100), velocity (nan, 0)"),
 }
 
@@ -242,6 +255,36 @@ def test_a_fault_is_named_alone_with_its_figures(add_fault: Callable[[pymunk.Spa
     (finding,) = sandbox.lint(space)
     assert finding.rule == rule
     assert detail in (finding.bodies[0].detail if finding.bodies else "")
+
+
+@pytest.mark.parametrize("about", [(0.0, 0.0), (-20.0, -20.0)], ids=["the corner", "the middle"])
+def test_a_moment_that_fits_about_the_middle_or_the_centre_of_gravity_is_no_second_error(
+    about: tuple[float, float],
+) -> None:
+    """Corners are from one of them: the centre of gravity is wrong, and the moment is that of the shape."""
+    space, corners = sound_space(), [(0, 0), (40, 0), (40, 40), (0, 40)]
+    body = pymunk.Body(2, pymunk.moment_for_poly(2, corners, about))
+    shape = pymunk.Poly(body, corners)
+    shape.elasticity, shape.friction, body.position = 0.5, 0.5, (300, 200)
+    space.add(body, shape)
+    assert rules_of(sandbox.lint(space)) == ["off-centre"]
+    body.moment *= 20
+    space.remove(body, shape)
+    space.add(body, shape)
+    assert "moment" in rules_of(sandbox.lint(space))
+
+
+def test_shapes_of_one_body_with_the_same_error_are_one_line() -> None:
+    space = sound_space()
+    body = pymunk.Body(2, 500)
+    body.position = 300, 200
+    space.add(body)
+    for x in (-10, 10):
+        shape = pymunk.Circle(body, 15, (x, 0))
+        shape.elasticity, shape.friction = 1.2, 0.5
+        space.add(shape)
+    [finding] = sandbox.lint(space)
+    assert (finding.rule, len(finding.bodies)) == ("elasticity", 1)
 
 
 def test_every_rule_has_a_fault() -> None:
@@ -370,6 +413,7 @@ def test_what_is_no_space_is_refused() -> None:
         sandbox.lint([])  # type: ignore[arg-type]
 
 
+@pytest.mark.wide
 def test_assertions_are_not_needed() -> None:
     """`python -O` removes the assertions by which Pymunk says that shapes do not touch."""
     program = (
@@ -414,3 +458,28 @@ def test_a_slow_motor_on_a_static_body_falls_asleep_and_not_on_a_kinematic_one()
 
     assert turned(pymunk.Body.STATIC) < 0.5
     assert turned(pymunk.Body.KINEMATIC) == pytest.approx(0.7 * 4, rel=0.02)
+
+
+@pytest.mark.parametrize("damping", [0.0, 40.0])
+@pytest.mark.parametrize("is_rotary", [False, True])
+@pytest.mark.parametrize(("share", "explodes"), [(0.97, False), (1.03, True)])
+def test_a_spring_is_too_stiff_where_its_swings_grow(
+    damping: float, share: float, *, is_rotary: bool, explodes: bool
+) -> None:
+    """Of two bodies that move the spring by 1/m = 1/2 + 1/3; the limit is k dt² / m = 2 (1 + exp(damping dt / m))."""
+    space, dt = pymunk.Space(), 1 / 60
+    a, b = pymunk.Body(2, 2), pymunk.Body(3, 3)
+    b.position, b.angle = (10_010, 0), 1
+    stiffness = share * 2 * (1 + math.exp(damping * dt * 5 / 6)) / dt**2 / (5 / 6)
+    anchors = (0, 0), (0, 0)
+    spring = (
+        pymunk.DampedRotarySpring(a, b, 0, stiffness, damping)
+        if is_rotary
+        else pymunk.DampedSpring(a, b, *anchors, 10_000, stiffness, damping)
+    )
+    space.add(a, b, spring)
+    assert ("spring-stiff" in {finding.rule for finding in sandbox.lint(space, dt=dt)}) == explodes
+    for _ in range(400):
+        space.step(dt)
+    off = abs(b.angle - a.angle) if is_rotary else abs((b.position - a.position).length - 10_000)
+    assert (off > 100) == explodes

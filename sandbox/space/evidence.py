@@ -1,0 +1,559 @@
+"""What the recorded steps of a Space show: the rules that look at them, and the account of its energy."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
+from functools import cached_property
+from itertools import pairwise, takewhile
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pymunk
+from numpy.typing import NDArray
+
+from sandbox.space.causes import Cause
+from sandbox.space.contents import Contents, half_length, half_width, is_dynamic, is_static, shape_words
+from sandbox.space.energy import Ledger, is_finite, ledger_of
+from sandbox.space.figures import (
+    Overlap,
+    Residual,
+    Stretch,
+    escapes,
+    jitter,
+    joint_errors,
+    joint_residuals,
+    overlaps,
+    residuals,
+    stretches,
+    wrong_bounces,
+)
+from sandbox.space.findings import BodyReport, Certainty, Fault, Finding, Rule
+from sandbox.space.mechanics import Floats
+from sandbox.space.memory import JointKind
+from sandbox.space.passages import Passages
+from sandbox.space.recording import Recording, Step
+
+MAX_STRETCH: Final = 0.05  # of the joint's length, or half that of the bodies that it connects
+MAX_ANGLE: Final = 0.1  # rad, of a joint's angle off its law
+MAX_DEPTH: Final = 0.5  # of the smaller half width, beyond collision_slop, in an impact
+MAX_LASTING_DEPTH: Final = 0.25
+LASTING: Final = 0.2  # s: as long as that, an overlap is no impact
+WITHIN: Final = 1.0  # s, in which contacts that carry too little do so for LASTING
+MAX_CREEP: Final = 0.25  # of the smaller half width
+MAX_REVERSALS: Final = 0.5  # of the steps of a body at rest
+MIN_PUSHES: Final = 3  # of a body, at points in other coordinates
+MANY_MOVES: Final = 10  # steps before which the program set a body's position
+MAX_JOINT_ENERGY: Final = 0.01  # of the largest kinetic energy
+CALLBACK: Final = 1e-6  # of the largest kinetic energy, in a step: above rounding
+DRIVES: Final = (JointKind.SPRING, JointKind.ROTARY_SPRING, JointKind.MOTOR)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A recording, what the Space has now, and the faults that were noticed while it ran, by their rules."""
+
+    recording: Recording
+    contents: Contents
+    noticed: Mapping[str, Sequence[Fault]] = field(default_factory=dict)
+
+    @cached_property
+    def steps(self) -> list[Step]:
+        """The steps that are kept, until one leaves a number that is not finite, or too large; at least one."""
+        steps = list(self.recording)
+        return steps[:1] + list(takewhile(lambda step: is_finite(step.after), steps[1:]))
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """The energy ledger of these steps."""
+        return ledger_of(self.steps)
+
+    def findings(self) -> list[Finding]:
+        """Return one finding for each rule with faults."""
+        found = [(rule, faults) for rule in STEP_RULES if (faults := list(rule.find(self)))]
+        return [rule.finding(faults, _earliest(faults)) for rule, faults in found]
+
+    @cached_property
+    def overlaps(self) -> list[Overlap]:
+        """The deepest overlap of each pair of bodies, the deepest first."""
+        return overlaps(self.steps)
+
+    @cached_property
+    def changed_by_callbacks(self) -> NDArray[np.bool_]:
+        """(n,) whether more than the recorded impulses changed the energy in a step, or what followed is not finite."""
+        ledger = self.ledger
+        changed = np.ones(len(self.steps), bool)
+        changed[: len(ledger.work)] = np.abs(ledger.of(Cause.CALLBACKS)) > CALLBACK * ledger.scale
+        return changed
+
+    @cached_property
+    def residuals(self) -> list[Residual]:
+        """What the solver left undone at contacts that lasted."""
+        return residuals(self.steps)
+
+    @cached_property
+    def fall(self) -> Floats:
+        """(n,) the speed that gravity adds in each step, px/s."""
+        return np.array([math.hypot(*step.before.settings["gravity"]) * step.dt for step in self.steps])
+
+    @cached_property
+    def set_by_program(self) -> dict[str, dict[int, NDArray[np.intp]]]:
+        """The numbers of the steps, from 0, before which the program set `position` or `velocity`, by body."""
+        steps: dict[str, dict[int, list[int]]] = {"position": {}, "velocity": {}}
+        for number, (last, step) in enumerate(pairwise(self.steps), 1):
+            if last.after is not step.before:
+                old, new = last.after.bodies, step.before.bodies
+                common, rows, others = np.intersect1d(old["id"], new["id"], return_indices=True)
+                for name, of_body in steps.items():
+                    is_set = (old[name][rows] != new[name][others]).any(axis=1)
+                    for body in common[is_set].tolist():
+                        of_body.setdefault(body, []).append(number)
+        return {name: {body: np.array(each) for body, each in of_body.items()} for name, of_body in steps.items()}
+
+    def pushed(self, steps: NDArray[np.intp], *ids: int) -> NDArray[np.bool_]:
+        """Return before which of some steps the program set the position or velocity of one of some bodies."""
+        numbers = [of_body[body] for of_body in self.set_by_program.values() for body in ids if body in of_body]
+        return np.isin(steps, np.concatenate(numbers)) if numbers else np.zeros(len(steps), bool)
+
+    def came_in(self, step: Step, *ids: int) -> bool:
+        """Return whether one of some bodies was not in the Space before a step."""
+        row = step.number - self.steps[0].number
+        known = [body for body in ids if self.recording.body(body)]
+        return row == 0 or not np.isin(known, self.steps[row - 1].after.bodies["id"]).all()
+
+    def shapes(self, *ids: int) -> Iterator[pymunk.Shape]:
+        """Yield the shapes of some bodies."""
+        for body in filter(None, map(self.recording.body, ids)):
+            yield from body.shapes
+
+    def report(self, ids: tuple[int, int] | tuple[int], step: Step, detail: str) -> BodyReport:
+        """Name the first dynamic body of some, where it was after a step, and what is wrong with it.
+
+        detail: `{}` is the name of the body that is left.
+        """
+        first, *rest = sorted(ids, key=lambda body: not self.is_dynamic(body))
+        body = self.recording.body(first) or self.contents.space.static_body
+        report = self.contents.report(body, detail.format(*map(self._name, rest)))
+        rows = step.after.bodies
+        place = rows["position"][rows["id"] == first]
+        return replace(report, position=(float(place[0, 0]), float(place[0, 1]))) if len(place) else report
+
+    def step_at(self, time: float) -> Step:
+        """Return the step that ended at a time, s."""
+        return min(self.steps, key=lambda step: abs(step.end - time))
+
+    def is_dynamic(self, body_id: int) -> bool:
+        """Return whether a body moves by forces."""
+        body = self.recording.body(body_id)
+        return body is not None and is_dynamic(body)
+
+    def _name(self, body_id: int) -> str:
+        body = self.recording.body(body_id)
+        if body is None:
+            return "the Space's static body"
+        report = self.contents.report(body, "")
+        return report.kind if report.index is None else f"body {report.index}, {report.kind},"
+
+
+def _earliest(faults: Iterable[Fault]) -> float | None:
+    return min((fault.since for fault in faults if fault.since is not None), default=None)
+
+
+def _stretched(evidence: Evidence) -> Iterator[Fault]:
+    """Joints that may pull as hard as they need to, and are off their law."""
+    for stretch in stretches(evidence.steps):
+        joint = evidence.recording.joint(stretch.key)
+        limit = _stretch_limit(evidence, stretch, joint)
+        if math.isinf(joint.max_force) and abs(stretch.error) > limit:
+            since = next(end for end, error in _errors(evidence, stretch.key) if abs(error) > limit)
+            off = f"{abs(stretch.error):.3g} {'rad' if stretch.is_angle else 'px'}"
+            what = f"its {type(joint).__name__} to {{}} is off by {off} at {stretch.time:.3f} s"
+            report = evidence.report((stretch.body_a, stretch.body_b), evidence.step_at(stretch.time), what)
+            yield Fault(abs(stretch.error) / limit, report, off, since=since)
+
+
+def _stretch_limit(evidence: Evidence, stretch: Stretch, joint: pymunk.Constraint) -> float:
+    if stretch.is_angle:
+        return MAX_ANGLE
+    length = getattr(joint, "distance", getattr(joint, "max", 0.0))
+    return MAX_STRETCH * max([length, *map(half_length, evidence.shapes(stretch.body_a, stretch.body_b))])
+
+
+def _errors(evidence: Evidence, key: int) -> Iterator[tuple[float, float]]:
+    """Yield the end of each step, s, and how far a joint was from its law then, px or rad."""
+    for step in evidence.steps:
+        for error in joint_errors(step.after)[step.after.joints["key"] == key].tolist():
+            yield step.end, error
+
+
+class _Deep(Enum):
+    """Why bodies overlap by too much."""
+
+    LASTING = auto()
+    AT_ONCE = auto()  # in an impact
+    PUSHED = auto()  # by the program, which set the velocity or position of one before most of the steps
+
+
+def _too_deep(kind: _Deep) -> Callable[[Evidence], Iterator[Fault]]:
+    """Return a rule for overlaps that are too deep; not of bodies that came into the Space so."""
+
+    def find(evidence: Evidence) -> Iterator[Fault]:
+        slop = evidence.contents.space.collision_slop
+        for overlap in evidence.overlaps:
+            widths = filter(None, map(half_width, evidence.shapes(overlap.body_a, overlap.body_b)))
+            half = min(widths, default=math.inf)
+            pushed = evidence.pushed(overlap.steps, overlap.body_a, overlap.body_b)
+            for share, is_lasting in ((MAX_LASTING_DEPTH, True), (MAX_DEPTH, False)):
+                limit = slop + share * half
+                deep = overlap.depths > limit
+                steps = [evidence.steps[number] for number in overlap.steps[deep]]
+                if not steps or (sum(step.dt for step in steps) > LASTING) != is_lasting:
+                    continue
+                found = _Deep.LASTING if is_lasting else _Deep.AT_ONCE
+                found = _Deep.PUSHED if pushed[deep].mean() > 1 / 2 else found
+                if found is kind and not evidence.came_in(steps[0], overlap.body_a, overlap.body_b):
+                    worst = evidence.steps[overlap.steps[overlap.depths.argmax()]]
+                    what = f"{overlap.depth:.3g} px deep in {{}} at {worst.end:.3f} s"
+                    report = evidence.report((overlap.body_a, overlap.body_b), worst, what)
+                    yield Fault(overlap.depth / limit, report, f"{overlap.depth:.3g} px", since=steps[0].end)
+
+    return find
+
+
+def _passed(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that passed each other: each body once."""
+    reported: set[int] = set()
+    for passage in Passages(evidence.recording, evidence.contents.space):
+        mover, target, step, way = passage.mover, passage.target, passage.step, passage.way
+        light = next(body for body in (mover, target) if evidence.is_dynamic(body))
+        if light in reported:
+            continue
+        reported.add(light)
+        half = half_width(passage.shape)
+        widest = half + half_width(passage.wall)
+        cures = f"dt below {widest / way * step.dt:.2g} s" if widest else ""
+        if passage.wall.body and is_static(passage.wall.body):
+            how = f"{way:.3g} px in the step, through a {shape_words(passage.wall)}"
+            cures += f"{' or ' if widest else ''}a wall {2 * (way - half):.3g} px thick"
+        else:
+            how = f"went {way:.3g} px through {{}} in the step"
+        report = evidence.report((mover, target), step, f"{how}; {cures} prevents that")
+        yield Fault(way / widest if widest else math.inf, report, since=step.end)
+
+
+def _noticed(rule: str) -> Callable[[Evidence], Iterator[Fault]]:
+    """Return a rule for what had to be seen as it happened."""
+    return lambda evidence: iter(evidence.noticed.get(rule, ()))
+
+
+def _unsolved(evidence: Evidence) -> Iterator[Fault]:
+    """Contacts and joints that bear less than nothing would: off by more than gravity adds in a step, for long."""
+    for residual in evidence.residuals:
+        yield from _unsolved_for_long(evidence, residual, "goes on into {{}} at {0} px/s at {1} s")
+    for key, residual in joint_residuals(evidence.steps, evidence.recording.joint).items():
+        name = type(evidence.recording.joint(key)).__name__
+        yield from _unsolved_for_long(evidence, residual, f"its {name} to {{{{}}}} gives way at {{0}} px/s at {{1}} s")
+
+
+def _unsolved_for_long(evidence: Evidence, residual: Residual, how: str) -> Iterator[Fault]:
+    """Yield the fault of a residual. how: what it means, by speed and time."""
+    fall = evidence.fall[residual.steps]
+    over = (residual.approach > fall) & (fall > 0) & ~evidence.changed_by_callbacks[residual.steps]
+    steps = [evidence.steps[number] for number in residual.steps[over]]
+    ends = np.array([step.end for step in steps])
+    count = math.ceil(LASTING / steps[0].dt) if steps else 0
+    if not steps or not ((ends[count:] - ends[:-count]) < WITHIN).any():
+        return
+    worst = int(np.flatnonzero(over)[residual.approach[over].argmax()])
+    speed, end = residual.approach[worst], evidence.steps[residual.steps[worst]].end
+    what = f"{how.format(f'{speed:.3g}', f'{end:.3f}')}; a step's gravity adds {fall[worst]:.3g}"
+    report = evidence.report((residual.body_a, residual.body_b), evidence.step_at(end), what)
+    yield Fault(float(speed / fall[worst]), report, since=steps[0].end)
+
+
+def _creeping(evidence: Evidence) -> Iterator[Fault]:
+    """Contacts that slip though friction is below its limit, by a part of a body."""
+    for residual in evidence.residuals:
+        lengths = np.array([evidence.steps[number].dt for number in residual.steps])
+        slip = np.where(evidence.changed_by_callbacks[residual.steps], 0.0, residual.slip) * lengths
+        way = abs(slip.sum())
+        widths = filter(None, map(half_width, evidence.shapes(residual.body_a, residual.body_b)))
+        if way > MAX_CREEP * min(widths, default=math.inf):
+            first, last = (evidence.steps[residual.steps[at]] for at in (0, -1))
+            what = f"crept {way:.3g} px along {{}} in {last.end - first.time:.3g} s"
+            report = evidence.report((residual.body_a, residual.body_b), last, what)
+            yield Fault(way, report, f"{way:.3g} px", since=first.time)
+
+
+def _other_bounces(evidence: Evidence) -> Iterator[Fault]:
+    """Contacts that end with another velocity, in steps in which more than the recorded impulses changed the energy."""
+    steps = [step for step, is_changed in zip(evidence.steps, evidence.changed_by_callbacks, strict=True) if is_changed]
+    for bounce in wrong_bounces(steps):
+        due = bounce.elasticity * bounce.approach
+        what = f"left {{}} at {bounce.separation:.3g} instead of {due:.3g} px/s at {bounce.time:.3f} s"
+        report = evidence.report((bounce.body_a, bounce.body_b), evidence.step_at(bounce.time), what)
+        yield Fault(abs(bounce.separation - due) / bounce.approach, report, since=bounce.time)
+
+
+def _jittery(evidence: Evidence) -> Iterator[Fault]:
+    last = evidence.steps[-1]
+    for body, share in jitter(evidence.steps).items():
+        if share > MAX_REVERSALS and evidence.recording.body(body):
+            what = f"turns back in {100 * share:.0f} % of its steps at rest"
+            yield Fault(share, evidence.report((body,), last, what))
+
+
+def _gone(evidence: Evidence) -> Iterator[Fault]:
+    for escape in escapes(evidence.steps):
+        if escape.is_finite:
+            what = f"far off from {escape.time:.3f} s on"
+            report = evidence.report((escape.body,), evidence.step_at(escape.time), what)
+            yield Fault(1 / escape.time, report, since=escape.time)
+
+
+def _moved(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies whose positions the program sets again and again; of kinematic ones, those that touch something then."""
+    for body, numbers in evidence.set_by_program["position"].items():
+        steps = [step for step in map(evidence.steps.__getitem__, numbers.tolist()) if _matters(evidence, step, body)]
+        if len(steps) > MANY_MOVES:
+            report = evidence.report((body,), steps[0], f"before {len(steps)} of the steps")
+            yield Fault(len(steps), report, since=steps[0].time)
+
+
+def _matters(evidence: Evidence, step: Step, body: int) -> bool:
+    """Return whether a body, put elsewhere before a step, moves by forces; or touches something, and is moved further.
+
+    Further than its own velocity moves it: that is a correction.
+    """
+    contacts, before = step.after.contacts, step.before.bodies
+    row = before[before["id"] == body][0]
+    if np.isfinite(row["mass"]):
+        return True
+    last = evidence.steps[step.number - evidence.steps[0].number - 1].after.bodies
+    way = row["position"] - last["position"][last["id"] == body][0]
+    is_touching = bool(((contacts["body_a"] == body) | (contacts["body_b"] == body)).any())
+    known = evidence.recording.body(body)
+    is_kinematic = known is not None and known.body_type == pymunk.Body.KINEMATIC
+    return is_kinematic and is_touching and math.hypot(*way) > math.hypot(*row["velocity"]) * step.dt
+
+
+class _Push(NamedTuple):
+    """A force with its torque, or an impulse with its angular one, that the program gave a body before a step."""
+
+    step: Step
+    row: Any
+    linear: Floats
+    angular: float
+
+    @property
+    def lever(self) -> float:
+        """How far from the centre of gravity it acts, px."""
+        return abs(self.angular) / math.hypot(*self.linear)
+
+    def off(self, *, is_local: bool) -> float:
+        """Return how far the point is at which it acts from where one in other coordinates would be, px.
+
+        is_local: it is the body's position, taken as a point of the body; otherwise the origin of the Space.
+        """
+        x, y = self.row["position"] if is_local else -self.row["position"]
+        angle = float(self.row["angle"]) if is_local else 0.0
+        x, y = x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle)
+        return float(abs(self.angular - (x * self.linear[1] - y * self.linear[0])) / math.hypot(*self.linear))
+
+
+def _pushes(evidence: Evidence) -> Iterator[_Push]:
+    """Yield what the program gave bodies that makes them turn too."""
+    for step in evidence.steps:
+        rows = step.before.bodies
+        for row in rows[(rows["torque"] != 0) & rows["force"].any(axis=1)]:
+            yield _Push(step, row, row["force"], float(row["torque"]))
+    for body, numbers in evidence.set_by_program["velocity"].items():
+        for last, step in ((evidence.steps[number - 1], evidence.steps[number]) for number in numbers.tolist()):
+            old, new = (rows[rows["id"] == body][0] for rows in (last.after.bodies, step.before.bodies))
+            if new["spin"] != old["spin"] and np.isfinite([new["mass"], new["moment"]]).all():
+                linear, angular = new["velocity"] - old["velocity"], new["spin"] - old["spin"]
+                yield _Push(step, new, new["mass"] * linear, float(new["moment"] * angular))
+
+
+def _wrong_points(evidence: Evidence) -> Iterator[Fault]:
+    """Bodies that the program pushes where a point in other coordinates would be, far outside of them."""
+    far: dict[int, list[_Push]] = {}
+    sizes: dict[int, float] = {}
+    for push in _pushes(evidence):
+        body = int(push.row["id"])
+        size = sizes.setdefault(body, 2 * max(map(half_length, evidence.shapes(body)), default=math.inf))
+        if push.lever > 2 * size:
+            far.setdefault(body, []).append(push)
+    for body, pushes in far.items():
+        for is_local, how in (
+            (True, "..._at_local_point had got a point of the Space"),
+            (False, "..._at_world_point had got a point of the body"),
+        ):
+            found = [push for push in pushes if push.off(is_local=is_local) < sizes[body]]
+            if len(found) >= MIN_PUSHES and len(found) > len(pushes) / 2:
+                step, lever = found[0].step, found[0].lever
+                what = f"{lever:.3g} px from its centre of gravity, before {len(found)} of the steps, as if {how}"
+                yield Fault(lever / sizes[body], evidence.report((body,), step, what), since=step.time)
+
+
+def _joints_that_drive(evidence: Evidence) -> Iterator[Fault]:
+    """Joints that add energy, with those of all bodies that they hold together: the solver sets these off in one."""
+    ledger = evidence.ledger
+    rows = {int(row["key"]): row for step in evidence.steps for row in step.after.joints}
+    passive = [key for key in ledger.of_joints if key in rows and rows[key]["kind"] not in DRIVES]
+    assembly: dict[int, set[int]] = {}  # of each dynamic body: the keys of the joints that hold it, shared by all
+    for key in passive:
+        bodies = (int(rows[key][end]) for end in ("body_a", "body_b"))
+        joined = {key}.union(*(assembly.get(body, set()) for body in bodies))
+        held = [end for other in joined for end in (int(rows[other]["body_a"]), int(rows[other]["body_b"]))]
+        assembly.update({end: joined for end in held if evidence.is_dynamic(end)})
+    for key in passive:
+        joint, work = evidence.recording.joint(key), ledger.of_joints[key]
+        ends = int(rows[key]["body_a"]), int(rows[key]["body_b"])
+        joined = set[int]().union(*(assembly.get(end, set()) for end in ends))
+        together = sum(ledger.of_joints[each] for each in passive if each in joined)
+        moved = pymunk.Body.KINEMATIC in (joint.a.body_type, joint.b.body_type)
+        if min(work, together) > MAX_JOINT_ENERGY * ledger.scale and not moved:
+            share = f"{100 * work / ledger.scale:.2g} %"
+            what = f"its {type(joint).__name__} to {{}} adds {share} of the largest kinetic energy"
+            yield Fault(work, evidence.report(ends, evidence.steps[-1], what), share)
+
+
+STEP_RULES: Final[tuple[Rule[Evidence], ...]] = (
+    Rule(
+        "passed-through",
+        0.9,
+        Certainty.CERTAIN,
+        "Bodies went through walls, or through each other",
+        "Pymunk looks for contacts only where bodies are at the end of a step: before the wall, and then behind it.",
+        "Take several shorter steps for each frame, make walls thicker, or limit the speed in a velocity_func.",
+        _passed,
+    ),
+    Rule(
+        "joint-stretched",
+        0.8,
+        Certainty.CERTAIN,
+        "Joints do not hold: one is off its law by {}",
+        "A step moves bodies straight on, past what a joint would turn, and the solver stops after space.iterations "
+        "passes. What is off at the end of a step is corrected slowly. A joint may also begin off its law.",
+        "Halve dt; if joints also give way, raise space.iterations or bring masses nearer to each other; place bodies "
+        "as their joints say.",
+        _stretched,
+    ),
+    Rule(
+        "sinks-in",
+        0.7,
+        Certainty.CERTAIN,
+        "Bodies sink into each other, by up to {}",
+        "What lies on a body is too heavy for the passes that the solver does, or pushed by more than contacts carry.",
+        "Raise space.iterations, halve dt, bring masses nearer to each other.",
+        _too_deep(_Deep.LASTING),
+    ),
+    Rule(
+        "wrong-point",
+        0.65,
+        Certainty.LIKELY,
+        "Forces or impulses act far outside of bodies, and make them spin: their points are in the wrong coordinates",
+        "body.apply_..._at_local_point takes a force and a point in the coordinates of the body, ..._at_world_point in "
+        "those of the Space.",
+        "body.apply_force_at_local_point(force, (0, 0)), or apply_force_at_world_point(force, body.position); a point "
+        "of the body is body.local_to_world(point) in the Space.",
+        _wrong_points,
+    ),
+    Rule(
+        "pushed-by-hand",
+        0.6,
+        Certainty.LIKELY,
+        "The program pushes bodies into others, by up to {}",
+        "It sets their velocity or position step after step, which undoes what contacts do about it.",
+        "Push with a limited force: body.apply_force_at_local_point(...), or a PivotJoint to a KINEMATIC body with a "
+        "max_force; or set the velocity only until something is in the way.",
+        _too_deep(_Deep.PUSHED),
+    ),
+    Rule(
+        "unsolved",
+        0.65,
+        Certainty.CERTAIN,
+        "Stacks or joints give way: they carry less than what presses or pulls on them",
+        "The solver stops after space.iterations passes, with its equations not yet fulfilled. High stacks, chains, "
+        "large differences of mass, and bodies between others that do not yield need more passes, or cannot be solved.",
+        "Raise space.iterations, halve dt, bring masses nearer to each other.",
+        _unsolved,
+    ),
+    Rule(
+        "creeps",
+        0.45,
+        Certainty.CERTAIN,
+        "What friction holds creeps on, by up to {}",
+        "The solver stops before contacts stand still, though their friction is below its limit; nothing brings bodies "
+        "back to where they were.",
+        "Raise space.iterations, or let bodies sleep: space.sleep_time_threshold = 0.5.",
+        _creeping,
+    ),
+    Rule(
+        "deep-at-once",
+        0.5,
+        Certainty.CERTAIN,
+        "Impacts are found late: bodies are {} deep in each other for a moment",
+        "Pymunk looks for contacts at the end of a step, when a fast body is inside, or almost through.",
+        "Halve dt, make thin bodies thicker, or limit the speed.",
+        _too_deep(_Deep.AT_ONCE),
+    ),
+    Rule(
+        "other-bounce",
+        0.6,
+        Certainty.LIKELY,
+        "Contacts end with another velocity than their elasticity says",
+        "The impulses of the step do not explain it: a handler or a callback of the program set velocities.",
+        "To change a bounce, set arbiter.restitution in pre_solve.",
+        _other_bounces,
+    ),
+    Rule(
+        "joint-drives",
+        0.55,
+        Certainty.LIKELY,
+        "Joints add energy: one of them {} of the largest kinetic energy",
+        "A joint that is off its law is pulled back with a real velocity, which stays.",
+        "Halve dt, raise space.iterations, or raise joint.error_bias towards 1, so that it is pulled back more slowly.",
+        _joints_that_drive,
+    ),
+    Rule(
+        "jitters",
+        0.5,
+        Certainty.LIKELY,
+        "Bodies at rest shake",
+        "Each step undoes what the one before did: contacts come and go, or the program pushes every step.",
+        "A little friction and a collision_slop of some 1 % of the bodies keep contacts; or let bodies sleep: "
+        "space.sleep_time_threshold = 0.5.",
+        _jittery,
+    ),
+    Rule(
+        "moved-by-hand",
+        0.4,
+        Certainty.POSSIBLE,
+        "The program sets the positions of bodies, step after step",
+        "Pymunk solves contacts and joints by velocities, and does not see that motion: bodies push through others, "
+        "and carry nothing along.",
+        "Set velocities; make it a KINEMATIC body if nothing shall push it, and set its velocity to the way that it "
+        "shall go, divided by dt.",
+        _moved,
+    ),
+    Rule(
+        "leaves",
+        0.35,
+        Certainty.POSSIBLE,
+        "Bodies leave the world and go on",
+        "They fell or flew past all walls, and Pymunk goes on computing them.",
+        "Remove them, as in `if body.position.y > 2000: space.remove(body, *body.shapes)`; or close the walls.",
+        _gone,
+    ),
+    Rule(
+        "set-by-handler",
+        0.15,
+        Certainty.POSSIBLE,
+        "A handler gives contacts an elasticity, friction or surface velocity that their shapes have not",
+        "It sets arbiter.restitution, arbiter.friction or arbiter.surface_velocity.",
+        "If that is meant, nothing.",
+        _noticed("set-by-handler"),
+    ),
+)

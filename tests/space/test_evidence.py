@@ -1,0 +1,447 @@
+"""What recorded steps show: known faults put into Spaces are named, and Spaces without them have no finding."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import pymunk
+import pytest
+
+from sandbox.space.balance import Balance
+from sandbox.space.contents import Contents, StepLengths
+from sandbox.space.evidence import STEP_RULES, Evidence
+from sandbox.space.origins import Origins
+from sandbox.space.recording import Recording
+
+DT = 1 / 60
+GRAVITY = (0.0, 900.0)
+
+
+def evidence_of(
+    space: pymunk.Space, steps: int, before: Callable[[int], None] = lambda _: None, dt: float = DT
+) -> Evidence:
+    recording = Recording(space)
+    for number in range(steps):
+        before(number)
+        recording.record(space.step, dt)
+    return Evidence(recording, Contents(space, Origins(), StepLengths()))
+
+
+def world(gravity: tuple[float, float] = (0.0, 0.0), iterations: int = 10) -> pymunk.Space:
+    space = pymunk.Space()
+    space.gravity, space.iterations = gravity, iterations
+    return space
+
+
+def box(space: pymunk.Space, x: float, y: float, size: tuple[float, float] = (20, 20), mass: float = 1) -> pymunk.Body:
+    body = pymunk.Body(mass, pymunk.moment_for_box(mass, size))
+    body.position = x, y
+    shape = pymunk.Poly.create_box(body, size)
+    shape.friction = 0.5
+    space.add(body, shape)
+    return body
+
+
+def ball(
+    space: pymunk.Space, x: float, y: float, velocity: tuple[float, float] = (0, 0), elasticity: float = 0
+) -> pymunk.Body:
+    body = pymunk.Body(1, pymunk.moment_for_circle(1, 0, 10))
+    body.position, body.velocity = (x, y), velocity
+    disc = pymunk.Circle(body, 10)
+    disc.elasticity, disc.friction = elasticity, 0.5
+    space.add(body, disc)
+    return body
+
+
+def floor(space: pymunk.Space, elasticity: float = 1) -> None:
+    segment = pymunk.Segment(space.static_body, (-500, 200), (500, 200), 5)
+    segment.elasticity, segment.friction = elasticity, 1
+    space.add(segment)
+
+
+def chain(mass: float, iterations: int, dt: float = DT, seconds: float = 2) -> Evidence:
+    """Twenty links that swing, with a mass at the end."""
+    space, last = world(GRAVITY, iterations), None
+    for k in range(20):
+        link = box(space, 30 * k + 15, 0, (30, 4), mass if k == 19 else 1)
+        next(iter(link.shapes)).filter = pymunk.ShapeFilter(group=1)
+        space.add(pymunk.PivotJoint(last or space.static_body, link, (30 * k, 0)))
+        last = link
+    return evidence_of(space, round(seconds / dt), dt=dt)
+
+
+def fine_chain() -> Evidence:
+    return chain(1, 300, DT / 4, seconds=1)
+
+
+def coarse_chain() -> Evidence:
+    """It cracks like a whip, too fast for its steps."""
+    return chain(1, 300)
+
+
+def heavy_chain() -> Evidence:
+    return chain(500, 10)
+
+
+def pendulum() -> Evidence:
+    """On a body at (300, 0) that is not in the Space, which Pymunk allows."""
+    space, pivot = world(GRAVITY), pymunk.Body(body_type=pymunk.Body.STATIC)
+    pivot.position = 300, 0
+    space.add(pymunk.PinJoint(pivot, ball(space, 400, 0)))
+    return evidence_of(space, 120)
+
+
+def lax_chain() -> Evidence:
+    return chain(1, 2)
+
+
+def tower(iterations: int) -> Evidence:
+    """A heavy box on ten light ones."""
+    space = world(GRAVITY, iterations)
+    floor(space)
+    for k in range(10):
+        box(space, 0, 185 - 20 * k)
+    box(space, 0, -15, mass=300)
+    return evidence_of(space, 90)
+
+
+def crushed() -> Evidence:
+    return tower(1)
+
+
+def carried() -> Evidence:
+    return tower(300)
+
+
+def shot() -> Evidence:
+    """A ball of 25 px a step, which is found 8 px deep in the floor."""
+    space = world()
+    floor(space)
+    ball(space, 0, 118, (0, 1500), elasticity=0.5)
+    return evidence_of(space, 5)
+
+
+def swatted() -> Evidence:
+    """A thin bat that turns by 0.5 rad in a step, from one side of a ball at rest to the other."""
+    return swung(30)
+
+
+def batted() -> Evidence:
+    return swung(3)
+
+
+def swung(spin: float) -> Evidence:
+    space, bat = world(), pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    bat.angular_velocity, bat.angle = spin, -0.25
+    space.add(bat, pymunk.Segment(bat, (0, 0), (100, 0), 1))
+    ball(space, 80, 0)
+    return evidence_of(space, 1)
+
+
+def shot_through_each_other() -> Evidence:
+    return shot_at(1500, 25)
+
+
+def shot_past_each_other() -> Evidence:
+    """Balls of radius 10, of which one leaves the other's way within the step: their centres pass 22.4 px apart."""
+    return shot_at(1500, 25, aside=6000)
+
+
+def shot_at(speed: float, distance: float, aside: float = 0) -> Evidence:
+    space = world()
+    ball(space, 0, 0, (speed, 0))
+    ball(space, distance, 0, (-speed, aside))
+    return evidence_of(space, 1)
+
+
+def slow_shot() -> Evidence:
+    space = world()
+    floor(space)
+    ball(space, 0, 128, (0, 200), elasticity=0.5)
+    return evidence_of(space, 30)
+
+
+def overlapping() -> Evidence:
+    """Balls that come in overlapping, which the linter says."""
+    space = world()
+    ball(space, 0, 0)
+    ball(space, 5, 0)
+    return evidence_of(space, 30)
+
+
+def handled(change: Callable[[pymunk.Arbiter], None], event: str) -> Evidence:
+    space = world()
+    floor(space)
+    ball(space, 0, 150, (0, 300), elasticity=0.8)
+
+    def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        change(arbiter)
+
+    space.on_collision(0, 0, **{event: handle})
+    return evidence_of(space, 30)
+
+
+def slowed_by_handler() -> Evidence:
+    def halve(arbiter: pymunk.Arbiter) -> None:
+        body = max((shape.body for shape in arbiter.shapes if shape.body), key=lambda body: body.velocity.length)
+        body.velocity /= 2
+
+    return handled(halve, "post_solve")
+
+
+def deadened_by_handler() -> Evidence:
+    def deaden(arbiter: pymunk.Arbiter) -> None:
+        arbiter.restitution = 0.1
+
+    return handled(deaden, "pre_solve")
+
+
+def counted_by_handler() -> Evidence:
+    return handled(lambda _: None, "pre_solve")
+
+
+def hits_two() -> Evidence:
+    """Its bounces differ from its elasticity, as it meets two balls at once: no fault of a handler."""
+    space = world()
+    ball(space, 0, 0, (200, 0), elasticity=0.9)
+    for y in (-10.5, 10.5):
+        ball(space, 40, y, elasticity=0.9)
+    return evidence_of(space, 20)
+
+
+def teleported() -> Evidence:
+    space = world()
+    body = box(space, 0, 0)
+
+    def move(number: int) -> None:
+        body.position = 2.0 * number, 0
+
+    return evidence_of(space, 40, move)
+
+
+def pushed() -> Evidence:
+    """The program walks a box into a wall, and out on the other side."""
+    space = world(GRAVITY)
+    floor(space, elasticity=0)
+    space.add(pymunk.Segment(space.static_body, (60, 0), (60, 200), 5))
+    hero = box(space, 0, 184)
+
+    def walk(_: int) -> None:
+        hero.velocity = 400, hero.velocity.y
+
+    return evidence_of(space, 40, walk)
+
+
+def thrust(push: Callable[[pymunk.Body], None]) -> Evidence:
+    space = world()
+    rocket = box(space, 300, 200, (20, 60))
+    return evidence_of(space, 30, lambda _: push(rocket))
+
+
+def thrust_at_a_point_of_the_space() -> Evidence:
+    return thrust(lambda rocket: rocket.apply_force_at_local_point((30, -400), rocket.position))
+
+
+def kicked_at_a_point_of_the_body() -> Evidence:
+    return thrust(lambda rocket: rocket.apply_impulse_at_world_point((0, -4), (0, 30)))
+
+
+def thrust_at_its_tail() -> Evidence:
+    return thrust(lambda rocket: rocket.apply_force_at_local_point((30, -400), (0, 30)))
+
+
+def thrust_and_turned() -> Evidence:
+    """By a torque that no force on it has."""
+
+    def push(rocket: pymunk.Body) -> None:
+        rocket.force, rocket.torque = (0, -4), 5e4
+
+    return thrust(push)
+
+
+def put_back() -> Evidence:
+    """A game that puts a ball back once."""
+    space = world(GRAVITY)
+    body = ball(space, 0, 0)
+
+    def move(number: int) -> None:
+        if number == 20:
+            body.position = 0, 0
+
+    return evidence_of(space, 40, move)
+
+
+def fallen() -> Evidence:
+    space = world(GRAVITY)
+    ball(space, 0, 0)
+    return evidence_of(space, 200)
+
+
+def shaken() -> Evidence:
+    """The program pushes a box, that lies, to and fro."""
+    space = world(GRAVITY)
+    floor(space)
+    body = box(space, 0, 184)
+
+    def push(number: int) -> None:
+        body.velocity = (20 if number % 2 else -20), 0
+
+    return evidence_of(space, 90, push)
+
+
+def lies() -> Evidence:
+    space = world(GRAVITY)
+    floor(space, elasticity=0)
+    box(space, 0, 184)
+    return evidence_of(space, 90)
+
+
+def pulled_together() -> Evidence:
+    """The same, while the joint still speeds it up."""
+    return off_its_law(5)
+
+
+def off_its_law(steps: int = 60) -> Evidence:
+    """A ball on a pin joint that is to be 100 px shorter than it is."""
+    space = world()
+    a, b = ball(space, 0, 0), ball(space, 200, 0)
+    joint = pymunk.PinJoint(a, b)
+    joint.distance = 100
+    space.add(joint)
+    return evidence_of(space, steps)
+
+
+def mouse() -> Evidence:
+    """A joint of limited force, which is meant to give way."""
+    space, hand = world(GRAVITY), pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    joint = pymunk.PivotJoint(hand, ball(space, 60, 0), (0, 0), (0, 0))
+    joint.max_force = 5000
+    space.add(joint)
+    return evidence_of(space, 60)
+
+
+FAULTS: Sequence[tuple[Callable[[], Evidence], set[str]]] = (
+    (fine_chain, set()),
+    (coarse_chain, {"joint-stretched"}),
+    (lax_chain, {"joint-stretched", "unsolved"}),
+    (heavy_chain, {"joint-stretched", "unsolved"}),
+    (pendulum, set()),
+    (crushed, {"sinks-in", "deep-at-once", "unsolved", "creeps"}),
+    (carried, set()),
+    (shot, {"deep-at-once"}),
+    (slow_shot, set()),
+    (swatted, {"passed-through"}),
+    (batted, set()),
+    (shot_through_each_other, {"passed-through"}),
+    (shot_past_each_other, set()),
+    (overlapping, set()),
+    (slowed_by_handler, {"other-bounce"}),
+    (deadened_by_handler, set()),
+    (counted_by_handler, set()),
+    (hits_two, set()),
+    (teleported, {"moved-by-hand"}),
+    (put_back, set()),
+    (pushed, {"pushed-by-hand"}),
+    (thrust_at_a_point_of_the_space, {"wrong-point"}),
+    (kicked_at_a_point_of_the_body, {"wrong-point"}),
+    (thrust_at_its_tail, set()),
+    (thrust_and_turned, set()),
+    (fallen, {"leaves"}),
+    (shaken, {"jitters"}),
+    (lies, set()),
+    (off_its_law, {"joint-stretched"}),
+    (pulled_together, {"joint-stretched", "joint-drives"}),
+    (mouse, set()),
+)
+
+
+@pytest.mark.parametrize(("make", "rules"), FAULTS, ids=lambda value: getattr(value, "__name__", None))
+def test_a_fault_of_the_steps_is_named_and_nothing_else(make: Callable[[], Evidence], rules: set[str]) -> None:
+    assert {finding.rule for finding in make().findings()} == rules
+
+
+def test_each_rule_has_a_fault() -> None:
+    """One rule needs what is seen as it happens: it is among the known faults."""
+    assert set().union(*(rules for _, rules in FAULTS)) == {rule.key for rule in STEP_RULES} - {"set-by-handler"}
+
+
+def test_a_finding_says_since_when_where_and_how_much() -> None:
+    [finding] = shot().findings()
+    # 25 px a step: at 118 + 75 = 193 px the ball, of radius 10, is 8 px deep in a floor whose top is at 195 px
+    assert finding.since == pytest.approx(3 * DT)
+    assert finding.symptom == "Impacts are found late: bodies are 8 px deep in each other for a moment"
+    assert finding.bodies[0].index == 0
+    assert finding.bodies[0].position == pytest.approx((0, 193))
+    assert finding.bodies[0].detail == "8 px deep in the Space's static body at 0.050 s"
+
+
+def test_the_balance_of_a_box_that_slides_to_rest_is_all_friction() -> None:
+    space = world(GRAVITY)
+    floor(space, elasticity=0)
+    sliding = box(space, 0, 185.05, (40, 20))
+    sliding.velocity = 100, 0
+    lines = list(Balance(evidence_of(space, 60).ledger).lines())
+    assert lines[0] == "Its energy from 0 to 1 s, in % of the largest kinetic energy, 5e+03:"
+    assert any(line.endswith("%  friction") and float(line.split()[0]) < -99 for line in lines)
+
+
+def test_the_shares_of_a_balance_sum_to_the_change() -> None:
+    ledger = heavy_chain().ledger
+    change = (ledger.total[-1] - ledger.total[0]) / ledger.scale
+    assert sum(Balance(ledger).shares.values()) == pytest.approx(change, abs=1e-9)
+    assert math.isclose(float(list(Balance(ledger).lines())[-1].split()[0]), 100 * change, abs_tol=0.006)
+
+
+def test_a_space_at_rest_has_no_balance() -> None:
+    space = world()
+    ball(space, 0, 0)
+    assert list(Balance(evidence_of(space, 3).ledger).lines()) == ["Its energy: nothing moved."]
+
+
+def test_a_passage_of_two_bodies_is_named_with_what_prevents_it() -> None:
+    """50 px in a step of 1/60 s, of balls that are 10 px from centre to rim: 20 px take 1/150 s."""
+    [finding] = shot_through_each_other().findings()
+    assert [body.detail for body in finding.bodies] == [
+        "went 50 px through body 1, a dynamic circle of radius 10, in the step; dt below 0.0067 s prevents that"
+    ]
+
+
+@pytest.mark.parametrize("fault", ["joint", "filter", "handler", "removed", "set"])
+def test_bodies_that_may_pass_are_not_said_to_have_passed(fault: str) -> None:
+    space = world()
+    a, b = ball(space, 0, 0, (1500, 0)), ball(space, 25, 0, (-1500, 0))
+    first, second = (next(iter(body.shapes)) for body in (a, b))
+    match fault:
+        case "joint":
+            spring = pymunk.DampedSpring(a, b, (0, 0), (0, 0), 10, 0, 0)
+            spring.collide_bodies = False
+            space.add(spring)
+        case "filter":
+            first.filter = second.filter = pymunk.ShapeFilter(group=3)
+        case "handler":
+            space.on_collision(0, 0, begin=lambda *_: None)
+        case "removed":
+            space.remove(second)
+        case _:
+            second.sensor = True
+
+    def play(number: int) -> None:
+        if number and fault == "removed":
+            space.remove(first)
+        if number and fault == "set":
+            second.sensor = False
+
+    assert evidence_of(space, 2, play).findings() == []
+
+
+def test_an_empty_space_has_no_finding() -> None:
+    assert evidence_of(world(), 2).findings() == []
+
+
+def test_a_bullet_that_the_program_removes_has_passed() -> None:
+    space = world()
+    floor(space)
+    bullet = ball(space, 0, 170, (0, 4800))
+    evidence = evidence_of(space, 3, lambda number: space.remove(bullet, *bullet.shapes) if number == 2 else None)
+    [finding] = evidence.findings()
+    assert finding.rule == "passed-through"
+    assert finding.bodies[0].position == (0, 250)

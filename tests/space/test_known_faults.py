@@ -1,0 +1,888 @@
+"""Known faults put into whole Spaces are named, and varied Spaces without them have no finding."""
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import pymunk
+import pytest
+
+from sandbox.scripting.watch import watch
+from sandbox.space.evidence import STEP_RULES
+from sandbox.space.rules import RULES
+
+DT = 1 / 60
+
+
+class Game(NamedTuple):
+    """A Space, the number of its steps, what its program does before each, and how long each is, s."""
+
+    space: pymunk.Space
+    steps: int = 30
+    before: Callable[[int], None] = lambda _: None
+    dt: Callable[[int], float] = lambda _: DT
+
+
+def found_in(game: Game) -> set[str]:
+    watched = watch(game.space)
+    for number in range(game.steps):
+        game.before(number)
+        with suppress(AssertionError):  # Pymunk's, of a body without mass
+            watched.step(game.dt(number))
+    return {finding.rule for finding in watched.findings}
+
+
+def world(iterations: int = 10, gravity: float = 900) -> pymunk.Space:
+    space = pymunk.Space()
+    space.gravity, space.iterations = (0, gravity), iterations
+    return space
+
+
+def wall(space: pymunk.Space, a: tuple[float, float], b: tuple[float, float], **values: Any) -> Any:
+    return add(space, pymunk.Segment(space.static_body, a, b, 5), **values)
+
+
+def add(space: pymunk.Space, shape: Any, **values: Any) -> Any:
+    for name, value in ({"elasticity": 0.2, "friction": 0.8} | values).items():
+        setattr(shape, name, value)
+    space.add(shape) if shape.body is space.static_body else space.add(shape.body, shape)
+    return shape
+
+
+def body(x: float, y: float, velocity: tuple[float, float] = (0, 0), kind: int = pymunk.Body.DYNAMIC) -> pymunk.Body:
+    made = pymunk.Body(body_type=kind)
+    made.position, made.velocity = (x, y), velocity
+    return made
+
+
+def ball(space: pymunk.Space, x: float, y: float, r: float = 10, **values: Any) -> Any:
+    velocity = values.pop("velocity", (0, 0))
+    made = body(x, y, velocity)  # a shape does not keep its body alive
+    return add(space, pymunk.Circle(made, r), **{"mass": 1} | values).body
+
+
+def box(space: pymunk.Space, x: float, y: float, size: tuple[float, float] = (20, 20), **values: Any) -> Any:
+    velocity = values.pop("velocity", (0, 0))
+    made = body(x, y, velocity)
+    return add(space, pymunk.Poly.create_box(made, size), **{"mass": 1} | values).body
+
+
+def ground(iterations: int = 10, **values: Any) -> pymunk.Space:
+    """A Space with a floor, whose top is at y = 195."""
+    space = world(iterations)
+    wall(space, (-500, 200), (500, 200), **values)
+    return space
+
+
+def only(shapes_of: pymunk.Body) -> Any:
+    return next(iter(shapes_of.shapes))
+
+
+def boxed(space: pymunk.Space, width: float, height: float, **values: Any) -> None:
+    corners = [(0, 0), (width, 0), (width, height), (0, height)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        wall(space, a, b, **values)
+
+
+# Faults of how a Space is set up.
+
+
+def wrong_moment_of_a_ball() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+    made = pymunk.Body(1, 5)
+    add(space, pymunk.Circle(made, 20)).body.position = 100, 100
+    return Game(space)
+
+
+def wrong_moment_of_a_box() -> Game:
+    space = ground()
+    made = box(space, 0, 100)
+    only(made).mass = 0
+    made.mass, made.moment = 1, 5000
+    return Game(space)
+
+
+def moment_of_a_smooth_ball() -> Game:
+    space = ground(friction=0)
+    made = pymunk.Body(1, 5)
+    add(space, pymunk.Circle(made, 20), friction=0)
+    return Game(space)
+
+
+def no_mass() -> Game:
+    space = ground()
+    made = body(0, 100)
+    add(space, pymunk.Circle(made, 10))
+    return Game(space, 1)
+
+
+def no_density() -> Game:
+    space = ground()
+    heavy = box(space, 0, 100)
+    space.add(add_shape := pymunk.Circle(heavy, 10, (0, -10)))
+    add_shape.elasticity, add_shape.friction = 0.2, 0.8
+    return Game(space)
+
+
+def no_shape() -> Game:
+    space = ground()
+    space.add(pymunk.Body(1, 1))
+    return Game(space)
+
+
+def shape_not_added() -> Game:
+    space = ground()
+    made = pymunk.Body(1, 50)
+    pymunk.Circle(made, 10)
+    space.add(made)
+    return Game(space)
+
+
+def inelastic_wall() -> Game:
+    space = ground(elasticity=0)
+    wall(space, (-500, 195), (-500, 0))
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def nothing_bounces() -> Game:
+    space = ground(elasticity=0)
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def icy_wall() -> Game:
+    space = ground(friction=0)
+    wall(space, (-500, 100), (-500, 0))
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def nothing_rubs() -> Game:
+    space = ground(friction=0)
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def super_ball() -> Game:
+    space = ground()
+    ball(space, 0, 100, elasticity=1.1)
+    return Game(space)
+
+
+def corner_as_centre() -> Game:
+    space = ground()
+    made = pymunk.Body(1, 5000)
+    shape = pymunk.Poly(made, [(0, 0), (40, 0), (40, 40), (0, 40)])
+    add(space, shape).body.position = 0, 100
+    return Game(space)
+
+
+def begins_in_the_floor() -> Game:
+    space = ground()
+    box(space, 0, 195)
+    return Game(space)
+
+
+def begins_in_another() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+    ball(space, 8, 100)
+    return Game(space)
+
+
+def ragdoll_in_itself() -> Game:
+    space = ground()
+    a, b = box(space, 0, 100), box(space, 15, 100)
+    space.add(pymunk.PivotJoint(a, b, (7.5, 100)))
+    return Game(space)
+
+
+def cracked_road() -> Game:
+    space = world()
+    for x in range(-300, 300, 100):
+        wall(space, (x, 200), (x + 100, 200))
+    ball(space, 0, 180)
+    return Game(space)
+
+
+def bullet() -> Game:
+    space = ground()
+    ball(space, 0, 0, velocity=(0, 800))
+    return Game(space)
+
+
+def elephant_on_a_mouse() -> Game:
+    space = ground(100)
+    ball(space, 0, 184.9)
+    box(space, 0, 164.9, mass=200)
+    return Game(space, 2)
+
+
+def metres() -> Game:
+    space = ground()
+    ball(space, 0, 100, 0.2)
+    return Game(space)
+
+
+def moved_wall() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+
+    def move(number: int) -> None:
+        space.static_body.position = (0, number)
+
+    return Game(space, before=move)
+
+
+def motor_falls_asleep() -> Game:
+    space = ground()
+    space.sleep_time_threshold = 0.5
+    space.add(pymunk.SimpleMotor(space.static_body, box(space, 0, 100), 1))
+    return Game(space)
+
+
+def damping_per_step() -> Game:
+    space = ground()
+    space.damping = 0.99
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def damping_above_1() -> Game:
+    space = ground()
+    space.damping = 1.01
+    ball(space, 0, 100)
+    return Game(space)
+
+
+def elasticity_on_a_body() -> Game:
+    space = ground()
+    vars(ball(space, 0, 100))["elasticity"] = 0.9
+    return Game(space)
+
+
+def group_of_pymunk_4() -> Game:
+    space = ground()
+    vars(only(ball(space, 0, 100)))["group"] = 1
+    return Game(space)
+
+
+def long_steps() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+    return Game(space, dt=lambda _: 0.04)
+
+
+def varying_steps() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+    return Game(space, dt=lambda number: DT * (1 + 0.1 * (number % 3)))
+
+
+def step_back() -> Game:
+    space = ground()
+    ball(space, 0, 100)
+    return Game(space, 2, dt=lambda number: -DT if number else DT)
+
+
+def not_a_number() -> Game:
+    space = world(gravity=0)
+    made = ball(space, 0, 100)
+
+    def divide(number: int) -> None:
+        if number == 3:
+            made.velocity = math.nan, 0
+
+    return Game(space, 6, divide)
+
+
+# Faults that steps show.
+
+
+def shot_through_a_wall() -> Game:
+    space = ground()
+    ball(space, 0, 120, velocity=(0, 3300))
+    return Game(space, 4)
+
+
+def box_through_a_box() -> Game:
+    space = world()
+    add(space, pymunk.Poly.create_box(space.static_body, (400, 16)))
+    box(space, 0, -35, (10, 10), velocity=(0, 4000))
+    return Game(space, 3)
+
+
+def chain(mass: float, iterations: int) -> Game:
+    space, last = world(iterations), None
+    for k in range(10):
+        link = box(space, 30 * k + 15, 0, (30, 4), filter=pymunk.ShapeFilter(group=1))
+        space.add(pymunk.PivotJoint(last or space.static_body, link, (30 * k, 0)))
+        last = link
+    only(last or space.static_body).mass = mass
+    return Game(space, 60)
+
+
+def chain_with_a_wrecking_ball() -> Game:
+    return chain(90, 10)
+
+
+def chain_of_few_passes() -> Game:
+    return chain(1, 1)
+
+
+def pin_that_pulls() -> Game:
+    """Two balls at rest, which their joint has set in motion."""
+    return pin_of_another_length()._replace(steps=5)
+
+
+def pin_of_another_length() -> Game:
+    space = world(gravity=0)
+    joint = pymunk.PinJoint(ball(space, 0, 0), ball(space, 200, 0))
+    joint.distance = 100
+    space.add(joint)
+    return Game(space, 30)
+
+
+def pyramid(iterations: int, rows: int = 5) -> Game:
+    space = ground(iterations)
+    for row in range(rows):
+        for k in range(rows - row):
+            box(space, 21 * k + 10.5 * row, 184.99 - 20 * row)
+    return Game(space, 60)
+
+
+def pyramid_of_one_pass() -> Game:
+    return pyramid(1, 10)
+
+
+def tower_of_one_pass() -> Game:
+    space = ground(1)
+    for k in range(10):
+        box(space, 0, 185 - 20 * k)
+    box(space, 0, -15, mass=100)
+    return Game(space, 60)
+
+
+def on_a_slope(iterations: int) -> Game:
+    """A box on a slope of 20°, which friction holds: tan 20° = 0.36, and 0.64."""
+    space, angle = world(iterations), math.radians(20)
+    x, y = math.cos(angle), math.sin(angle)
+    wall(space, (-500 * x, -500 * y), (500 * x, 500 * y))
+    box(space, 15.02 * y, -15.02 * x).angle = angle
+    return Game(space, 150)
+
+
+def creeps_down_a_slope() -> Game:
+    return on_a_slope(1)
+
+
+def press() -> Game:
+    """Six boxes, the upper ones up to 51 times as heavy, and two passes."""
+    space = ground(2)
+    for k in range(6):
+        box(space, 0, 184.99 - 20 * k, mass=1 + 10 * k)
+    return Game(space, 60)
+
+
+def found_late() -> Game:
+    space = ground()
+    ball(space, 0, 118, velocity=(0, 1500))
+    return Game(space, 5)
+
+
+def shaken() -> Game:
+    space = ground()
+    made = box(space, 0, 184.99)
+
+    def push(number: int) -> None:
+        made.velocity = (20 if number % 2 else -20), 0
+
+    return Game(space, 60, push)
+
+
+def teleported() -> Game:
+    space = ground()
+    made = box(space, 0, 100)
+
+    def move(number: int) -> None:
+        made.position = 2 * number, 100
+
+    return Game(space, before=move)
+
+
+def pushed_into_a_wall() -> Game:
+    space = ground()
+    wall(space, (60, 0), (60, 200))
+    hero = box(space, 0, 185)
+
+    def walk(_: int) -> None:
+        hero.velocity = 400, hero.velocity.y
+
+    return Game(space, 40, walk)
+
+
+def rocket_pushed_at_its_place() -> Game:
+    space = world(gravity=0)
+    rocket = box(space, 300, 200)
+
+    def push(_: int) -> None:
+        rocket.apply_force_at_local_point((0, -100), rocket.position)
+
+    return Game(space, before=push)
+
+
+def lift_without_a_velocity() -> Game:
+    space, lift = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (100, 10)))
+    box(space, 0, -15)
+
+    def rise(number: int) -> None:
+        lift.position = 0, -number / 2
+
+    return Game(space, before=rise)
+
+
+def spring_of_a_stiff_car() -> Game:
+    space = ground()
+    chassis, wheel = box(space, 0, 100, (60, 20), mass=5), ball(space, 0, 150)
+    space.add(pymunk.DampedSpring(chassis, wheel, (0, 0), (0, 0), 50, 60_000, 20))
+    return Game(space, 2)
+
+
+def falls_for_ever() -> Game:
+    space = world()
+    ball(space, 0, 0)
+    return Game(space, 130)
+
+
+def handled(change: Callable[[pymunk.Arbiter], None], event: str = "pre_solve", **values: Any) -> Game:
+    space = ground(**values)
+    ball(space, 0, 175, velocity=(100, 100), elasticity=0.9)
+
+    def handle(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        change(arbiter)
+
+    space.on_collision(0, 0, **{event: handle})
+    return Game(space, 20)
+
+
+def handler_sets(name: str, value: object) -> Callable[[pymunk.Arbiter], None]:
+    return lambda arbiter: setattr(arbiter, name, value)
+
+
+def handler_that_changes_restitution() -> Game:
+    return handled(handler_sets("restitution", 0.9))
+
+
+def handler_that_changes_friction() -> Game:
+    return handled(handler_sets("friction", 3))
+
+
+def handler_that_drives() -> Game:
+    return handled(handler_sets("surface_velocity", (50, 0)))
+
+
+def handler_that_brakes() -> Game:
+    def halve(arbiter: pymunk.Arbiter) -> None:
+        for shape in arbiter.shapes:
+            if shape.body and shape.body.body_type == pymunk.Body.DYNAMIC:
+                shape.body.velocity *= 0.5
+
+    return handled(halve, "post_solve", elasticity=0.9)
+
+
+FAULTS: dict[Callable[[], Game], str] = {
+    wrong_moment_of_a_ball: "moment",
+    wrong_moment_of_a_box: "moment",
+    moment_of_a_smooth_ball: "moment-unused",
+    no_mass: "mass",
+    no_density: "density",
+    no_shape: "no-shape",
+    shape_not_added: "shape-not-added",
+    inelastic_wall: "elasticity-zero",
+    nothing_bounces: "elasticity-unused",
+    icy_wall: "friction-zero",
+    nothing_rubs: "friction-unused",
+    super_ball: "elasticity",
+    corner_as_centre: "off-centre",
+    begins_in_the_floor: "overlap",
+    begins_in_another: "overlap",
+    ragdoll_in_itself: "overlap-joined",
+    cracked_road: "cracks",
+    bullet: "tunnelling",
+    elephant_on_a_mouse: "mass-ratio",
+    metres: "slop",
+    moved_wall: "static-moved",
+    motor_falls_asleep: "sleep-on-joint",
+    damping_per_step: "damping-per-step",
+    damping_above_1: "damping-range",
+    elasticity_on_a_body: "attribute",
+    group_of_pymunk_4: "attribute",
+    long_steps: "dt-long",
+    varying_steps: "dt-varies",
+    step_back: "dt-invalid",
+    not_a_number: "not-finite",
+    shot_through_a_wall: "passed-through",
+    box_through_a_box: "passed-through",
+    chain_with_a_wrecking_ball: "joint-stretched",
+    chain_of_few_passes: "joint-stretched",
+    pin_that_pulls: "joint-drives",
+    pin_of_another_length: "joint-stretched",
+    pyramid_of_one_pass: "sinks-in",
+    tower_of_one_pass: "unsolved",
+    creeps_down_a_slope: "creeps",
+    press: "sinks-in",
+    found_late: "deep-at-once",
+    shaken: "jitters",
+    teleported: "moved-by-hand",
+    lift_without_a_velocity: "moved-by-hand",
+    pushed_into_a_wall: "pushed-by-hand",
+    rocket_pushed_at_its_place: "wrong-point",
+    spring_of_a_stiff_car: "spring-stiff",
+    falls_for_ever: "leaves",
+    handler_that_changes_restitution: "set-by-handler",
+    handler_that_changes_friction: "set-by-handler",
+    handler_that_drives: "set-by-handler",
+    handler_that_brakes: "other-bounce",
+}
+
+
+@pytest.mark.parametrize("make", FAULTS, ids=lambda make: make.__name__)
+def test_a_known_fault_is_named(make: Callable[[], Game]) -> None:
+    assert FAULTS[make] in found_in(make())
+
+
+def test_each_rule_is_among_the_known_faults() -> None:
+    assert set(FAULTS.values()) == {*(rule.key for rule in RULES), *(rule.key for rule in STEP_RULES)}
+
+
+# Spaces without a fault.
+
+
+def pool_table() -> Game:
+    space = world(gravity=0)
+    space.damping = 0.7
+    boxed(space, 400, 200, elasticity=0.8, friction=0.5)
+    for row in range(4):
+        for k in range(row + 1):
+            ball(space, 280 + 18 * row, 100 + 20.5 * (k - row / 2), elasticity=0.95, friction=0.2)
+    ball(space, 100, 100, velocity=(350, 0), elasticity=0.95, friction=0.2)
+    return Game(space, 60)
+
+
+def stack_of_boxes() -> Game:
+    space = ground(30)
+    for k in range(5):
+        box(space, 0, 185.05 - 20 * k)
+    return Game(space, 60)
+
+
+def well_solved_pyramid() -> Game:
+    return pyramid(30)
+
+
+def box_that_friction_holds() -> Game:
+    return on_a_slope(10)
+
+
+def pendulum() -> Game:
+    space = world()
+    space.add(pymunk.PinJoint(space.static_body, ball(space, 100, 0)))
+    return Game(space, 60)
+
+
+def ragdoll() -> Game:
+    """A torso that hangs on its head, with light limbs."""
+    space = world(60)
+    group = pymunk.ShapeFilter(group=1)
+    torso = box(space, 0, 100, (20, 40), mass=4, filter=group)
+    space.add(pymunk.PivotJoint(space.static_body, torso, (0, 80)))
+    for x in (-9, 9):
+        limb = box(space, x, 134, (8, 28), mass=0.5, filter=group)
+        space.add(pymunk.PivotJoint(torso, limb, (x, 120)), pymunk.RotaryLimitJoint(torso, limb, -1, 1))
+        limb.velocity = 20, 0
+    return Game(space, 60)
+
+
+def lift() -> Game:
+    """Its program sets its velocity, and its position too, so that rounding errors do not add up."""
+    space, lift = world(), body(0, 0, kind=pymunk.Body.KINEMATIC)
+    add(space, pymunk.Poly.create_box(lift, (100, 10)))
+    box(space, 0, -15)
+
+    def rise(number: int) -> None:
+        lift.position, lift.velocity = (0, -number / 3), (0, -1 / 3 / DT)
+
+    return Game(space, before=rise)
+
+
+def springs() -> Game:
+    space = world()
+    for k in range(3):
+        spring = pymunk.DampedSpring(space.static_body, ball(space, 50 * k, 60), (50 * k, 0), (0, 0), 50, 60, 1 + k)
+        space.add(spring)
+    return Game(space, 60)
+
+
+def conveyor_belt() -> Game:
+    space = ground()
+    wall(space, (-400, 100), (400, 100), surface_velocity=(60, 0))
+    box(space, 0, 84.9)
+    return Game(space, 60)
+
+
+def platformer() -> Game:
+    """A player who runs and jumps, by velocities, and a platform that carries."""
+    space = ground()
+    space.iterations = 20
+    carrier, hero = body(120, 120, (30, 0), pymunk.Body.KINEMATIC), pymunk.Body(1, math.inf)
+    platform = add(space, pymunk.Poly.create_box(carrier, (80, 10)))
+    player = add(space, pymunk.Poly.create_box(hero, (16, 30))).body
+    player.position = 120, 99.9
+
+    def play(number: int) -> None:
+        platform.body.velocity = (30 if number % 60 < 30 else -30), 0
+        if number == 60:
+            player.velocity = 80, -300
+
+    return Game(space, 60, play)
+
+
+def one_way_platform() -> Game:
+    """A player who jumps up through a platform, as a handler lets it."""
+    space = ground()
+    wall(space, (-50, 120), (50, 120), collision_type=2)
+    player = ball(space, 0, 184.9, collision_type=1)
+
+    def is_falling(arbiter: pymunk.Arbiter, _: pymunk.Space, __: object) -> None:
+        arbiter.process_collision = player.velocity.y > 0
+
+    space.on_collision(1, 2, begin=is_falling)
+
+    def jump(number: int) -> None:
+        if number == 5:
+            player.velocity = 0, -500
+
+    return Game(space, 60, jump)
+
+
+def cradle() -> Game:
+    space = world(30)
+    for k in range(5):
+        at = (20.2 * k, 0)
+        bob = ball(space, 20.2 * k, 100, elasticity=1, friction=0)
+        space.add(pymunk.PinJoint(space.static_body, bob, at))
+        if not k:
+            bob.velocity = -200, 0
+    for shape in space.shapes:
+        shape.friction = 0.1
+    return Game(space, 60)
+
+
+def car() -> Game:
+    space = ground(30)
+    group = pymunk.ShapeFilter(group=1)
+    chassis = box(space, 0, 165, (60, 16), mass=4, filter=group)
+    for x in (-20, 20):
+        wheel = ball(space, x, 182, 12, friction=1.2, filter=group)
+        space.add(pymunk.PivotJoint(chassis, wheel, (x, 182)))
+        motor = pymunk.SimpleMotor(chassis, wheel, 6)
+        motor.max_force = 300
+        space.add(motor)
+    return Game(space, 100, dt=lambda _: DT / 4)
+
+
+def sleeping_pile() -> Game:
+    space = world(20)
+    space.sleep_time_threshold = 0.3
+    boxed(space, 100, 120)
+    for k in range(9):
+        ball(space, 20 + 25 * (k % 3) + k // 3, 50 + 22 * (k // 3))
+    return Game(space, 150)
+
+
+def gas() -> Game:
+    space = world(gravity=0)
+    boxed(space, 200, 200, elasticity=1, friction=0.1)
+    for k in range(9):
+        ball(
+            space, 40 + 50 * (k % 3), 40 + 50 * (k // 3), velocity=(37 * (k % 4) - 60, 50 - 29 * (k % 5)), elasticity=1
+        )
+    return Game(space, 60)
+
+
+def spawned_and_removed() -> Game:
+    space = ground()
+
+    def spawn(number: int) -> None:
+        if number % 20 == 0:
+            ball(space, number - 60, 100)
+        for each in [each for each in space.bodies if each.position.y > 180 and number % 20 == 19]:
+            space.remove(each, *each.shapes)
+
+    return Game(space, 60, spawn)
+
+
+def bricks() -> Game:
+    """A ball that removes the bricks that it hits, and flies where they were."""
+    space = world(gravity=0)
+    boxed(space, 200, 200, elasticity=1)
+    for k in range(4):
+        brick = body(40 + 40 * k, 60, kind=pymunk.Body.STATIC)
+        add(space, pymunk.Poly.create_box(brick, (36, 12)), elasticity=1, collision_type=2)
+    ball(space, 100, 150, 6, velocity=(90, -300), elasticity=1, collision_type=1)
+
+    def remove(arbiter: pymunk.Arbiter, space: pymunk.Space, _: object) -> None:
+        brick = next(shape for shape in arbiter.shapes if shape.collision_type == 2)
+        if brick.body:
+            space.remove(brick, brick.body)
+
+    space.on_collision(1, 2, separate=remove)
+    return Game(space, 60)
+
+
+def sensors() -> Game:
+    """A ball that flies fast through a sensor, a gate of its group, and a door that was opened."""
+    space = world(gravity=0)
+    wall(space, (100, -50), (100, 50)).sensor = True
+    group = pymunk.ShapeFilter(group=1)
+    wall(space, (200, -50), (200, 50), filter=group)
+    door = wall(space, (300, -50), (300, 50))
+    ball(space, 0, 0, velocity=(1900, 0), filter=group)
+
+    def open_door(number: int) -> None:
+        if not number:
+            space.remove(door)
+
+    return Game(space, 12, open_door)
+
+
+def wraps_round() -> Game:
+    """A ball whose position function puts it back to the left, across a wall."""
+    space = world(gravity=0)
+    wall(space, (100, -50), (100, 50))
+    made = ball(space, 120, 0, velocity=(120, 0))
+
+    def move(each: pymunk.Body, dt: float) -> None:
+        pymunk.Body.update_position(each, dt)
+        if each.position.x > 200:
+            each.position = 20, 0
+        elif each.position.x < 60 and each.velocity.x > 0:
+            each.velocity = -each.velocity
+
+    made.position_func = move
+    return Game(space, 60)
+
+
+def walker() -> Game:
+    """A program that sets a friction and a surface velocity between steps, with a handler that only looks."""
+    space = ground()
+    feet = only(box(space, 0, 184.99))
+    space.on_collision(0, 0, pre_solve=lambda *_: None)
+
+    def walk(number: int) -> None:
+        feet.surface_velocity, feet.friction = (20 * (number % 3), 0), 1 + number % 2
+
+    return Game(space, 60, walk)
+
+
+def limited_speed() -> Game:
+    space = ground()
+    made = ball(space, 0, 0)
+
+    def limit(each: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
+        pymunk.Body.update_velocity(each, gravity, damping, dt)
+        if each.velocity.length > 250:
+            each.velocity = each.velocity * (250 / each.velocity.length)
+
+    made.velocity_func = limit
+    return Game(space, 60)
+
+
+def planet() -> Game:
+    """A moon on a circle about the origin, by a velocity function."""
+    space = world(gravity=0)
+    moon = ball(space, 200, 0, velocity=(0, 150))
+
+    def attract(each: pymunk.Body, _: tuple[float, float], damping: float, dt: float) -> None:
+        pull = -each.position * (150**2 * 200 / each.position.length**3)
+        pymunk.Body.update_velocity(each, pull, damping, dt)
+
+    moon.velocity_func = attract
+    return Game(space, 60)
+
+
+def handler_that_ignores() -> Game:
+    return handled(handler_sets("process_collision", False), "begin")
+
+
+def counting_handler() -> Game:
+    return handled(lambda _: None, "post_solve")
+
+
+def hanging_bridge() -> Game:
+    space, last = world(60), None
+    for k in range(6):
+        plank = box(space, 30 * k + 15, 0, (28, 6), mass=2, filter=pymunk.ShapeFilter(group=1))
+        space.add(pymunk.PivotJoint(last or space.static_body, plank, (30 * k, 0)))
+        last = plank
+    assert last
+    space.add(pymunk.PivotJoint(last, space.static_body, (180, 0)))
+    return Game(space, 60)
+
+
+def neighbours() -> Game:
+    space = world()
+    for x in range(-300, 300, 100):
+        wall(space, (x, 200), (x + 100, 200)).set_neighbors((x - 100, 200), (x + 200, 200))
+    ball(space, -50, 184.9, velocity=(80, 0))
+    return Game(space, 60)
+
+
+def gears_and_ratchets() -> Game:
+    space = world(gravity=0)
+    a, b, c = (ball(space, 60 * k, 0) for k in range(3))
+    for each in (a, b, c):
+        space.add(pymunk.PivotJoint(space.static_body, each, each.position))
+    space.add(pymunk.GearJoint(a, b, 0, -1), pymunk.RatchetJoint(b, c, 0, 0.3))
+    a.angular_velocity, b.angular_velocity = 2, -2
+    return Game(space, 60)
+
+
+HEALTHY = (
+    *(pool_table, stack_of_boxes, well_solved_pyramid, box_that_friction_holds, pendulum, ragdoll, springs),
+    *(conveyor_belt, platformer, one_way_platform, cradle, car, sleeping_pile, gas, spawned_and_removed, bricks),
+    *(
+        sensors,
+        wraps_round,
+        walker,
+        limited_speed,
+        planet,
+        counting_handler,
+        handler_that_ignores,
+        hanging_bridge,
+        neighbours,
+        gears_and_ratchets,
+        lift,
+    ),
+)
+
+
+@pytest.mark.parametrize("make", HEALTHY, ids=lambda make: make.__name__)
+def test_a_space_without_a_fault_has_no_finding(make: Callable[[], Game]) -> None:
+    assert found_in(make()) == set()
+
+
+def test_a_passage_is_named_with_its_wall_and_what_prevents_it() -> None:
+    """A ball of radius 10, by 55 px a step, and half a wall of 5: dt < 15 / 3300 s, or a wall of 2 (55 - 10) px."""
+    game = shot_through_a_wall()
+    watched = watch(game.space)
+    for _ in range(game.steps):
+        watched.step(DT)
+    passage = next(finding for finding in watched.findings if finding.rule == "passed-through")
+    assert passage.since == pytest.approx(2 * DT)
+    assert "through a segment of length 1000" in passage.bodies[0].detail
+    assert "dt below 0.0045 s or a wall 90" in passage.bodies[0].detail
