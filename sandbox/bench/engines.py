@@ -14,6 +14,7 @@ from sandbox.engines.pymunk import WALL_HALF_THICKNESS
 from sandbox.scene.files import load, parse
 from sandbox.scene.model import Scene
 from sandbox.scene.spawn import spawn
+from sandbox.space.recording import Recording
 
 SECONDS_PER_ROUND: Final = 0.2  # for which each side of a ratio is measured
 SLOW_GAS: Final = 200  # px/s: 3.3 px a step; time-stepped engines need less than the radius
@@ -42,6 +43,21 @@ def against_plain_pymunk(rounds: int) -> Iterator[Figure]:
         ours, plain = partial(processor_time, engine.step, times), partial(processor_time, step, times)
         ratios = [a / b for a, b in alternately(rounds, ours, plain)]
         yield figure(f"pymunk n={n}", f"{n:,} balls: step / a plain Pymunk loop's", ratios)
+
+
+def recording(rounds: int) -> Iterator[Figure]:
+    """Measure what recording a Space adds to its steps, relative to `Space.step`, and the memory that a step takes."""
+    for n in (100, 1_000):
+        scene = gas(n, 0.5, SLOW_GAS)
+        plain, recorded = plain_space(scene), plain_space(scene)
+        kept = Recording(recorded)
+        step, record = partial(plain.step, 1 / scene.rate), partial(kept.record, recorded.step, 1 / scene.rate)
+        times = repeats_in(record, SECONDS_PER_ROUND)
+        processor_time(step, 2)  # both are at the same step in every round
+        measurements = partial(processor_time, record, times), partial(processor_time, step, times)
+        ratios = [a / b - 1 for a, b in alternately(rounds, *measurements)]
+        yield figure(f"recording n={n}", f"{n:,} balls: recording a step / Space.step", ratios)
+        yield figure(f"recording memory n={n}", f"{n:,} balls: memory of a step", [kept.bytes / len(kept) / 1e6], "MB")
 
 
 def article(rounds: int) -> Iterator[Figure]:

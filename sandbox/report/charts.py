@@ -21,7 +21,8 @@ from sandbox.judge.causes import Cause
 from sandbox.quantity import length
 from sandbox.report.colours import colours_of
 from sandbox.report.numbers import minus
-from sandbox.report.scales import MIN_GAP, BothSigns, Logarithmic, Scale
+from sandbox.report.scales import BothSigns, Logarithmic, Scale, gap_scale
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
 
 MARKERS_PER_LINE: Final = 12  # they distinguish lines without colour
@@ -159,16 +160,19 @@ def _styles(comparison: Comparison) -> dict[str, Style]:
 
 
 def _gap(comparison: Comparison) -> Chart:
-    series = {name: run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
-    plot = _figure(comparison, "px")
-    scale_axis(plot, Logarithmic(), series.values())
-    _draw(plot, comparison, {name: Logarithmic().position(values) for name, values in series.items()})
-    _mark_first_differences(plot, comparison)
+    units = comparison.scene.units
+    factor, scale = units.factor(Dimension.LENGTH), gap_scale(units)
+    series = {name: factor * run.gap_max for name, run in comparison.runs.items() if name != comparison.against}
+    plot = _figure(comparison, units.length)
+    scale_axis(plot, scale, series.values())
+    _draw(plot, comparison, {name: scale.position(values) for name, values in series.items()})
+    _mark_first_differences(plot, comparison, series, scale)
     about = (
         f"The largest distance of a ball from its position in {comparison.against}, in powers of ten; less than "
-        f"{MIN_GAP:g} px is drawn there. A large marker is the first contact that differs.{_trust(comparison)}"
+        f"{scale.least:g} {units.length} is drawn there. A large marker is the first contact that differs."
+        f"{_trust(comparison)}"
     )
-    alt = _ends("Largest gap at the end", series, "px")
+    alt = _ends("Largest gap at the end", series, units.length)
     return Chart("gap", "Gap", about, alt, _legend(comparison, series), plot)
 
 
@@ -202,13 +206,15 @@ def _energy_itself(comparison: Comparison) -> Chart:
 
 
 def _momentum(comparison: Comparison) -> Chart:
-    series = {name: length(run.momentum) for name, run in comparison.runs.items()}
-    plot = _figure(comparison, "kg px/s", y_range=_from_zero(series))
+    units = comparison.scene.units
+    factor, unit = units.factor(Dimension.MOMENTUM), units.name(Dimension.MOMENTUM)
+    series = {name: factor * length(run.momentum) for name, run in comparison.runs.items()}
+    plot = _figure(comparison, unit, y_range=_from_zero(series))
     _draw(plot, comparison, series)
     about = (
         "The magnitude of the total momentum. Walls, gravity and the mouse change it; contacts between balls must not."
     )
-    alt = _ends("Momentum at the end", series, "kg px/s")
+    alt = _ends("Momentum at the end", series, unit)
     return Chart("momentum", "Momentum", about, alt, _legend(comparison, series), plot)
 
 
@@ -295,14 +301,16 @@ def _marker_positions(steps: int, index: int, count: int) -> np.ndarray[Any, np.
     )
 
 
-def _mark_first_differences(plot: figure, comparison: Comparison) -> None:
+def _mark_first_differences(
+    plot: figure, comparison: Comparison, gaps: Mapping[str, Floats], scale: Logarithmic
+) -> None:
     for name, style in _styles(comparison).items():
         run = comparison.runs[name]
         if not run.differences:
             continue
         time = run.differences[0].time
         step = min(math.ceil(comparison.scene.clock.steps(time) - 1e-9), len(run.gap_max) - 1)
-        gap = float(Logarithmic().position(run.gap_max[step]))
+        gap = float(scale.position(gaps[name][step]))
         plot.scatter([time], [gap], marker=style.marker, size=22, line_color=style.color, line_width=3, fill_alpha=0)
 
 
@@ -358,9 +366,10 @@ def _ledger(comparison: Comparison) -> Chart:
 def _bars(comparison: Comparison) -> tuple[dict[str, dict[Cause, float]], list[Cause]]:
     """Return each engine's change of energy by cause, in the unit of `energies`, and the causes that get a bar."""
     _, unit = energies(comparison)
+    pixels = 1 / comparison.scene.units.factor(Dimension.ENERGY)
     energy: dict[str, dict[Cause, float]] = {
         name: {
-            entry.cause: entry.energy / (run.energy_scale / 100 if unit == "%" else 1.0)
+            entry.cause: entry.energy / (run.energy_scale / 100 if unit == "%" else pixels)
             for entry in run.figures.ledger
             if entry.cause != Cause.SPIN
         }

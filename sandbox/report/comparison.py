@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -20,8 +21,10 @@ from sandbox.report.charts import charts
 from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
 from sandbox.report.impacts import impacts, packed
 from sandbox.report.numbers import number
+from sandbox.report.scales import gap_scale
 from sandbox.scene.fields import rgb
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
 MAX_PATHS_BYTES: Final = 3_300_000  # of all packed paths; with Bokeh's script a page stays under 6 MB
@@ -61,6 +64,7 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
         charts(comparison),
         ["player.js", "impacts.js"],
         comparison.runs,
+        units=scene.units,
         in_notebook=in_notebook,
         title=scene.title or scene.name,
         scene=scene,
@@ -79,7 +83,7 @@ def page(comparison: Comparison, trials: Sequence[Trial] = (), *, in_notebook: b
         missed=Cause.MISSED,
         max_differences=MAX_DIFFERENCES,
         pair_name=lambda difference: pair_name(scene, difference),
-        outcome=_outcome,
+        outcome=partial(_outcome, scene.units),
         listed=listed,
         judged=[name for name, run in comparison.runs.items() if len(run.impacts)],
         command=_command(comparison) if equals_its_text(scene) else None,
@@ -124,6 +128,8 @@ def _data(comparison: Comparison, every: int) -> dict[str, Any]:
         "margin": margin,
         "against": names.index(comparison.against),
         "energy": unit_of_energy,
+        "length": scene.units.length,
+        "least": gap_scale(scene.units).least,
         "engines": [
             {
                 "path": packed(_fixed(run.path[::every], unit, margin)),
@@ -140,8 +146,9 @@ def _fixed(path: NDArray[np.float32], unit: float, margin: float) -> NDArray[np.
 
 
 def _readings(comparison: Comparison, run: Run, energy: Floats) -> NDArray[np.float32]:
-    """Return the readings below a pane, (steps + 1, 3): gap (px), energy, contacts so far."""
-    return np.column_stack([run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
+    """Return the readings below a pane, (steps + 1, 3): gap and energy as shown, contacts so far."""
+    factor = comparison.scene.units.factor(Dimension.LENGTH)
+    return np.column_stack([factor * run.gap_max, energy, contacts_by(comparison.time, run)]).astype("<f4")
 
 
 def _hex(color: str) -> str:
@@ -162,9 +169,10 @@ def _settings(comparison: Comparison) -> str:
 def _about_frames(comparison: Comparison, every: int) -> str:
     steps, stride = len(comparison.time) - 1, comparison.stride * every
     unit, _ = fixed_point(comparison.scene)
+    rounded = comparison.scene.units.text(Dimension.LENGTH, "{:.2g}", unit)
     shown = "Every step is shown" if stride == 1 else f"To keep the page small, 1 step in {stride} is shown"
     states = f"{steps // stride + 1:,} of {steps + 1:,} states"
-    return f"{shown}: {states}, with positions rounded to {unit:.2g} px."
+    return f"{shown}: {states}, with positions rounded to {rounded}."
 
 
 def _command(comparison: Comparison) -> str:
@@ -192,10 +200,11 @@ def _theory_rows(comparison: Comparison) -> Iterator[list[str]]:
         yield [label, *(f"{number(row.measured)} ({number(row.expected)})" for row in of_engines)]
 
 
-def _outcome(before: Velocities, after: Velocities) -> list[str]:
+def _outcome(units: Units, before: Velocities, after: Velocities) -> list[str]:
     """Return the velocities before and after a step, a line for each ball."""
-    return [" → ".join(map(_vector, of_ball)) for of_ball in zip(before, after, strict=True)]
+    shown = partial(_vector, units)
+    return [" → ".join(map(shown, of_ball)) for of_ball in zip(before, after, strict=True)]
 
 
-def _vector(velocity: tuple[float, float]) -> str:
-    return "({}, {})".format(*map(number, velocity))
+def _vector(units: Units, velocity: tuple[float, float]) -> str:
+    return "({}, {})".format(*map(number, units.scaled(Dimension.VELOCITY, *velocity)))

@@ -5,10 +5,14 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from sandbox.engines.specs import file_and_name, format_settings, settings_in
+from sandbox.scene.units import Dimension, Units
 
 
 class Word(NamedTuple):
-    """A word: what it means, and the beginnings of words by which texts use it, as a pattern."""
+    """A word: what it means, and the beginnings of words by which texts use it, as a pattern.
+
+    The meaning has {length} and {momentum} where it names their units.
+    """
 
     meaning: str
     used: str
@@ -26,13 +30,13 @@ GLOSSARY: Final[Mapping[str, Word]] = {
         "one touch of two balls as several contacts, one in each step.",
         "contact",
     ),
-    "Depth": Word("How far two overlap when the contact is found, in px.", "deep|depth|overlap"),
+    "Depth": Word("How far two overlap when the contact is found, in {length}.", "deep|depth|overlap"),
     "Escape": Word("A ball's centre leaves the arena.", "escape|outside the arena"),
     "Expectation": Word("What must be true at a time by a law; `[[expect]]` in a scene.", "expectation"),
     "First difference": Word("The first step that is not as the exact step from the same state.", "first difference"),
-    "Gap": Word("The distance between an engine's copy of a ball and the reference's, in px.", "gap"),
+    "Gap": Word("The distance between an engine's copy of a ball and the reference's, in {length}.", "gap"),
     "Horizon": Word("The time from which chaos makes paths meaningless.", "horizon"),
-    "Impulse": Word("What a contact adds to one ball's momentum and takes from the other's, in kg px/s.", "impulse"),
+    "Impulse": Word("What a contact adds to one ball's momentum and takes from the other's, in {momentum}.", "impulse"),
     "Ledger": Word(
         "The list of all changes of energy, momentum and position, by cause. Its lines add up.",
         "ledger",
@@ -65,10 +69,13 @@ GLOSSARY: Final[Mapping[str, Word]] = {
 }
 
 
-def words_in(text: str) -> dict[str, str]:
+def words_in(units: Units, text: str) -> dict[str, str]:
     """Return the words of the glossary that a text uses, with their meanings."""
+    names = {"length": units.length, "momentum": units.name(Dimension.MOMENTUM)}
     return {
-        word: meaning for word, (meaning, used) in GLOSSARY.items() if re.search(rf"\b(?:{used})", text, re.IGNORECASE)
+        word: meaning.format(**names)
+        for word, (meaning, used) in GLOSSARY.items()
+        if re.search(rf"\b(?:{used})", text, re.IGNORECASE)
     }
 
 

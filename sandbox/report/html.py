@@ -5,6 +5,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import Any, Final
@@ -17,6 +18,7 @@ from sandbox.report.glossary import About, about, words_in
 from sandbox.report.numbers import minus, number, readable, share
 from sandbox.scene.files import parse
 from sandbox.scene.model import Scene
+from sandbox.scene.units import PIXELS, Dimension, Units
 
 PACKAGES: Final = ("pymunk-sandbox", "pymunk", "pyb2d3", "numpy", "numba", "bokeh")
 
@@ -27,6 +29,7 @@ def render(
     scripts: Sequence[str],
     engines: Iterable[str],
     *,
+    units: Units = PIXELS,
     in_notebook: bool = False,
     data: object = None,
     **values: Any,
@@ -34,10 +37,30 @@ def render(
     """Return a page.
 
     template: the name of the file for its sections; charts: drawn where a section has an element of their name;
-    scripts: the names of files that run after that for the charts; engines: their names, which are explained; data:
-    for the scripts, as JSON; in_notebook: for a frame in a notebook, without Bokeh's script, for which it asks its
-    parent; values: of the template.
+    scripts: the names of files that run after that for the charts; engines: their names, which are explained; units: of
+    the scene; data: for the scripts, as JSON; in_notebook: for a frame in a notebook, without Bokeh's script, for which
+    it asks its parent; values: of the template.
     """
+    environment = templates()
+    document, roots = as_document(charts)
+    known = {"charts": charts, "in_notebook": in_notebook, "versions": _versions(), "units": units} | values
+    ours = {name: _text(name) for name in ("charts.js", *scripts)}
+    run = ({"bokeh": bokeh_script()} if charts and not in_notebook else {}) | ours
+    return environment.get_template("base.html").render(
+        known,
+        sections=environment.get_template(template).render(known),
+        engines=_described(engines),
+        words_in=partial(words_in, units),
+        policy=_policy([bokeh_script(), *ours.values()]),
+        style=_text("page.css"),
+        scripts=run.values(),
+        data=_json(data),
+        document=_json({"document": document, "roots": roots, "dark": DARK}),
+    )
+
+
+def templates() -> Environment:
+    """Return what renders the templates of this folder."""
     environment = Environment(
         loader=PackageLoader("sandbox.report", ""),
         autoescape=True,
@@ -45,22 +68,9 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {dimension.name: dimension for dimension in Dimension}
     environment.filters |= {"number": number, "share": share, "minus": minus, "readable": readable}
-    document, roots = as_document(charts)
-    known = {"charts": charts, "in_notebook": in_notebook, "versions": _versions()} | values
-    ours = {name: _text(name) for name in ("charts.js", *scripts)}
-    run = ({} if in_notebook else {"bokeh": bokeh_script()}) | ours
-    return environment.get_template("base.html").render(
-        known,
-        sections=environment.get_template(template).render(known),
-        engines=_described(engines),
-        words_in=words_in,
-        policy=_policy([bokeh_script(), *ours.values()]),
-        style=_text("page.css"),
-        scripts=run.values(),
-        data=_json(data),
-        document=_json({"document": document, "roots": roots, "dark": DARK}),
-    )
+    return environment
 
 
 def bokeh_script() -> str:

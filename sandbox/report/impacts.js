@@ -29,21 +29,24 @@
     return value.toLocaleString("en", { maximumFractionDigits: Math.min(digits, 6) }).replace("-", "−");
   }
 
-  // Rows of a ball: label, unit, value before and after. Energy is that of flight and spin.
+  // Rows of a ball: label, unit with the factor from px, value before and after. Energy is that of flight and spin.
   function motionOf(ball, values) {
     const [mass, moment] = [data.mass[ball], data.moment[ball]];
     const [before, after] = [values.subarray(0, 3), values.subarray(3, 6)];
+    const { VELOCITY, MOMENTUM, ENERGY } = data.units;
     const rows = [
-      ["mass", "kg", () => mass],
-      ["speed", "px/s", ([x, y]) => Math.hypot(x, y)],
-      ["velocity x", "px/s", ([x]) => x],
-      ["velocity y", "px/s", ([, y]) => y],
-      ["momentum x", "kg px/s", ([x]) => mass * x],
-      ["momentum y", "kg px/s", ([, y]) => mass * y],
-      ["energy", "kg px²/s²", ([x, y, spin]) => (mass * (x * x + y * y) + moment * spin * spin) / 2],
-      ["spin", "rad/s", ([, , spin]) => spin],
+      ["mass", ["kg", 1], () => mass],
+      ["speed", VELOCITY, ([x, y]) => Math.hypot(x, y)],
+      ["velocity x", VELOCITY, ([x]) => x],
+      ["velocity y", VELOCITY, ([, y]) => y],
+      ["momentum x", MOMENTUM, ([x]) => mass * x],
+      ["momentum y", MOMENTUM, ([, y]) => mass * y],
+      ["energy", ENERGY, ([x, y, spin]) => (mass * (x * x + y * y) + moment * spin * spin) / 2],
+      ["spin", ["rad/s", 1], ([, , spin]) => spin],
     ];
-    return rows.map(([label, unit, value]) => ({ label, unit, before: value(before), after: value(after) }));
+    return rows.map(([label, [unit, factor], value]) => {
+      return { label, unit, before: factor * value(before), after: factor * value(after) };
+    });
   }
 
   const SUMMED = ["momentum x", "momentum y", "energy"];

@@ -8,13 +8,18 @@ from numpy.typing import NDArray
 
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.figures import Run
+from sandbox.scene.units import Dimension
 
 
 def impacts(comparison: Comparison, most: int) -> dict[str, Any]:
-    """Return what the table needs: each ball's mass and moment of inertia, the walls' names, and contacts by engine."""
+    """Return what the table needs: the balls' masses and moments of inertia, units, walls' names, engines' contacts.
+
+    units: the name of each and what a value in px becomes the shown one by.
+    """
     scene = comparison.scene
     return {
         "mass": scene.bodies.mass.tolist(),
+        "units": {each.name: (scene.units.name(each), scene.units.factor(each)) for each in Dimension},
         "moment": scene.bodies.moment.tolist(),
         "walls": [scene.wall_name(number) for number in range(scene.wall_numbers.stop)],
         "engines": {name: _of_run(run, most) for name, run in comparison.runs.items() if len(run.impacts)},

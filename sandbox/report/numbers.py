@@ -4,9 +4,11 @@ import re
 from decimal import Decimal
 from typing import Final
 
+from sandbox.scene.units import Dimension, Units
+
 LARGEST: Final = Decimal("1e15")  # that is written without a power of ten
 SMALLEST: Final = Decimal("1e-4")
-WHOLE: Final = 1e4  # from which on no decimals are written
+WHOLE: Final = 1000  # from which on no decimals are written
 SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LONG: Final = re.compile(r"(?<![\w.,])\d{4,}(?![\w.,])")  # a whole number without separators
 # Python's exponents have a sign and two digits; what follows "=" is a setting in an engine's name.
@@ -34,15 +36,21 @@ def _written(match: re.Match[str]) -> str:
 
 def number(value: float) -> str:
     """Format a number with four digits, or without decimals if it is large."""
-    return minus(f"{value:,.4g}" if abs(value) < WHOLE else f"{value:,.0f}")
+    return minus(rounded(value))
 
 
-def share(value: float, whole: float) -> str:
+def rounded(value: float) -> str:
+    """Format a number like `number`, for a terminal: in ASCII. Numbers that differ by noise are written alike."""
+    value = float(f"{value:.12g}")
+    return f"{value + 0.0:,.4g}" if abs(value) < WHOLE else f"{value:,.0f}"
+
+
+def share(value: float, whole: float, units: Units) -> str:
     """Format an energy as a percentage of the scale of energy, or in its unit if nothing moves."""
     if not value:
         return "0"
     if not whole:
-        return f"{number(value)} kg px²/s²"
+        return f"{number(units.factor(Dimension.ENERGY) * value)} {units.name(Dimension.ENERGY)}"
     percent = 100 * value / whole
     return minus(f"{percent:+.4g} %" if abs(percent) >= SMALLEST else f"{percent:+.1e} %")
 

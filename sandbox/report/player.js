@@ -76,13 +76,15 @@
     if (isChosen(pane)) drawRings(context, pane, 3 * thin);
   }
 
+  const POINT = 1e-3; // px, of the line of a peg, whose ends are one point: none would be drawn without a length
+
   function drawWalls(context, thin) {
     context.strokeStyle = ink;
     for (const [x0, y0, x1, y1, thickness] of data.walls) {
       context.lineWidth = Math.max(thickness, thin);
       context.beginPath();
       context.moveTo(x0, y0);
-      context.lineTo(x1, y1);
+      context.lineTo(x1 + POINT, y1);
       context.stroke();
     }
   }
@@ -115,7 +117,7 @@
       context.beginPath();
       addCircle(context, x, y, radius);
       context.fill();
-      context.stroke();
+      if (radius >= MIN_DASHED * thin || data.colors[ball] === background) context.stroke(); // small discs would be blots
       if (data.numbered && radius / thin >= 6) {
         context.fillStyle = isDark(data.colors[ball]) ? "#ffffff" : "#000000";
         context.font = `600 ${1.2 * radius}px system-ui, sans-serif`;
@@ -179,10 +181,16 @@
     for (const cursor of cursors) cursor.location = time;
   }
 
+  function written(gap) {
+    const digits = { maximumFractionDigits: Math.max(0, -Math.round(Math.log10(data.least))) };
+    if (gap > 0 && gap < data.least) return `< ${data.least.toLocaleString("en", digits)}`;
+    return Number(gap.toPrecision(3)).toLocaleString("en", digits);
+  }
+
   function showReadings(pane) {
     const [gap, energy, contacts] = pane.readings.subarray(3 * frame, 3 * frame + 3);
     const texts = [`energy ${energy.toFixed(1)} ${data.energy}`, `${contacts.toLocaleString("en")} contact${contacts === 1 ? "" : "s"}`];
-    if (pane !== reference) texts.unshift(`gap ${gap === 0 || gap >= 0.001 ? Number(gap.toPrecision(3)).toLocaleString("en") : "< 0.001"} px`);
+    if (pane !== reference) texts.unshift(`gap ${written(gap)} ${data.length}`);
     pane.reading.replaceChildren(
       ...texts.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
     );

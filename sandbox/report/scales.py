@@ -5,6 +5,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from sandbox.scene.units import Dimension, Units
 from sandbox.state import Floats
 
 Span = tuple[float, float]  # the lowest and the highest position on an axis
@@ -53,21 +54,30 @@ class Linear:
 
 @dataclass(frozen=True)
 class Logarithmic:
-    """Powers of ten from MIN_GAP on."""
+    """Powers of ten from some value on, to another one or further. Both are powers of ten themselves."""
+
+    least: float = MIN_GAP
+    reach: float = 1.0
 
     def position(self, value: Floats) -> Floats:
         """Return logarithms to the base 10."""
-        return np.log10(np.maximum(value, MIN_GAP))
+        return np.log10(np.maximum(value, self.least))
 
     def span(self, low: float, high: float) -> Span:
-        """Return whole powers; the highest is at least 1."""
-        end = np.ceil(np.log10(high) - 1e-9) if 1 < high < np.inf else 0.0
-        return float(np.log10(MIN_GAP)), float(end)
+        """Return whole powers."""
+        end = np.ceil(np.log10(high) - 1e-9) if self.reach < high < np.inf else np.log10(self.reach)
+        return float(np.log10(self.least)), float(end)
 
     def ticks(self, span: Span) -> list[tuple[float, str]]:
         """Return both ends, then the powers between, the highest first."""
         first, last = round(span[0]), round(span[1])
         return [(power, f"{10.0**power:g}") for power in (first, *range(last, first, -1))]
+
+
+def gap_scale(units: Units) -> Logarithmic:
+    """Return the scale of gaps: from MIN_GAP, to a px or further, in the units in which they are shown."""
+    pixel = 10.0 ** float(np.floor(np.log10(units.factor(Dimension.LENGTH)) + 1e-9))
+    return Logarithmic(float(f"{MIN_GAP * pixel:.0e}"), pixel)
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
-"""A sweep's rows -> one HTML page that needs no network: a verdict, figures, charts over the rates."""
+"""A sweep, or a convergence -> one HTML page that needs no network: a verdict, figures, charts over the rates."""
 
 import shlex
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from statistics import median
 from typing import Final
@@ -11,12 +12,16 @@ from bokeh.models import ColumnDataSource, FixedTicker, NumeralTickFormatter, Ra
 from bokeh.models.annotations import TeeHead, Whisker
 from bokeh.plotting import figure
 
+from sandbox.engines import REFERENCE
+from sandbox.judge.thresholds import DOUBLE
 from sandbox.report.charts import GROUND, INK, Chart, Style, legend_of, scale_axis, styles_of
 from sandbox.report.html import equals_its_text, render, scene_file, seconds_text
-from sandbox.report.scales import MIN_GAP, Logarithmic
+from sandbox.report.scales import Logarithmic, gap_scale
+from sandbox.scene.units import Dimension
 from sandbox.state import Floats
+from sandbox.sweeps.convergence import Convergence
 from sandbox.sweeps.jobs import SPEED_CLASSES, Row, Sweep, settings_of
-from sandbox.sweeps.summary import Group, engine_of, grouped, known, summary, summary_rows
+from sandbox.sweeps.summary import Group, engine_of, grouped, known, lengths, summary, summary_rows
 from sandbox.text import counted
 
 HEIGHT: Final = 300  # px, of a chart
@@ -33,13 +38,43 @@ def page(sweep: Sweep, rows: Sequence[Row]) -> str:
         list(_charts(sweep, rows)),
         [],
         dict.fromkeys(job.engine for job in sweep.jobs) | {sweep.against: None},
+        units=scene.units,
         title=f"{scene.title or scene.name}: a sweep",
         scene=scene,
         summary=summary(sweep, rows),
         settings=_settings(sweep),
-        table=list(summary_rows(rows)),
+        table=list(summary_rows(sweep, rows)),
         command=_command(sweep) if equals_its_text(scene) else None,
         python=scene.model_dump_json(by_alias=True, exclude_defaults=True, indent=2),
+    )
+
+
+def convergence_page(convergence: Convergence) -> str:
+    """Return the page of a convergence: what theory expects, the errors and orders, and a chart of them."""
+    scene, rates, engines = convergence.scene, convergence.rates, list(convergence.errors)
+    about = f"RMS distance from {REFERENCE} over balls and steps, in powers of ten."
+    least = min(float(convergence.middle(engine).min()) for engine in engines)
+    units = scene.units
+    factor = units.factor(Dimension.LENGTH)
+    scale = Logarithmic(10.0 ** np.floor(np.log10(factor * max(least, DOUBLE))), gap_scale(units).reach)
+    errors = partial(lengths, units, figure="error")
+    words = ["sandbox", "converge", scene_file(scene), "--engines", ",".join(engines)]
+    words += ["--rates", ",".join(map(str, rates)), "--starts", str(convergence.starts)]
+    words += ["--seed", str(scene.seed), "--seconds", seconds_text(scene.seconds), "--report", "converge.html"]
+    return render(
+        "sweep.html",
+        [_by_rate("error", "Error", about, units.length, convergence.rows(), errors, scale=scale, over="starts")],
+        [],
+        dict.fromkeys([*engines, REFERENCE]),
+        units=units,
+        title=f"{scene.title or scene.name}: convergence",
+        scene=scene,
+        summary=" ".join(convergence.sentences()),
+        settings=f"{counted(len(scene.bodies), 'ball')} for {scene.seconds:.4g} s, from "
+        f"{counted(convergence.starts, 'start')} at each rate. The median over the starts; with the order, "
+        "its standard error.",
+        table=list(convergence.table()),
+        command=shlex.join(words),
     )
 
 
@@ -48,7 +83,8 @@ def _settings(sweep: Sweep) -> str:
     at = ", ".join(f"{rate:,}" for rate in rates)
     return (
         f"{counted(len(sweep.scene.bodies), 'ball')} for {seconds_text(sweep.scene.seconds)} s, with "
-        f"{counted(len(seeds), 'seed')} and {at} steps per second, measured against {sweep.against}."
+        f"{counted(len(seeds), 'seed')} and {at} steps per second, measured against {sweep.against}. "
+        "The median over the seeds, and in brackets the range."
     )
 
 
@@ -73,19 +109,22 @@ def _command(sweep: Sweep) -> str | None:
 
 def _charts(sweep: Sweep, rows: Sequence[Row]) -> Iterator[Chart]:
     others = [row for row in rows if row["engine"] != sweep.against]
-    least = f"less than {MIN_GAP:g}"
     if known(others, "gap_rms"):
-        about = f"RMS distance from {sweep.against} over the whole run, in powers of ten; {least} px is drawn there."
-        yield _by_rate("gap", "Gap", about, "px", others, lambda of_group: known(of_group, "gap_rms"), logarithmic=True)
+        units, over = sweep.scene.units, f"RMS distance from {sweep.against} over the whole run, in powers of ten"
+        scale = gap_scale(units)
+        about = f"{over}; less than {scale.least:g} {units.length} is drawn there."
+        gaps = partial(lengths, units, figure="gap_rms")
+        yield _by_rate("gap", "Gap", about, units.length, others, gaps, scale=scale)
     if known(others, "first_difference.time"):
         about = f"When the first contact or flight is not as in {sweep.against}."
         yield _by_rate("difference", "First difference", about, "s", others, _times)
     if known(others, "energy_error"):
+        scale = Logarithmic()
         about = (
             f"The largest difference from the energy of {sweep.against} at one time, as a percentage of the scale of "
-            f"energy, in powers of ten; {least} % is drawn there."
+            f"energy, in powers of ten; less than {scale.least:g} % is drawn there."
         )
-        yield _by_rate("energy", "Energy error", about, "%", others, _energy_errors, logarithmic=True)
+        yield _by_rate("energy", "Energy error", about, "%", others, _energy_errors, scale=scale)
     counts = {name: total for name, total in _speed_counts(rows).items() if total.sum() >= MIN_SPEEDS}
     if counts:
         yield _speeds(counts, _styles(rows))
@@ -109,9 +148,10 @@ def _by_rate(
     about: str,
     unit: str,
     rows: Sequence[Row],
-    values_of: Callable[[Sequence[Row]], list[float]],
+    values_of: Callable[[Sequence[Row]], Sequence[float]],
     *,
-    logarithmic: bool = False,
+    scale: Logarithmic | None = None,
+    over: str = "seeds",
 ) -> Chart:
     """Draw each engine's median against the rate, with the range over the seeds. unit: of the values."""
     values = {group: np.array(data) for group, of_group in grouped(rows).items() if (data := values_of(of_group))}
@@ -131,14 +171,14 @@ def _by_rate(
     )
     plot.xaxis.ticker = FixedTicker(ticks=_spaced(rates, ends))
     plot.axis.formatter = NumeralTickFormatter(format="0,0.[00000]")
-    if logarithmic:
-        scale_axis(plot, Logarithmic(), values.values())
-        values = {group: Logarithmic().position(data) for group, data in values.items()}
+    if scale:
+        scale_axis(plot, scale, values.values())
+        values = {group: scale.position(data) for group, data in values.items()}
     else:
         plot.y_range = Range1d(start=0, end=1.08 * max(float(data.max()) for data in values.values()) or 1.0)
     for index, (engine, style) in enumerate(styles.items()):
         _draw(plot, {group: data for group, data in values.items() if group.engine == engine}, style, OFFSET**index)
-    what = f"{about} Median and range over the seeds."
+    what = f"{about} Median and range over the {over}."
     return Chart(name, title, what, f"{title} by rate, as in the table above.", legend_of(styles), plot)
 
 

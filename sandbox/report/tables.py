@@ -1,4 +1,4 @@
-"""Comparisons and scores as text: tables that fit a terminal."""
+"""Comparisons, advice and scores as text: tables that fit a terminal."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,19 +7,27 @@ from typing import Final
 
 from rich.cells import cell_len
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
 
+from sandbox.analysis.advice import Trial, advice_rows, recommend
 from sandbox.analysis.comparison import Comparison
 from sandbox.analysis.difference import Difference, Kind, pair_name
+from sandbox.analysis.figures import Run
 from sandbox.analysis.verdict import key_figures, ledger_mark, mark_words, reference_words, verdict
+from sandbox.engines import REFERENCE
 from sandbox.judge.causes import NEGLIGIBLE, Cause
+from sandbox.report.first_contacts import columns, first_contacts
 from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension, Units
 from sandbox.scores.verify import Board, Outcome, Result, tally
+from sandbox.sweeps.convergence import Convergence
 from sandbox.text import counted
 
 COLUMN_GAP: Final = 2  # columns
 MIN_ENERGY_SHOWN: Final = 5e-7  # fraction of the energy; the table shows millionths
 NOTHING: Final = "-"  # in a cell
+FIRST_CONTACTS: Final = 5  # of the only engine, whose motion is shown
 SCORE_WIDTH: Final = len("1.2e+02 MISSED")  # columns
 _KINDS: Final = {
     Kind.OUTCOME: "",
@@ -51,11 +59,30 @@ def print_comparison(comparison: Comparison, terminal: Console) -> None:
     terminal.print(table)
     if words := mark_words(comparison):
         terminal.print(f"\n{words}")
+    if len(comparison.runs) == 1:
+        for name, run in comparison.runs.items():
+            _print_first_contacts(comparison.scene, name, run, terminal)
     for name, run in comparison.runs.items():
         if first := run.figures.first_difference:
             terminal.print(f"\n{name}, {sentence(scene, first)}")
             for line in velocities_and_spins(scene, first):
                 terminal.print(line)
+
+
+def _print_first_contacts(scene: Scene, engine: str, run: Run, terminal: Console) -> None:
+    """Print the motion of both bodies before and after the first contacts of an engine."""
+    contacts = list(first_contacts(scene, run, FIRST_CONTACTS))
+    if contacts:
+        first_of = f"The first {len(contacts)} of " if len(contacts) < len(run.contacts) else ""
+        terminal.print(f"\n{first_of}{counted(len(run.contacts), 'contact')} in {engine}:")
+    for contact in contacts:
+        table = Table("", box=None, pad_edge=False)
+        for label in columns(scene.units):
+            table.add_column(label, justify="right")
+        for row in contact.rows:
+            table.add_row(*row[:-1])
+        terminal.print(f"\n{contact.time}, {contact.names}")
+        terminal.print(table)
 
 
 def sentence(scene: Scene, difference: Difference) -> str:
@@ -77,20 +104,23 @@ def headline(comparison: Comparison) -> str:
 
 def velocities_and_spins(scene: Scene, difference: Difference) -> Iterator[str]:
     """Yield the velocities before and after a step, and the spins if a ball turns."""
-    yield _velocities(difference)
+    yield _velocities(scene.units, difference)
     if spins := _spins(scene, difference):
         yield spins
 
 
-def _velocities(difference: Difference) -> str:
+def _velocities(units: Units, difference: Difference) -> str:
     """Return a sentence with the velocities before and after a step, and after the exact step from the same state."""
+    factor, unit = units.factor(Dimension.VELOCITY), units.name(Dimension.VELOCITY)
     before, after, should = (
-        " and ".join(f"({x + 0.0:.4g}, {y + 0.0:.4g})" for x, y in each)
+        " and ".join(f"({factor * x + 0.0:.4g}, {factor * y + 0.0:.4g})" for x, y in each)
         for each in (difference.before, difference.after, difference.should_after)
     )
     if after == should:
-        return f"Velocities, px/s: {before} before the step, and {after} after it, as they should be. Places are wrong."
-    return f"Velocities, px/s: {before} before the step, {after} after it; exactly, {should} after it."
+        return (
+            f"Velocities, {unit}: {before} before the step, and {after} after it, as they should be. Places are wrong."
+        )
+    return f"Velocities, {unit}: {before} before the step, {after} after it; exactly, {should} after it."
 
 
 def _spins(scene: Scene, difference: Difference) -> str:
@@ -132,6 +162,24 @@ def share_text(share: float) -> str:
     return f"{share:+.4%}" if abs(share) > MIN_ENERGY_SHOWN else NOTHING
 
 
+def print_convergence(convergence: Convergence, terminal: Console) -> None:
+    """Print the errors of engines at each rate, the orders fitted to them, and what theory expects."""
+    scene = convergence.scene
+    terminal.print(
+        f"{scene.title or scene.name}: seed {scene.seed}, {scene.seconds:.4g} s, RMS distance from {REFERENCE}, the "
+        f"median of {counted(convergence.starts, 'start')}\n"
+    )
+    table = Table(box=None, pad_edge=False)
+    labels, *rows = convergence.table()
+    for number, label in enumerate(labels):
+        table.add_column(label, justify="right" if number else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    terminal.print(table)
+    for sentence in convergence.sentences():
+        terminal.print(f"\n{sentence}")
+
+
 class Scoreboard:
     """Prints scores as they come: a row for each scene, a column for each engine, as far as the terminal is wide.
 
@@ -165,6 +213,25 @@ class Scoreboard:
             lines = [scene, *(f"  {name}{' ' * (labels - cell_len(name))}  {cell}" for name, cell in cells.items())]
         for line in lines:
             self._terminal.print(line, soft_wrap=True)
+
+
+def print_advice(trials: Sequence[Trial], terminal: Console) -> None:
+    """Print the results of other settings of Pymunk, and what to change."""
+    labels, *rows = [[row[0].replace(", ", ",\n"), *row[1:]] for row in advice_rows(trials)]
+    widths = [max(map(cell_len, "\n".join(column).split("\n"))) for column in zip(labels, *rows, strict=True)]
+    if sum(widths) + COLUMN_GAP * (len(widths) - 1) <= terminal.width:
+        table = Table(box=None, pad_edge=False)
+        for number, label in enumerate(labels):
+            table.add_column(label, justify="right" if number else "left")
+        for row in rows:
+            table.add_row(*row)
+        terminal.print(table)
+    else:
+        for settings, *values in rows:
+            terminal.print(f"{labels[0]} {' '.join(settings.split())}:")
+            pairs = (f"{label} {value}" for label, value in zip(labels[1:], values, strict=True))
+            terminal.print(Padding("; ".join(pairs), (0, 0, 0, 2)))
+    terminal.print(f"\n{recommend(trials)}")
 
 
 def print_scores(board: Board, terminal: Console) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 from sandbox.analysis.verdict import NEGLIGIBLE_ENERGY
 from sandbox.engines import settings_in, with_settings
 from sandbox.engines.specs import format_settings, parse_settings
+from sandbox.scene.units import Dimension, Units
 from sandbox.sweeps.jobs import OF_PYMUNK, Row, Sweep
 from sandbox.text import counted, listed
 
@@ -57,6 +58,11 @@ def known(rows: Sequence[Row], figure: str) -> list[float]:
     return [row[figure] for row in rows if row.get(figure) is not None]
 
 
+def lengths(units: Units, rows: Sequence[Row], figure: str) -> tuple[float, ...]:
+    """Return a figure of each row that has it, a length, as it is shown."""
+    return units.scaled(Dimension.LENGTH, *known(rows, figure))
+
+
 def summary(sweep: Sweep, rows: Sequence[Row]) -> str:
     """Return a paragraph: what ran, until when the reference means anything, gaps, energy, escapes."""
     if not rows:
@@ -85,8 +91,10 @@ def _trust(sweep: Sweep, rows: Sequence[Row]) -> str:
 
 def _gaps(sweep: Sweep, rows: Sequence[Row]) -> str:
     """Name the groups with the smallest and the largest median gap."""
+    units = sweep.scene.units
     gaps = {
-        group: known([row for row in of_group if trusted(row)], "gap_rms") for group, of_group in _rivals(sweep, rows)
+        group: lengths(units, [row for row in of_group if trusted(row)], "gap_rms")
+        for group, of_group in _rivals(sweep, rows)
     }
     ranked = sorted((group for group, values in gaps.items() if values), key=lambda group: median(gaps[group]))
     if not ranked:
@@ -95,11 +103,12 @@ def _gaps(sweep: Sweep, rows: Sequence[Row]) -> str:
     if furthest != closest and max(gaps[closest]) >= min(gaps[furthest]):  # then the ranking may be chance
         medians = [f"{median(gaps[group]):.3g}" for group in (closest, furthest)]
         ends = " to ".join(medians)
-        return f"The RMS gaps to {sweep.against} are alike: their medians are {ends} px, and their ranges overlap."
-    sentence = f"{closest} comes closest to {sweep.against}, with an RMS gap of {spread(gaps[closest], 'px')}"
+        alike = f"The RMS gaps to {sweep.against} are alike: their medians are {ends} {units.length}"
+        return f"{alike}, and their ranges overlap."
+    sentence = f"{closest} comes closest to {sweep.against}, with an RMS gap of {spread(gaps[closest], units.length)}"
     if furthest == closest:
-        return f"The RMS gap of {closest} to {sweep.against} is {spread(gaps[closest], 'px')}."
-    return f"{sentence}; {furthest} is furthest from it, with {spread(gaps[furthest], 'px')}."
+        return f"The RMS gap of {closest} to {sweep.against} is {spread(gaps[closest], units.length)}."
+    return f"{sentence}; {furthest} is furthest from it, with {spread(gaps[furthest], units.length)}."
 
 
 def _energy(sweep: Sweep, rows: Sequence[Row]) -> str:
@@ -140,12 +149,12 @@ def spread(values: Sequence[float], unit: str) -> str:
     return f"{middle} ({min(values):.3g} to {max(values):.3g} over {len(values)} seeds)" if len(values) > 1 else middle
 
 
-def summary_rows(rows: Sequence[Row]) -> Iterator[list[str]]:
+def summary_rows(sweep: Sweep, rows: Sequence[Row]) -> Iterator[list[str]]:
     """Yield the rows of a table: the labels, then the median and range of each group's figures."""
-    yield ["engine", "runs", "RMS gap, px", "first difference, s", "energy error, %"]
+    yield ["engine", "runs", f"RMS gap, {sweep.scene.units.length}", "first difference, s", "energy error, %"]
     for group, of_group in grouped(rows).items():
         figures = (
-            known(of_group, "gap_rms"),
+            lengths(sweep.scene.units, of_group, "gap_rms"),
             known(of_group, "first_difference.time"),
             [max(100 * error, LEAST_ENERGY) for error in known(of_group, "energy_error")],
         )

@@ -17,7 +17,7 @@ from threading import Thread
 from typing import Any, Final, cast
 from urllib.parse import urlsplit
 
-from sandbox.errors import EngineError, SandboxError
+from sandbox.errors import EngineError, MissingLibrary, SandboxError
 from sandbox.processes import ChildProcess, serve
 from sandbox.scene.model import Scene
 from sandbox.signals import signals_deferred
@@ -191,7 +191,7 @@ def run_on_dask(sweep: Sweep, jobs: Sequence[Job], address: str) -> Iterator[Out
     try:
         from distributed import Client, as_completed
     except ImportError:
-        raise SandboxError('--scheduler: needs distributed, which is not installed; pip install -e ".[dask]"') from None
+        raise MissingLibrary("--scheduler", "distributed") from None
     try:
         client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:

@@ -11,7 +11,7 @@ from pathlib import Path
 from subprocess import CalledProcessError
 from types import SimpleNamespace
 from typing import cast
-from unittest.mock import Mock
+from unittest.mock import MagicMock, Mock
 
 import numpy as np
 import pytest
@@ -69,6 +69,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "plain_space", Mock())
     for name in ("create", "spawn", "ExactEngine"):
         monkeypatch.setattr(engines, name, Mock())
+    monkeypatch.setattr(engines, "Recording", lambda _: MagicMock(bytes=1, __len__=lambda _: 1))
     monkeypatch.setattr(engines, "gas", lambda n, *_: SimpleNamespace(bodies=range(n), rate=60))
     monkeypatch.setattr(engines, "_collisions_per_second", lambda _: 1.0)
     for name in ("Window", "DrawOptions", "pygame"):
@@ -120,6 +121,7 @@ def test_a_program_that_fails_stops_the_benchmark() -> None:
             run(fails)
 
 
+@pytest.mark.wide
 def test_the_window_closes_after_the_first_frame_that_shows_a_step() -> None:
     environment = os.environ | programs.ENVIRONMENT
     ran = subprocess.run(programs.MOVING_BALL, env=environment, stdout=subprocess.PIPE, check=True)

@@ -28,7 +28,7 @@ RUNS = [  # scene, engines, inputs, steps
     ("newtons-cradle", ("pymunk", "article"), (), 120),
     ("break-shot", ("pymunk", "impulse"), (), 150),
     ("bouncing", ("pymunk", "exact"), (SetVelocity(step=50, ball=0, velocity=(90.0, -60.0)),), 140),
-    ("gas-100", ("pymunk(substeps=2)", "pymunk"), DRAG, 90),
+    pytest.param("gas-100", ("pymunk(substeps=2)", "pymunk"), DRAG, 90, marks=pytest.mark.wide),
 ]
 
 

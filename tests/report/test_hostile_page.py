@@ -29,6 +29,7 @@ ELEMENTS = """(() => {
 })()"""
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("kind", ["comparison", "sweep"])
 def test_the_page_of_a_hostile_scene_has_the_usual_elements_and_runs_nothing(browser: Browser, kind: str) -> None:
     found = []
@@ -69,6 +70,7 @@ def test_a_colour_that_could_carry_css_is_rejected(colour: str) -> None:
             parse(group.replace(at, f"{key} = {value}\n{at}"), "mine.toml")
 
 
+@pytest.mark.wide
 def test_the_command_on_the_page_runs_nothing_else(command: Command) -> None:
     """Bash splits the command into arguments, which a function `sandbox` prints."""
     shown = {}

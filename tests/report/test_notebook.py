@@ -53,12 +53,14 @@ def test_only_the_first_of_three_outputs_has_bokeh(outputs: list[str]) -> None:
     assert len(outputs[1]) < MAX_OUTPUT_BYTES / 2
 
 
+@pytest.mark.wide
 def test_the_output_of_many_balls_is_below_a_megabyte() -> None:
     output = sandbox.compare("gas-100", ["pymunk", "impulse", "exact"], seconds=5)._repr_html_()
     assert has_bokeh(output)
     assert len(output) < MAX_OUTPUT_BYTES
 
 
+@pytest.mark.wide
 def test_a_page_that_is_too_large_is_shown_as_text(
     article: sandbox.Comparison, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,6 +71,7 @@ def test_a_page_that_is_too_large_is_shown_as_text(
     assert "<iframe" not in output
 
 
+@pytest.mark.wide
 def test_a_cell_that_runs_again_has_bokeh_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """The notebook discards the earlier output of the cell."""
     short = sandbox.compare("article", ["article"], seconds=0.1)
@@ -81,6 +84,7 @@ def test_a_cell_that_runs_again_has_bokeh_again(monkeypatch: pytest.MonkeyPatch)
     assert found == [True, False, False, True, False]
 
 
+@pytest.mark.wide
 def test_every_output_of_a_notebook_has_charts_and_balls(browser: Browser, outputs: list[str], tmp_path: Path) -> None:
     file = tmp_path / "notebook.html"
     cells = "".join(f"<div>{output}</div>" for output in outputs)

@@ -12,6 +12,7 @@ from sandbox.report.comparison import page
 from sandbox.report.glossary import BUILT_IN, GLOSSARY, about, words_in
 from sandbox.report.numbers import minus, readable, share
 from sandbox.scene.files import load
+from sandbox.scene.units import PIXELS
 
 DOCUMENTS = Path(sandbox.__file__).parents[1]
 
@@ -38,8 +39,8 @@ def test_numbers_in_sentences_have_no_exponents_of_python(python: str, people: s
 def test_cells_have_separators_and_a_true_minus() -> None:
     assert minus("323643") == "323,643"
     assert minus("-0.5 px") == "\N{MINUS SIGN}0.5 px"
-    assert share(-1.154e-15, 1.0) == "\N{MINUS SIGN}1.2 × 10\N{SUPERSCRIPT MINUS}¹³ %"  # noqa: RUF001
-    assert share(-0.58414, 1.0) == "\N{MINUS SIGN}58.41 %"
+    assert share(-1.154e-15, 1.0, PIXELS) == "\N{MINUS SIGN}1.2 × 10\N{SUPERSCRIPT MINUS}¹³ %"  # noqa: RUF001
+    assert share(-0.58414, 1.0, PIXELS) == "\N{MINUS SIGN}58.41 %"
 
 
 def test_no_number_on_a_page_has_an_exponent_of_python() -> None:
@@ -52,13 +53,12 @@ def test_the_documents_have_the_same_glossary() -> None:
     written = (DOCUMENTS / "docs" / "comparing.md").read_text().partition("\n## Glossary\n")[2]
     entries = dict(re.findall(r"^\*\*(.+?)\.\*\* (.+?)$(?:\n\n|\Z)", written, re.MULTILINE | re.DOTALL))
     assert list(entries) == list(GLOSSARY)
-    for word, (meaning, _) in GLOSSARY.items():
-        assert " ".join(entries[word].split()) == meaning
+    assert {word: " ".join(entry.split()) for word, entry in entries.items()} == words_in(PIXELS, " ".join(GLOSSARY))
 
 
 def test_a_page_explains_the_words_that_it_uses() -> None:
-    assert list(words_in("The normal is turned; the gap is small.")) == ["Gap", "Normal"]
-    assert list(words_in("abnormal, stopgap")) == []
+    assert list(words_in(PIXELS, "The normal is turned; the gap is small.")) == ["Gap", "Normal"]
+    assert list(words_in(PIXELS, "abnormal, stopgap")) == []
 
 
 def test_the_readme_says_the_same_of_each_engine() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
+from conftest import sample
 
 from sandbox.analysis.comparison import compare
 from sandbox.report.comparison import page
@@ -81,7 +82,7 @@ def reader(browser: Browser) -> Iterator[Browser]:
     browser.prefer("light")
 
 
-@pytest.mark.parametrize("width", [TELEPHONE, 1280, 1920])
+@pytest.mark.parametrize("width", sample([TELEPHONE, 1280, 1920], 3))
 def test_nothing_is_clipped(reader: Browser, file: Path, width: int) -> None:
     reader.visit(file, width)
     assert reader.errors == []
@@ -89,6 +90,7 @@ def test_nothing_is_clipped(reader: Browser, file: Path, width: int) -> None:
     assert reader.run(CLIPPED) == []
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("width", [TELEPHONE, 1280])
 def test_no_labels_of_a_chart_overlap_or_are_cut(browser: Browser, file: Path, width: int) -> None:
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source=RECORD_TEXTS)["identifier"]
@@ -127,6 +129,7 @@ def test_a_dark_preference_is_followed_and_all_text_stays_legible(reader: Browse
     assert reader.errors == []
 
 
+@pytest.mark.wide
 def test_on_paper_nothing_is_cut_and_each_chart_is_a_picture(reader: Browser, file: Path) -> None:
     reader.visit(file, PAPER)
     number = reader.run("Object.keys(JSON.parse(document.querySelector('#document').textContent).roots).length")
@@ -142,6 +145,7 @@ def test_on_paper_nothing_is_cut_and_each_chart_is_a_picture(reader: Browser, fi
     assert reader.run("document.querySelectorAll('.chart img').length") == 0
 
 
+@pytest.mark.wide
 def test_the_pdf_has_every_chart(reader: Browser, file: Path) -> None:
     reader.visit(file)
     charts = reader.run("document.querySelectorAll('.chart').length")
@@ -202,6 +206,7 @@ def test_before_and_after_of_a_head_on_hit_are_those_of_the_closed_form(browser:
         }
 
 
+@pytest.mark.wide
 def test_choosing_a_contact_shows_that_of_the_same_bodies_in_the_other_engines(
     browser: Browser, tmp_path: Path
 ) -> None:

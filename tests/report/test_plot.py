@@ -77,6 +77,7 @@ def test_a_title_is_text_whatever_it_says(head_on: Comparison, tmp_path: Path) -
     assert {"0.001", "1", "100"} <= {*texts}  # of the axes, as numbers too
 
 
+@pytest.mark.wide
 def test_the_same_comparison_is_the_same_file(head_on: Comparison, tmp_path: Path) -> None:
     for ending in plot.ENDINGS:
         for name in ("a", "b"):
@@ -89,5 +90,7 @@ def test_the_same_comparison_is_the_same_file(head_on: Comparison, tmp_path: Pat
 
 def test_without_matplotlib_one_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plot, "find_spec", lambda _: None)
-    with pytest.raises(SandboxError, match=r"^--plot: needs matplotlib, which is not installed; pip install"):
+    with pytest.raises(
+        SandboxError, match=r"^--plot: needs matplotlib, which is not installed; pip install matplotlib$"
+    ):
         plot.check_plot("f.png")

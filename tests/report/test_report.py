@@ -187,12 +187,22 @@ def test_one_engine_balls_at_rest_and_a_gas_have_a_page_too() -> None:
     assert "Enskog" in page(compare(load("gas-100").changed(seconds=0.5), ["impulse"]))
 
 
-def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(command: Command, working_folder: Path) -> None:
-    result = command("compare", "article", "--report", "article.pdf", "--json", "figures.json")
+@pytest.mark.parametrize("name", ["compare", "converge", "sweep"])
+def test_a_report_that_is_no_html_file_is_rejected_before_anything_runs(
+    name: str, command: Command, working_folder: Path
+) -> None:
+    result = command(
+        name,
+        "article",
+        "--report",
+        "article.pdf",
+        *(("--out", "rows.csv") if name == "sweep" else ("--json", "figures.json")),
+    )
     assert result == (2, "", "article.pdf: a report must end in .html\n")
     assert list(working_folder.iterdir()) == []
 
 
+@pytest.mark.wide
 def test_the_page_can_go_to_standard_output(command: Command) -> None:
     assert command("compare", "head-on", "--report", "-") == (0, page(compare(load("head-on"))), "")
 
@@ -303,6 +313,16 @@ def pixel(browser: Browser, pane: int, x: float, y: float) -> tuple[int, ...]:
     )
 
 
+def test_pegs_are_drawn_as_discs(browser: Browser, tmp_path: Path) -> None:
+    pegs = [{"radius": 30, "positions": [(400, 300)]}]
+    scene = Scene(arena={"size": (800, 600)}, balls=[{"radius": 9, "position": (100, 100)}], pegs=pegs, seconds=0.1)
+    file = tmp_path / "pegs.html"
+    file.write_text(page(compare(scene, ["pymunk", "exact"])), encoding="utf-8")
+    browser.visit(file)
+    assert {pixel(browser, 0, *at) for at in ((400, 300), (425, 300), (375, 300), (400, 325))} == {(0, 0, 0)}
+    assert {pixel(browser, 0, *at) for at in ((435, 300), (425, 325))} == {(255, 255, 255)}
+
+
 def test_ghosts_are_the_reference_s_balls(opened: Browser, article: Comparison) -> None:
     show_ghosts(opened, True)
     unit, _ = fixed_point(article.scene)
@@ -325,6 +345,7 @@ def test_a_white_arena_does_not_glare_in_the_dark(opened: Browser) -> None:
         opened.prefer("light")
 
 
+@pytest.mark.wide
 def test_outlines_of_a_thousand_balls_are_thin_and_solid_in_their_colours(browser: Browser, tmp_path: Path) -> None:
     scene = load("gas-1000").changed(seconds=0.5)
     file = tmp_path / "gas.html"

@@ -57,6 +57,7 @@ def test_the_page_lets_no_script_run_but_its_own_and_requests_nothing(made: tupl
     assert html.unescape(policy).startswith(f"default-src 'none'; script-src {allowed}; ")
 
 
+@pytest.mark.wide
 def test_the_command_on_the_page_makes_the_same_table(
     made: tuple[list[Row], str], command: Command, working_folder: Path
 ) -> None:

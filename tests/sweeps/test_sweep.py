@@ -15,7 +15,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from conftest import LIBRARIES_REQUIRED, NO_KEY, Command, scene_of, without_fma, without_notice
+from conftest import LIBRARIES_REQUIRED, NO_KEY, Command, sample, scene_of, without_fma, without_notice
 
 from sandbox.analysis.comparison import compare
 from sandbox.analysis.reference import SHIFTED_TWINS
@@ -181,6 +181,7 @@ def rows_of(sweep: Sweep, *, share: bool) -> list[Row]:
     return [{key: value for key, value in row.items() if key != "wall_s"} for row in rows]
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("against", ["exact", "pymunk", "article"])
 def test_rows_that_share_a_reference_are_those_with_one_each(against: str) -> None:
     scene = load("article").changed(seconds=1.0)
@@ -224,6 +225,7 @@ def test_a_reference_that_is_too_large_or_fails_is_left_to_each_job(monkeypatch:
 # Where it runs
 
 
+@pytest.mark.wide
 @pytest.mark.parametrize("count", [1, 3])
 def test_every_job_runs_once_whoever_runs_it(count: int) -> None:
     """Three processes share two groups of jobs, so one runs jobs of a group that another one has begun."""
@@ -233,7 +235,7 @@ def test_every_job_runs_once_whoever_runs_it(count: int) -> None:
     assert sorted(done) == sorted(sweep.jobs)
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", sample(["2", "1"], 2))
 def test_local_processes_make_the_table(command: Command, workers: str, expected: list[dict[str, str]]) -> None:
     result = command("sweep", *TUNED, "--workers", workers, "--out", "f.csv", "--report", "f.html")
     assert result == (0, "", "")
@@ -243,6 +245,7 @@ def test_local_processes_make_the_table(command: Command, workers: str, expected
     assert sorted(path.name for path in Path().iterdir()) == ["f.csv", "f.html"]
 
 
+@pytest.mark.wide
 def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -> None:
     sweep = small()
     with open_journal(sweep, "f.csv") as kept:
@@ -258,6 +261,7 @@ def test_a_worker_that_is_killed_costs_nothing(expected: list[dict[str, str]]) -
     assert not multiprocessing.active_children()
 
 
+@pytest.mark.wide
 def test_a_sweep_that_was_killed_resumes(command: Command, expected: list[dict[str, str]]) -> None:
     killed = started(*TUNED, "--workers", "2", "--out", "f.csv")
     path = journal_path("f.csv")
@@ -276,6 +280,7 @@ def test_a_sweep_that_was_killed_resumes(command: Command, expected: list[dict[s
     assert without_times(Path("f.csv").read_text()) == expected
 
 
+@pytest.mark.wide
 def test_saved_rows_are_not_run_again() -> None:
     sweep = small()
     with open_journal(sweep, "f.csv") as kept:
@@ -324,6 +329,7 @@ def make_one_row() -> None:
         kept.add(run_job(sweep.scene, sweep.against, sweep.jobs[0]))
 
 
+@pytest.mark.wide
 def test_rows_made_without_fma_are_not_mixed_with_rows_made_with_it(command: Command) -> None:
     """A journal is resumed on another machine, whose C library has the other pow."""
     here = Path(__file__).parent
@@ -373,6 +379,7 @@ def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[str]]]]
             process.wait()
 
 
+@pytest.mark.wide
 def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
     cluster: tuple[str, list[subprocess.Popen[str]]], expected: list[dict[str, str]]
 ) -> None:
@@ -381,6 +388,7 @@ def test_a_cluster_makes_the_table_even_if_a_worker_is_killed(
     assert ended(started(*TUNED, "--scheduler", address))[0] == 0
 
 
+@pytest.mark.wide
 def test_rows_that_die_with_their_worker_before_they_are_fetched_are_run_again(
     cluster: tuple[str, list[subprocess.Popen[str]]], expected: list[dict[str, str]]
 ) -> None:
@@ -411,6 +419,7 @@ def table_of_cluster(address: str, after_first_row: Callable[[], object]) -> lis
     return without_times(Path("f.csv").read_text())
 
 
+@pytest.mark.wide
 def test_a_cluster_whose_workers_have_both_variants_of_pow_is_refused(
     cluster: tuple[str, list[subprocess.Popen[str]]],
 ) -> None:
@@ -480,6 +489,7 @@ def test_a_sweep_that_ends_without_a_row_leaves_no_journal() -> None:
     assert not journal_path("f.csv").exists()
 
 
+@pytest.mark.wide
 def test_a_scheduler_that_is_gone_is_reported_once(cluster: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, [scheduler, *_] = cluster
     sweep = plan(load("article").changed(seconds=1.0), range(50), [60], ["article"])
@@ -516,6 +526,7 @@ def fragile(tmp_path: Path) -> str:
     return str(place)
 
 
+@pytest.mark.wide
 def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -> None:
     path = os.pathsep.join(filter(None, [fragile, os.environ.get("PYTHONPATH")]))
     arguments = ("article", "--seeds", "0:5", "--engines", "fragile", "--seconds", "0.1", "--out", "f.csv")
@@ -533,6 +544,7 @@ def test_a_job_that_fails_or_kills_its_worker_costs_only_its_row(fragile: str) -
     assert journal_path("f.csv").exists()
 
 
+@pytest.mark.wide
 def test_a_full_disk_is_reported_and_costs_no_saved_row() -> None:
     limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))"
     code, _, error = ended(started(*TUNED, "--workers", "1", "--out", "f.csv", program=limit))

@@ -1,0 +1,76 @@
+"""The motion of both bodies before and after contacts, in words, as a law of impacts has it."""
+
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from sandbox.analysis.difference import contact_name
+from sandbox.analysis.figures import Run
+from sandbox.report.numbers import rounded
+from sandbox.scene.model import Scene
+from sandbox.scene.units import Dimension, Units
+from sandbox.state import Floats
+
+SHOWN: Final = {
+    "velocity": Dimension.VELOCITY,
+    "momentum": Dimension.MOMENTUM,
+    "energy": Dimension.ENERGY,
+}  # after the mass
+
+
+class Row(NamedTuple):
+    """A body, or both together, before or after a contact; what does not apply is empty."""
+
+    label: str
+    mass: str
+    velocity: str
+    momentum: str
+    energy: str
+    is_after: bool
+
+
+class FirstContact(NamedTuple):
+    """A contact: when, and of which, in words; its bodies' motion; the numbers of both, and its unit normal (2,)."""
+
+    time: str
+    names: str
+    rows: list[Row]
+    bodies: tuple[int, int]
+    normal: Floats
+
+
+def columns(units: Units) -> list[str]:
+    """Return the names of a row's columns, with their units."""
+    return ["kg", *(f"{name}, {units.name(dimension)}" for name, dimension in SHOWN.items())]
+
+
+def first_contacts(scene: Scene, run: Run, most: int) -> Iterator[FirstContact]:
+    """Yield the first contacts of an engine, at most `most`, of those whose motion is kept."""
+    for impact, contact in zip(run.impacts[:most], run.contacts, strict=False):
+        bodies = int(contact["first"]), int(contact["second"])
+        balls = [number for number in bodies if number >= 0]
+        motion = np.stack([impact["before"], impact["after"]], axis=1)[: len(balls)]  # (balls, 2, 3): before and after
+        time, rows = f"{contact['time']:.3f} s", list(_rows(scene, balls, motion))
+        yield FirstContact(time, contact_name(scene, *bodies), rows, bodies, contact["normal"])
+
+
+def _rows(scene: Scene, balls: list[int], motion: Floats) -> Iterator[Row]:
+    mass, moment = scene.bodies.mass[balls, None], scene.bodies.moment[balls, None]
+    energy = (mass * (motion[..., :2] ** 2).sum(axis=2) + moment * motion[..., 2] ** 2) / 2
+    quantities = motion[..., :2], mass[..., None] * motion[..., :2], energy
+    factors = map(scene.units.factor, SHOWN.values())
+    velocity, momentum, energy = (factor * values for factor, values in zip(factors, quantities, strict=True))
+    for row, number in enumerate(balls):
+        for after, label in enumerate((f"ball {number}, before", "  after")):
+            kilograms = "" if after else f"{mass[row, 0]:g}"
+            numbers = _vector(velocity[row, after]), _vector(momentum[row, after]), rounded(energy[row, after])
+            yield Row(label, kilograms, *numbers, bool(after))
+    if len(balls) > 1:
+        for after, label in enumerate(("together, before", "  after")):
+            total = _vector(momentum[:, after].sum(axis=0)), rounded(energy[:, after].sum())
+            yield Row(label, "", "", *total, bool(after))
+
+
+def _vector(vector: Floats) -> str:
+    return f"({', '.join(map(rounded, vector))})"

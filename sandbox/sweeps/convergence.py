@@ -1,0 +1,249 @@
+"""The order of convergence of engines: how fast their error vanishes as the steps become shorter.
+
+Where in a step a contact falls decides how late an engine finds it, so the errors of one run at several rates scatter.
+Each rate is therefore run from several starts, shifted along the exact path by equal fractions of a step.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from sandbox.analysis.comparison import run_reference
+from sandbox.analysis.ties import SIMULTANEOUS
+from sandbox.engines import REFERENCE, TUNED, advance, create, resolved
+from sandbox.errors import SandboxError
+from sandbox.judge.thresholds import DOUBLE
+from sandbox.scene.model import Scene
+from sandbox.scene.spawn import spawn
+from sandbox.scene.units import Dimension
+from sandbox.state import Contacts, Floats, State, States
+from sandbox.sweeps.jobs import Row
+
+STARTS: Final = 8  # of each rate, by default
+MIN_RATES: Final = 3  # that a fit with a spread needs
+
+
+class Law(NamedTuple):
+    """The order that theory expects, and why; None of an engine of which it is not known."""
+
+    order: int | None
+    because: str
+
+
+class Fit(NamedTuple):
+    """An order fitted to errors, and its standard error."""
+
+    order: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """The errors of engines at several rates.
+
+    scene: with its seconds as the runs had them; errors: by engine, (rates, starts) px, the RMS distance from the exact
+    engine over balls and steps; laws: by engine.
+    """
+
+    scene: Scene
+    rates: Sequence[int]
+    errors: Mapping[str, Floats]
+    laws: Mapping[str, Law]
+
+    @property
+    def starts(self) -> int:
+        """The number of starts at each rate."""
+        return len(next(iter(self.errors.values()))[0])
+
+    def middle(self, engine: str) -> Floats:
+        """Return the median over the starts at each rate, (rates,) px."""
+        return np.array([median(errors) for errors in self.errors[engine].tolist()])
+
+    def fit(self, engine: str) -> Fit | None:
+        """Fit a straight line to the logarithms of error and rate by least squares; None if rounding is all there is.
+
+        Errors below a billionth of a radius are rounding, and left out.
+        """
+        errors = self.middle(engine)
+        kept = errors > DOUBLE * self.scene.bodies.radius.min()
+        if np.count_nonzero(kept) < MIN_RATES:
+            return None
+        x, y = np.log(np.array(self.rates)[kept]), np.log(errors[kept])
+        slope, offset = np.polyfit(x, y, 1)
+        left = y - offset - slope * x
+        spread = np.sqrt(left @ left / (len(x) - 2) / np.sum((x - x.mean()) ** 2))
+        return Fit(-float(slope), float(spread))
+
+    def rows(self) -> list[Row]:
+        """Return a row for each run, as a sweep's."""
+        return [
+            {"engine": engine, "settings": "", "rate": rate, "error": error}
+            for engine, by_rate in self.errors.items()
+            for rate, errors in zip(self.rates, by_rate.tolist(), strict=True)
+            for error in errors
+        ]
+
+    def table(self) -> Iterator[list[str]]:
+        """Yield the rows of a table: the labels, then each engine's median errors, fitted order and law."""
+        yield ["steps per second", *self.errors]
+        middles = [self.middle(engine) for engine in self.errors]
+        for rate, *errors in zip(self.rates, *middles, strict=True):
+            shown = (self.scene.units.text(Dimension.LENGTH, "{:.3g}", error) for error in errors)
+            yield [f"{rate:,}", *shown]
+        yield ["order", *(order_text(self.fit(engine)) for engine in self.errors)]
+        yield ["by theory", *("-" if law.order is None else str(law.order) for law in self.laws.values())]
+
+    def sentences(self) -> Iterator[str]:
+        """Yield a sentence for each engine: the order that theory expects, and why."""
+        for engine, law in self.laws.items():
+            expected = "no order is expected" if law.order is None else f"theory expects order {law.order}"
+            yield f"{engine}: {expected}, because {law.because}."
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what `--json` writes."""
+        return {
+            "scene": self.scene.name,
+            "seed": self.scene.seed,
+            "seconds": self.scene.seconds,
+            "rates": list(self.rates),
+            "engines": {
+                engine: {
+                    "order": fit and fit.order,
+                    "spread": fit and fit.spread,
+                    "expected": self.laws[engine].order,
+                    "because": self.laws[engine].because,
+                    "median": self.middle(engine).tolist(),
+                    "errors": errors.tolist(),
+                }
+                for engine, errors in self.errors.items()
+                for fit in [self.fit(engine)]
+            },
+        }
+
+
+def order_text(fit: Fit | None) -> str:
+    """Return an order with its standard error, as in "1.07 ± 0.02"."""
+    return f"{fit.order + 0.0:.2f} ± {fit.spread:.1g}" if fit else "rounding"
+
+
+def converge(
+    scene: Scene,
+    engines: Sequence[str],
+    rates: Sequence[int],
+    starts: int = STARTS,
+    progress: Callable[[float], object] | None = None,
+) -> Convergence:
+    """Run engines at several rates, from several starts each, and measure how far they are from the exact engine.
+
+    The runs last for the scene's seconds, or as long as the paths of `exact` mean anything. progress: called now and
+    then with the fraction that is done. Raises SandboxError for fewer than three different rates, and if too little of
+    the run means anything; Refused if an engine cannot run the scene.
+    """
+    rates = sorted(set(rates))
+    if len(rates) < MIN_RATES:
+        raise SandboxError(f"--rates: an order needs at least {MIN_RATES} rates, such as 60:960, got {len(rates)}")
+    scene = scene.changed(expect=())
+    for engine in engines:
+        create(engine, scene, spawn(scene))
+    reference = run_reference(scene, REFERENCE)
+    until = min(reference.steps / scene.rate, reference.trust.until or np.inf)
+    if until < 2 / rates[0]:
+        raise SandboxError(
+            f"{scene.name}: the paths of {REFERENCE} mean something for {until:.3g} s only, which is less than two "
+            f"steps at {rates[0]} per second"
+        )
+    laws = {engine: law_of(engine, scene, reference.run.contacts) for engine in engines}
+    scene, errors = scene.changed(seconds=until), {engine: np.empty((len(rates), starts)) for engine in engines}
+    done, work = 0, starts * sum(rates) * (1 + len(engines))
+    for row, rate in enumerate(rates):
+        at_rate = scene.changed(rate=rate)
+        steps = at_rate.steps - 1  # the last start is almost a step later
+        for column, start in enumerate(_shifted_starts(at_rate, starts)):
+            exact = _positions(REFERENCE, at_rate, start, steps)
+            for engine in engines:
+                away = _positions(engine, at_rate, start, steps) - exact
+                errors[engine][row, column] = np.sqrt(np.mean(np.sum(away**2, axis=-1)))
+            done += rate * (1 + len(engines))
+            if progress:
+                progress(done / work)
+    return Convergence(scene, rates, errors, laws)
+
+
+def _shifted_starts(scene: Scene, count: int) -> Iterator[State]:
+    """Yield states of the exact path, from the start on, equal fractions of a step apart."""
+    engine = create(REFERENCE, scene.changed(rate=scene.rate * count), spawn(scene))
+    for _ in range(count):
+        now = engine.state()
+        yield State(0.0, now.position, now.velocity, now.angle, now.spin)
+        engine.step()
+
+
+def _positions(engine: str, scene: Scene, start: State, steps: int) -> Floats:
+    """Run an engine, and return the positions after each step: (steps, n, 2) px."""
+    states = States.empty(steps, len(scene.bodies))
+    advance(create(engine, scene, start), states)
+    return states.position
+
+
+def law_of(engine: str, scene: Scene, contacts: Contacts) -> Law:
+    """Return the order that theory expects of an engine in a run with some contacts of the exact engine.
+
+    Sources: docs/method.md, "The order of convergence".
+    """
+    name, with_settings = resolved(engine, scene)
+    meet, touch = bool((contacts["second"] >= 0).any()), len(contacts) > 0
+    late = "a contact is found at the end of its step, up to a step late"
+    early = "a contact is resolved at the start of its step, up to a step early"
+    flight = "positions and velocities change in turn under gravity"
+    found = early if name == "box2d" else late
+    reasons = [reason for reason, holds in ((found, touch), (flight, any(scene.gravity))) if holds]
+    laws = (  # the first that holds
+        (name == REFERENCE, Law(None, "it takes no steps: only rounding is left")),
+        (name == "impulse" and meet, Law(1, late)),
+        (
+            name == "impulse" and any(_is_at_end(scene, contact) for contact in contacts),
+            Law(1, f"{late}, and the normal of a wall's end has turned by then"),
+        ),
+        (name == "impulse", Law(2, "flight is exact, and a bounce off a straight wall is corrected for its delay")),
+        (name == "article" and meet, Law(0, "the impulse is wrong at every rate")),
+        (name == "article", Law(1, late)),
+        (
+            name == TUNED and with_settings.pymunk.damping not in (None, 1),
+            Law(0, "it damps velocities at every rate, which is no part of the scene's laws"),
+        ),
+        (
+            name == "box2d" and scene.is_rough and touch,
+            Law(0, "it limits friction before it adds restitution, at every rate"),
+        ),
+        (
+            name == "box2d" and _come_at_once(contacts),
+            Law(0, "several contacts at once: they share the impulse at every rate"),
+        ),
+        (name in (TUNED, "box2d"), Law(1, "; ".join(reasons) or "nothing acts, so only rounding is left")),
+        (True, Law(None, "the sandbox does not know how this engine works")),
+    )
+    return next(law for holds, law in laws if holds)
+
+
+def _is_at_end(scene: Scene, contact: np.void) -> bool:
+    """Return whether a contact is one with the round end of a wall: its normal is not at a right angle to the wall."""
+    if contact["second"] >= 0:
+        return False
+    start, to, _ = scene.wall_line(~int(contact["second"]))
+    along = np.subtract(to, start)
+    return bool(abs(along @ contact["normal"]) > DOUBLE * np.hypot(*along))
+
+
+def _come_at_once(contacts: Contacts) -> bool:
+    """Return whether two contacts of one ball come at one time."""
+    seen: dict[int, float] = {}
+    for contact in contacts:
+        time = float(contact["time"])
+        for ball in (int(contact["first"]), int(contact["second"])):
+            if ball >= 0 and time - seen.get(ball, -np.inf) < SIMULTANEOUS:
+                return True
+            seen[ball] = time
+    return False
